@@ -12,7 +12,7 @@ from scipy.spatial.transform import Rotation
 from gyrostat.campaigns import run_campaign, worst_runs
 from gyrostat.campaigns.execute import chosen_engine
 from gyrostat.campaigns.metrics.observer import ended
-from gyrostat.campaigns.pointing.collected import SHARES, instants
+from gyrostat.campaigns.pointing.collected import counted_sizes, instants
 from gyrostat.core.errors import InputError
 from gyrostat.simulation import Status
 
@@ -346,7 +346,7 @@ def test_requirements_are_those_of_the_history(table, kept):
     error = kept.error.values[counted]
     share = np.mean(error > np.radians(0.2))
     assert row["requirement.ape"] == pytest.approx(share, abs=1e-12)
-    sizes = SHARES * np.radians(0.2)
+    sizes = counted_sizes(np.radians(0.2)) * np.radians(0.2)
     shares = np.mean(error[:, None] <= sizes, axis=0)
     np.testing.assert_allclose(row["requirement.ape.shares"], shares, rtol=1e-6)
     places = instants(121)

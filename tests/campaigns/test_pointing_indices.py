@@ -7,7 +7,7 @@ import pytest
 from scipy.signal import lfilter
 from scipy.special import erf, erfinv
 
-from gyrostat.campaigns.pointing.collected import SHARES, Collected
+from gyrostat.campaigns.pointing.collected import Collected, counted_sizes
 from gyrostat.campaigns.pointing.indices import WindowIndex
 from gyrostat.campaigns.pointing.spectrum import size_from_spectrum, window_gain
 from gyrostat.campaigns.requirement import INDICES, Requirement
@@ -169,7 +169,7 @@ def test_time_and_frequency_domain_agree_for_a_gauss_markov_error(coloured, inde
     """Mixed size of simulated runs against that of the spectrum, 1 %."""
     requirement = asked(index, instant=instant, interpretation="mixed", value=1.0, level=0.9)
     counts = collected(requirement, coloured, period=0.02).counts().sum(axis=0)
-    found = np.interp(0.9, counts[:-1] / counts[-1], SHARES)
+    found = np.interp(0.9, counts[:-1] / counts[-1], counted_sizes(1.0))
     frequency = np.concatenate([np.linspace(0.0, 5.0, 20_001), np.geomspace(5.001, 2e4, 20_000)])
     density = 2.0 / (pi * 0.4) / (1.0 + (frequency / 0.4) ** 2)
     # the spectrum that sampling folds is small: the corner is at 1/60 of half the sample rate

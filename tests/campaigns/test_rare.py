@@ -3,25 +3,30 @@
 The flights are functions of the drawn values and of the noise whose distribution is known.
 """
 
+from pathlib import Path
+
 import numpy as np
 import pytest
 from scipy.special import ndtr, ndtri
+from typer.testing import CliRunner
 
 import gyrostat as gs
 from gyrostat.campaigns import engine, replay
 from gyrostat.campaigns.draws import draw, noise_keys, shares, values_at
 from gyrostat.campaigns.engine import Flown
 from gyrostat.campaigns.executors import threads
-from gyrostat.campaigns.search import execute, rare
+from gyrostat.campaigns.search import execute, rare, tune, worst
 from gyrostat.campaigns.search.condition import Condition
 from gyrostat.campaigns.search.estimate import interval, rarity
 from gyrostat.campaigns.search.moves import Answers
 from gyrostat.campaigns.search.noise import noise_of, parts_of
 from gyrostat.campaigns.search.subset import subset_simulation
 from gyrostat.campaigns.store import Store
+from gyrostat.cli import app
 from gyrostat.core.errors import InputError
 
 KEY = "wheel.a.speed"  # the dispersed value that matters to `fake_flights`
+WIDE = {"COLUMNS": "400", "TERM": "dumb"}
 MILLIONTH = -ndtri(1e-6)
 
 
@@ -111,7 +116,18 @@ def test_a_metric_that_cannot_fail_has_no_probability():
     assert "does not come closer" in found.doubts[0]
     far = rarity(searched(lambda z: z[:, 0] - 8.0))
     assert far.probability is None
-    assert "rarer than about" in far.doubts[0]
+    assert "end before the failure" in far.doubts[0]
+    # the metric is at most 2 in all of the independent runs
+    assert 1e-4 < found.below < 2e-3
+
+
+@pytest.mark.parametrize("truth", [1e-8, 1e-9])
+def test_a_failure_that_is_not_reached_is_rarer_than_the_limit(truth):
+    found = [rarity(searched(lambda z: z[:, 0] + ndtri(truth), seed=k)) for k in range(10)]
+    missed = [each for each in found if each.probability is None]
+    assert missed
+    assert all(truth < each.below < 1e-6 for each in missed)
+    assert all(each.below is None for each in found if each not in missed)
 
 
 def test_frequent_failures_need_no_levels():
@@ -222,6 +238,27 @@ def test_runs_are_spent_on_few_replications_with_many_chains_and_too_few_are_ref
         assert next(searches[0]).size == chains * 5  # five runs of a chain
     with pytest.raises(InputError, match="expected at least 4100"):
         rare.searches_of(4099, 0)
+
+
+def test_the_help_of_the_command_line_has_the_least_numbers_of_runs(scenario):
+    runner = CliRunner()
+    texts = {
+        verb: " ".join(runner.invoke(app, [verb, "--help"], env=WIDE).output.split())
+        for verb in ("campaign", "tune")
+    }
+    assert "in --runs or less: at least 4100, which suit 1e-2" in texts["campaign"]
+    keys = len(scenario.dispersed)
+    few, each = worst.FEWEST, worst.FEWEST_OF_KEY
+    assert f"at least {few}, and {each} more for each dispersed value" in texts["campaign"]
+    assert f"Largest number of runs, at least {tune.fewest_flights()}" in texts["tune"]
+    assert worst.fewest_flights(keys) == few + each * keys
+    with pytest.raises(InputError, match=f"at least {few + each * keys} with --worst-case and"):
+        gs.campaign(scenario, 50, worst_case="error_max")
+    with pytest.raises(InputError, match="found 50, expected at least 4100 with --rare"):
+        gs.campaign(scenario, 50, rare="error_max > 1 deg")
+    with pytest.raises(InputError, match=f"at least {tune.fewest_flights()} with tune"):
+        gs.tune(scenario, "controller.turn_gain", "error_max", "unused", runs=50)
+    assert not Path("unused").exists()
 
 
 def test_advice_on_the_number_of_runs_is_given_for_a_possible_search_only(scenario, tmp_path):

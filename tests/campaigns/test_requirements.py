@@ -9,7 +9,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from gyrostat.campaigns.metrics.sample import Sample
-from gyrostat.campaigns.pointing.collected import SHARES
+from gyrostat.campaigns.pointing.collected import Collected, counted_sizes
 from gyrostat.campaigns.pointing.signals import across_and_about, error_vector
 from gyrostat.campaigns.pointing.statistics import least_runs, mean_bounds, size_at
 from gyrostat.campaigns.pointing.verdicts import judged
@@ -17,6 +17,7 @@ from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.campaigns.requirement import KNOWLEDGE, ErrorSignal, Requirement
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
+from gyrostat.reports import requirements
 
 ANGLE = np.pi / 180.0
 
@@ -184,7 +185,7 @@ def test_verdicts_cover_their_level_in_simulated_campaigns():
 def mixed(sizes, level, value=1.0, status=None):
     """Verdict on a mixed requirement, of the sizes of runs, (runs, samples)."""
     required = Requirement("r", "APE", value, level, "mixed")
-    shares = np.mean(sizes[:, :, None] <= SHARES * value, axis=1)
+    shares = np.mean(sizes[:, :, None] <= counted_sizes(value) * value, axis=1)
     status = np.zeros(len(sizes)) if status is None else status
     metric = np.where(status == 0, np.mean(sizes > value, axis=1), np.nan)
     return judged(required, metric, status, shares[status == 0].sum(axis=0))
@@ -200,6 +201,69 @@ def test_a_mixed_size_is_that_of_all_runs_and_times_together():
     assert found.margin.low == pytest.approx(1.0 - found.size.high)
     assert mixed(sizes, 0.95, value=0.5).verdict == "fail"
     assert mixed(sizes, 0.95, value=found.size.value).verdict == "not decided"
+
+
+def flown(requirement, sizes):
+    """Verdict on a mixed requirement of errors about x of these sizes, (runs, samples)."""
+    runs, samples = sizes.shape
+    collected = Collected(requirement, runs, 1.0, samples, group=runs, masks=1)
+    vectors = np.stack([sizes, np.zeros(sizes.shape), np.zeros(sizes.shape)], axis=-1)
+    collected.add(vectors, [np.ones(sizes.shape, bool)])
+    collected.finish()
+    shares = collected.counts()[:, :-1] / samples
+    return judged(requirement, collected.metric(), np.zeros(runs), shares.sum(axis=0))
+
+
+@pytest.mark.parametrize("value", [1e-6, 5e-6, 1e-3, 0.3, 3.0])
+@pytest.mark.parametrize("far", [0.02, 0.9, 3.0, 50.0, 1e5])
+def test_a_mixed_size_is_found_however_far_it_is_from_the_value(value, far):
+    """Against the quantile of all errors together; no error is above half a turn."""
+    random = np.random.default_rng(3)
+    scale = np.pi * random.uniform(0.5, 1.0, size=(400, 1)) * random.uniform(size=(400, 100))
+    sizes = scale * min(far * value / np.pi, 1.0)
+    for level in (0.5, 0.95):
+        found = flown(Requirement("r", "APE", value, level, "mixed"), sizes)
+        expected = np.quantile(sizes, level, method="inverted_cdf")
+        assert found.size.value == pytest.approx(expected, rel=0.01)
+        assert found.size.low < expected <= found.size.high < 2.0 * expected
+        assert found.margin.value == pytest.approx(1.0 - found.size.value / value)
+        assert not found.is_limit
+        is_above = found.size.low > value
+        assert (found.verdict == "pass") == (found.size.high <= value)
+        assert found.verdict == "fail" or not is_above
+
+
+def test_errors_of_half_a_turn_are_found():
+    found = flown(Requirement("r", "APE", 1e-5, 0.9, "mixed"), np.full((100, 2), np.pi))
+    assert found.size.low < np.pi <= found.size.high
+    assert found.size.value == pytest.approx(np.pi, rel=0.05)
+
+
+def test_a_size_below_all_counted_ones_is_a_limit():
+    found = flown(Requirement("r", "APE", 1.0, 0.9, "mixed"), np.full((100, 2), 1e-5))
+    assert found.is_limit
+    assert found.size == (1.0 / 256.0, 0.0, 1.0 / 256.0)
+    assert requirements.size_text(requirements.content(found)) == "at most 0.2238 deg"
+
+
+def test_a_missed_requirement_is_shown_with_its_size_by_few_runs():
+    """30 runs cannot show 99.7 %, but that half of them exceed the value."""
+    sizes = np.repeat([0.5, 5.0], 15)[:, None]
+    found = mixed(sizes, 0.997)
+    assert (found.verdict, found.runs < found.needed) == ("fail", True)
+    assert found.size.value == pytest.approx(5.0, rel=0.05)
+    line = requirements.line(requirements.content(found))
+    assert "95 % confidence: at least" in line
+    assert f"margin at most {100.0 * (1.0 - found.size.low):.0f} %;" in line
+    assert "none" not in line
+
+
+def test_tables_of_earlier_versions_end_at_four_times_the_value():
+    required = Requirement("r", "APE", 0.1, 0.9, "mixed")
+    shares = np.sum(np.full((100, 1), 0.02) <= 0.1 * counted_sizes(0.1)[:161], axis=0)
+    assert judged(required, np.zeros(100), np.zeros(100), shares).size.value == pytest.approx(
+        0.02, rel=0.05
+    )
 
 
 def test_limits_of_a_mixed_size_contain_the_size_of_equal_errors():
@@ -226,13 +290,13 @@ def test_an_impossible_level_is_answered_with_none(interpretation):
     )
     required = Requirement("r", "APE", 1.0, interpretation=interpretation, **level)
     metric = np.full(100, 0.0 if interpretation == "mixed" else 0.01)
-    found = judged(required, metric, np.zeros(100), np.full(len(SHARES), 100.0))
+    found = judged(required, metric, np.zeros(100), np.full(161, 100.0))
     assert found.verdict == "not decided"
     assert "100 runs cannot show 99.9999 %: at least 3688878 are needed" in found.why
     assert np.isnan([found.size.value, found.size.high, found.margin.low]).all()
     # that it is missed can be seen
     metric = np.full(100, 0.5 if interpretation == "mixed" else 2.0)
-    found = judged(required, metric, np.zeros(100), np.zeros(len(SHARES)))
+    found = judged(required, metric, np.zeros(100), np.zeros(161))
     assert found.verdict == "fail"
     # an interval without a number is no reason
     assert np.isnan(found.size.low) == ("met in at most" in found.why)
@@ -244,7 +308,9 @@ def test_runs_that_did_not_end_count_against_the_requirement():
     metric = np.where(status == 0, 0.1, np.nan)
     found = judged(Requirement("r", "APE", 1.0, 0.99, "ensemble"), metric, status)
     assert (found.verdict, found.runs, found.share.value) == ("fail", 100, 0.9)
-    assert mixed(np.full((100, 3), 0.1), 0.99, status=status).verdict == "fail"
+    missed = mixed(np.full((100, 3), 0.1), 0.99, status=status)
+    assert missed.verdict == "fail"
+    assert "10 of 100 runs did not end and exceed every size" in missed.why
 
 
 def test_runs_without_values_are_left_out_and_counted():

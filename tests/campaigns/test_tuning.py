@@ -4,12 +4,14 @@ import json
 
 import numpy as np
 import pytest
+from scipy.special import ndtr
 
 import gyrostat as gs
 from gyrostat.campaigns.engine import Flown
 from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.campaigns.search import flights
-from gyrostat.campaigns.search.tune import _finalists, fewest_flights
+from gyrostat.campaigns.search.moves import Answers
+from gyrostat.campaigns.search.tune import COMMON, _finalists, fewest_flights, tune
 from gyrostat.campaigns.search.tuning import Tuning, found_tuning
 from gyrostat.core.errors import InputError
 from gyrostat.reports.tuning import front, front_figure
@@ -111,3 +113,43 @@ def test_coordinates_are_logarithmic_between_positive_bounds(scenario):
 def test_the_front_has_what_no_other_beats():
     values = np.array([[1.0, 5.0], [2.0, 5.0], [2.0, 3.0], [3.0, 4.0], [4.0, 1.0], [1.0, 6.0]])
     np.testing.assert_array_equal(front(values), [1, 0, 1, 0, 1, 0])
+
+
+def test_given_values_that_are_better_on_the_last_runs_are_kept():
+    """Common runs favour a candidate that is worse on all others."""
+
+    def share(coordinates):
+        return 0.5 + 0.5 * coordinates
+
+    search = tune(np.zeros(1), share, lambda value: 0.0, fewest_flights(), 1)
+    moves, first = next(search), 0
+    while True:
+        normal = np.zeros((moves.size, 2)) if moves.normal is None else moves.normal
+        place = 2.0 * ndtr(normal[:, -1]) - 1.0
+        is_common = (moves.parents >= 0) & (moves.parents < COMMON)
+        numbers, first = first + np.arange(moves.size), first + moves.size
+        metric = 1.0 + np.where(is_common, -np.abs(place), np.abs(place))
+        try:
+            moves = search.send(Answers(numbers, normal, -metric[:, None]))
+        except StopIteration as end:
+            found = end.value
+            break
+    assert first <= fewest_flights()
+    assert found.values[0, 0] > np.min(found.values)
+    np.testing.assert_array_equal(found.best, found.start)
+
+
+def test_a_metric_that_most_runs_lack_is_no_result(scenario, gains, tmp_path, monkeypatch):
+    fly = flights.fly_given
+
+    def early(*given, **options):
+        flown = fly(*given, **options)
+        status = (np.arange(len(flown.columns["run"])) % 5 == 0).astype(np.int8)
+        return Flown(flown.columns | {"status": status}, None)
+
+    monkeypatch.setattr(flights, "fly_given", early)
+    said = []
+    found = gs.tune(scenario, KEY, "error_rms", tmp_path, runs=fewest_flights(), say=said.append)
+    assert found["doubts"] == ["5 % or more of the runs end early or have no error_rms"]
+    assert found["metrics"][0]["after"] is None
+    assert not any("none" in line for line in said)

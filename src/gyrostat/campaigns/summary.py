@@ -48,6 +48,21 @@ def percentile_of(values: Vector, percent: float) -> Estimate:
     )
 
 
+def share_bounds(inside: int, count: int) -> tuple[float, float]:
+    """95 % confidence interval of a share of the runs, by C. J. Clopper and E. S. Pearson, 1934.
+
+    Args:
+        inside: Number of runs that count.
+        count: Number of runs.
+    """
+    from scipy.special import betaincinv  # slow to import
+
+    tail = 0.5 * (1.0 - CONFIDENCE)
+    low = betaincinv(inside, count - inside + 1, tail) if inside > 0 else 0.0
+    high = betaincinv(inside + 1, count - inside, 1.0 - tail) if inside < count else 1.0
+    return float(low), float(high)
+
+
 def _binomial_quantile(level: float, count: int, share: float) -> int:
     """Smallest number of successes whose cumulative probability is at least `level`."""
     from scipy.special import bdtr, bdtrik  # slow to import

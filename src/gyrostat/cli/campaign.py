@@ -114,12 +114,16 @@ def campaign(
     rare: Annotated[
         str | None,
         typer.Option(
-            help='Estimate the probability of a failure, "error_max > 0.5 deg", in --runs or less.'
+            help='Estimate the probability of a failure, "error_max > 0.5 deg", in --runs or less: '
+            "at least 4100, which suit 1e-2; 20000 suit 1e-6."
         ),
     ] = None,
     worst_case: Annotated[
         str | None,
-        typer.Option(help="Search for the worst case of this metric in --runs or less."),
+        typer.Option(
+            help="Search for the worst case of this metric in --runs or less: at least 640, and 2 "
+            "more for each dispersed value."
+        ),
     ] = None,
     within: Annotated[
         str | None,
@@ -154,7 +158,9 @@ def tune(
     subject_to: Annotated[
         list[str] | None, typer.Option(help='Limit: "torque_rms < 30 uN*m"; may be repeated.')
     ] = None,
-    runs: Annotated[int, typer.Option(min=1, help="Largest number of runs.")] = 50_000,
+    runs: Annotated[
+        int, typer.Option(min=1, help="Largest number of runs, at least 5760.")
+    ] = 50_000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all random draws.")] = 0,
     workers: Workers = None,
     force: ForceModel = False,
@@ -167,7 +173,7 @@ def tune(
         found = call(verbs.tune, options, on_progress=told, command=command_line())
     if json_output:
         print_json(out / "report.json")
-    if not found["within_limits"]:
+    if found["doubts"] or not found["within_limits"]:
         raise typer.Exit(1)
 
 

@@ -10,7 +10,6 @@ from gyrostat.campaigns import Campaign, Scenario, Store, Window
 from gyrostat.campaigns.blocks import columns_of
 from gyrostat.campaigns.effects import LEAST_Q2
 from gyrostat.campaigns.metrics.results import metrics_of
-from gyrostat.campaigns.pointing.text import angle_text
 from gyrostat.reports import requirements
 from gyrostat.reports.campaign_charts import histograms, scatter_plots, shown_metrics
 from gyrostat.reports.campaign_content import (
@@ -95,7 +94,7 @@ def _campaign_page(folder: Path, command: str) -> tuple[dict[str, Any], str, lis
         kept=kept,
         shown_runs={each["run"] for each in kept},
         table={**table, "folder": str(folder)},
-        angle=angle_text,
+        required=requirements,
         metrics=metrics_of(scenario),
         told=told,
         told_percentile=told_percentile,

@@ -9,6 +9,7 @@ from matplotlib.figure import Figure
 from gyrostat.campaigns import Campaign, Scenario, Store
 from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.campaigns.search.rare import Found, found_failures
+from gyrostat.campaigns.search.subset import REACHED
 from gyrostat.core.text import or_none
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.reports.campaign_run import labelled, shown_unit, told
@@ -42,6 +43,8 @@ def rare_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[str
         scenario=scenario,
         content=content,
         figure=svg(exceedance_figure(scenario, found)),
+        probability=probability_text(content),
+        closest=closest_text(scenario, content),
         told=lambda value: told(value, unit),
         folder=folder,
         command=command,
@@ -68,6 +71,7 @@ def _content(scenario: Scenario, known: Campaign, found: Found, store: Store) ->
         "probability": result.probability,
         "low": result.low,
         "high": result.high,
+        "below": result.below,
         "coefficient_of_variation": result.variation,
         "trusted": not result.doubts,
         "doubts": [*result.doubts],
@@ -86,9 +90,23 @@ def _content(scenario: Scenario, known: Campaign, found: Found, store: Store) ->
             {"run": int(run), "value": or_none(float(value[run])), "kept": int(run) in kept}
             for run in failures[:LISTED]
         ],
+        "closest": _closest(value, response),
         "shared": shared(scenario, found),
         "engine": dict(known.engine),
     }
+
+
+def _closest(value: Vector, response: Vector) -> dict[str, Any] | None:
+    """Run that comes closest to the failure, and its value; None if no run has the metric.
+
+    Args:
+        value: Metric of every run.
+        response: Response of every run.
+    """
+    run = int(np.argmax(response))
+    if response[run] == -np.inf:
+        return None
+    return {"run": run, "value": or_none(float(value[run]))}
 
 
 def shared(scenario: Scenario, found: Found) -> list[dict[str, Any]]:
@@ -100,7 +118,7 @@ def shared(scenario: Scenario, found: Found) -> list[dict[str, Any]]:
     """
     rows, weights = [], []
     for each in found.replications:
-        if each.ended == "reached":
+        if each.ended == REACHED:
             last = each.levels[-1]
             rows.append(last.normal[last.response > 0.0])
             weights.append(np.full(len(rows[-1]), each.probability / len(rows[-1])))
@@ -117,22 +135,38 @@ def shared(scenario: Scenario, found: Found) -> list[dict[str, Any]]:
 
 def lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
     """The outcome as lines for a terminal."""
-    told_of = [f"{content['runs']} runs of {scenario.name}, failure: {content['failure']}"]
-    if content["probability"] is None:
-        told_of.append("  probability of failure: none")
-    else:
-        told_of.append(
-            f"  probability of failure: {content['probability']:.2e} (95 % confidence: "
-            f"{content['low']:.1e} to {content['high']:.1e}), "
-            f"{content['failing_runs']} failing runs found"
-        )
-    told_of += [f"  not to be trusted: {doubt}" for doubt in content["doubts"]]
+    told_of = [
+        f"{content['runs']} runs of {scenario.name}, failure: {content['failure']}",
+        f"  probability of failure: {probability_text(content)}, "
+        f"{content['failing_runs'] or 'no'} failing runs found",
+    ]
+    because = "because" if content["probability"] is None else "not to be trusted:"
+    told_of += [f"  {because} {doubt}" for doubt in content["doubts"]]
     moved = [f"{each['key']} ({each['shift']:+.1f} sigma)" for each in content["shared"][:3]]
     if moved:
         told_of.append(f"  failing runs share {', '.join(moved)}")
     if content["failures"]:
         told_of.append(f"  worst of them: run {content['failures'][0]['run']}")
+    else:
+        told_of.append(f"  {closest_text(scenario, content)}")
     return told_of
+
+
+def probability_text(content: dict[str, Any]) -> str:
+    """Probability with its interval, or the limit below which it is."""
+    if content["probability"] is None:
+        return f"not determined, below {content['below']:.1e} (95 % confidence) or too few runs"
+    low, high = content["low"], content["high"]
+    return f"{content['probability']:.2e} (95 % confidence: {low:.1e} to {high:.1e})"
+
+
+def closest_text(scenario: Scenario, content: dict[str, Any]) -> str:
+    """How close a search without failing runs came to the failure."""
+    metric, closest = content["metric"], content["closest"]
+    if closest is None:
+        return f"no run has the metric {metric}"
+    value = told(closest["value"], metrics_of(scenario)[metric].unit)
+    return f"closest to the failure: {metric} {value} in run {closest['run']}"
 
 
 def exceedance_figure(scenario: Scenario, found: Found) -> Figure:

@@ -65,6 +65,7 @@ def content(verdict: Verdict) -> dict[str, Any]:
         "verdict": verdict.verdict,
         "why": verdict.why,
         "size": _numbers(verdict.size),
+        "size_is_limit": verdict.is_limit,
         "within": _numbers(verdict.share),
         "margin": _numbers(verdict.margin),
         "runs": verdict.runs,
@@ -79,15 +80,41 @@ def _numbers(estimate: Estimate) -> dict[str, float | None]:
 
 def line(entry: dict[str, Any]) -> str:
     """Verdict as a line for a terminal."""
-    margin = entry["margin"]["low"]
-    size, low, high = (
-        angle_text(entry["size"][name], entry["required"]) for name in ("value", "low", "high")
-    )
-    told = "none" if margin is None else f"{100.0 * margin:.3g} %"
     return (
         f"  requirement {entry['name']}: {entry['verdict'].upper()}, {entry['requirement']}: found "
-        f"{size} (95 % confidence: {low} to {high}), margin {told}; {entry['why']}"
+        f"{size_text(entry)} ({interval_text(entry)}), margin {margin_text(entry)}; {entry['why']}"
     )
+
+
+def size_text(entry: dict[str, Any]) -> str:
+    """Size that is not exceeded at the level, as text."""
+    value = entry["size"]["value"]
+    if value is None:
+        return "not determined"
+    return ("at most " if entry["size_is_limit"] else "") + angle_text(value, entry["required"])
+
+
+def interval_text(entry: dict[str, Any]) -> str:
+    """Confidence limits of the size as text, also if one is missing."""
+    low, high = entry["size"]["low"], entry["size"]["high"]
+    texts = [angle_text(each, entry["required"]) for each in (low, high)]
+    if not low and high is None:
+        return "without confidence limits"
+    if high is None:
+        return f"95 % confidence: at least {texts[0]}"
+    if not low:
+        return f"95 % confidence: at most {texts[1]}"
+    return f"95 % confidence: {texts[0]} to {texts[1]}"
+
+
+def margin_text(entry: dict[str, Any]) -> str:
+    """Margin at the upper confidence limit as text; without it, that at the lower limit."""
+    low, high = entry["margin"]["low"], entry["margin"]["high"]
+    if low is None and (high is None or high >= 1.0):
+        return "not determined"
+    margin = 100.0 * (high if low is None else low)
+    text = f"{margin:.3g} %" if abs(margin) < 1000.0 else f"{margin:.0f} %"
+    return f"at most {text}" if low is None else text
 
 
 def required_in(scenario: Scenario, metric: str) -> list[tuple[float, str]]:

@@ -40,7 +40,7 @@ def tuning_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[s
         scenario=found.stored.scenario,
         content=content,
         figure=svg(front_figure(found)),
-        told=told,
+        value_text=value_text,
         common=COMMON,
         proof=PROOF,
         percent=PERCENT,
@@ -94,8 +94,18 @@ def _content(found: FoundTuning) -> dict[str, Any]:
         "ratio_high": high,
         "within_limits_before": bool(question.excess(tuned.before) <= 0.0),
         "within_limits": bool(question.excess(tuned.after) <= 0.0),
+        "doubts": _doubts(question.metrics, tuned.after),
         "engine": dict(found.stored.campaign.engine),
     }
+
+
+def _doubts(metrics: tuple[str, ...], after: Vector) -> list[str]:
+    """Why the best candidate is no result: metrics that too many of its runs lack."""
+    lacking = [name for name, value in zip(metrics, after, strict=True) if not np.isfinite(value)]
+    return [
+        f"{100.0 - PERCENT:g} % or more of the runs end early or have no {name}"
+        for name in dict.fromkeys(lacking)
+    ]
 
 
 def _lines(content: dict[str, Any]) -> list[str]:
@@ -107,18 +117,23 @@ def _lines(content: dict[str, Any]) -> list[str]:
         lines.append(f"  {each['key']}: {each['before']:g} -> {each['after']:.4g}{unit}{bound}")
     lines.append(f"  {_verdict(content)}")
     for each in content["metrics"]:
-        before, after = (told(each[when], each["unit"]) for when in ("before", "after"))
+        before, after = (value_text(each[when], each["unit"]) for when in ("before", "after"))
         lines.append(f"  {each['metric']}: {before} -> {after} for 95 % of {PROOF} fresh runs")
     if not content["within_limits"]:
         lines.append("  the limits are not met on fresh runs")
-    return lines
+    return lines + [f"  no valid result: {doubt}" for doubt in content["doubts"]]
+
+
+def value_text(value: float | None, unit: str) -> str:
+    """Value of a metric that holds for most runs, or that there is no such value."""
+    return "without a value" if value is None else told(value, unit)
 
 
 def _verdict(content: dict[str, Any]) -> str:
     """Whether the best candidate is better, on fresh runs."""
     ratio, low, high = (content[name] for name in ("ratio", "ratio_low", "ratio_high"))
     if ratio is None or low is None or high is None:
-        return f"{content['minimise']}: no ratio, because runs end early"
+        return f"{content['minimise']}: no ratio, because runs end early or do not have it"
     told_of = f"{ratio:.3f} times that before (95 % confidence: {low:.3f} to {high:.3f})"
     if content["within_limits_before"] and ratio > 1.0 - ENOUGH:
         return f"{content['minimise']}: {told_of}: the given values are as good as any found"

@@ -35,28 +35,25 @@ def worst_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[st
     """
     found = found_worst(folder)
     content = _content(found, Store(folder))
-    unit = metrics_of(found.stored.scenario)[found.question.metric].unit
-
-    def shown(value: float | None) -> str:
-        return told(value, unit)
 
     page = render(
         "worst_case.html",
         scenario=found.stored.scenario,
         content=content,
         figure=svg(progress_figure(found)),
-        told=shown,
         folder=folder,
         command=command,
     )
-    return content, page, _lines(found, content, shown)
+    return content, page, _lines(content)
 
 
 def _content(found: FoundWorst, store: Store) -> dict[str, Any]:
     """Content of report.json, SI units."""
     worst, scenario, known = found.worst, found.stored.scenario, found.stored.campaign
-    entries = numbers_of(scenario)
-    effect = worst.response - worst.without
+    entries, name = numbers_of(scenario), found.question.metric
+    metric = name, metrics_of(scenario)[name].unit
+    with np.errstate(invalid="ignore"):  # of equal infinite responses
+        effect = worst.response - worst.without
     # infinite differences, of runs that end early, come first
     order = np.argsort(-effect, kind="stable")  # NaN last
     keys = scenario.dispersed
@@ -66,12 +63,15 @@ def _content(found: FoundWorst, store: Store) -> dict[str, Any]:
         "digest": known.digest,
         "seed": known.seed,
         "runs": len(found.stored.columns["run"]),
-        "metric": found.question.metric,
+        "metric": name,
         "within": found.question.within,
         "worst": or_none(worst.response),
+        "outcome": outcome(worst.response, *metric),
         "run": worst.number,
+        "doubts": [*found.doubts()],
         "kept": worst.number in store.histories(known),
         "worst_of_random": or_none(worst.random),
+        "outcome_of_random": outcome(worst.random, *metric),
         "random_runs": worst.independent,
         "noise_share": or_none(worst.noise_share),
         "noise_drives": bool(worst.noise_share > MUCH_NOISE),
@@ -85,6 +85,7 @@ def _content(found: FoundWorst, store: Store) -> dict[str, Any]:
                 "place": float(worst.coordinates[k]),
                 "at": at_bound(float(worst.coordinates[k]), AT_BOUND),
                 "worst_at_nominal": or_none(float(worst.without[k])),
+                "outcome_at_nominal": outcome(float(worst.without[k]), *metric),
             }
             for k in order
         ],
@@ -92,17 +93,36 @@ def _content(found: FoundWorst, store: Store) -> dict[str, Any]:
     }
 
 
-def _lines(found: FoundWorst, content: dict[str, Any], shown: Any) -> list[str]:
+def outcome(response: float, metric: str, unit: str) -> str:
+    """Response of a run as text, with a reason for one that is no number.
+
+    Args:
+        response: Metric; infinite for a run that ends early or never settles, minus infinity for
+            one without the metric, NaN for one that was not simulated.
+        metric: Name of the metric.
+        unit: Its SI unit.
+    """
+    if np.isfinite(response):
+        return told(response, unit)
+    if np.isnan(response):
+        return "not simulated"
+    if response < 0.0:
+        return f"no {metric}"
+    return "never settles" if metric.split(".")[-1] == "settling" else "ends early"
+
+
+def _lines(content: dict[str, Any]) -> list[str]:
     """The outcome as lines for a terminal."""
-    worst = shown(content["worst"]) if content["worst"] is not None else "a run that ends early"
     lines = [
         f"{content['runs']} runs of {content['scenario']}, worst {content['metric']} within "
-        f"{content['within']}: {worst} in run {content['run']} (worst of {content['random_runs']} "
-        f"independent runs: {shown(content['worst_of_random'])})"
+        f"{content['within']}: {content['outcome']}, run {content['run']} (worst of "
+        f"{content['random_runs']} independent runs: {content['outcome_of_random']})"
     ]
+    if content["doubts"]:
+        return [*lines, *(f"  no worst case: {doubt}" for doubt in content["doubts"])]
     moved = []
     for each in content["values"][:3]:
-        place = f"at its {each['at']}" if each["at"] else f"at {each['place']:+.0%}"
+        place = f"at its {each['at']}" if each["at"] else f"at {each['place']:+.0%} of its bound"
         moved.append(f"{each['key']} {place}")
     lines.append(f"  by {', '.join(moved)}")
     if content["noise_drives"]:

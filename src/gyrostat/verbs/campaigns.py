@@ -89,18 +89,15 @@ def campaign(
     Returns:
         The dataset that `campaign_runs` reads: every drawn parameter and metric, one value per
         run. The folder also has report.html, report.json and the histories of the worst runs. With
-        `rare` or `worst_case`, the runs are not independent; the attributes `probability`, `low`,
-        `high` and `doubts`, or `run`, `worst` and `noise_share`, are the result.
+        `rare` or `worst_case`, the runs are not independent; the attributes `probability`, `low`
+        and `high`, or `below` without a probability, or `run`, `worst` and `noise_share`, are the
+        result, and `doubts` has the reasons not to trust it.
 
     Raises:
         InputError: The scenario has no dispersions, the folder has another campaign, or options
             cannot be used.
     """
-    from gyrostat.campaigns import campaign_runs, cluster, run_campaign
-    from gyrostat.campaigns.own.trial import say_bad_commands
-    from gyrostat.campaigns.pointing.text import requirement_lines
     from gyrostat.core.files import check_writable
-    from gyrostat.reports.campaign import write_campaign
 
     if out is not None:
         check_writable(Path(out))
@@ -113,11 +110,7 @@ def campaign(
     if not found.dispersions:
         place = scenario if isinstance(scenario, str | Path) else found.name
         raise InputError(f"{place}: key dispersion: found none, expected at least one dispersion")
-    folder = Path(folder_name(found.name, runs, seed) if out is None else out)
-    if out is None:
-        check_writable(folder)
-        # the chosen folder is always reported
-        (to_stderr if say is silent else say)(f"the files of the campaign are written to {folder}")
+    question = None
     if rare is not None or worst_case is not None:
         from gyrostat.verbs import searches
 
@@ -128,14 +121,24 @@ def campaign(
         other |= {"--within": within if is_rare else None}
         option = "--rare" if is_rare else "--worst-case"
         refuse_given(other, option, "a campaign")
+        question = searches.question_of(found, runs, seed, rare, worst_case or "", within, say)
         searches.check_native(option, device, engine)
+    folder = Path(folder_name(found.name, runs, seed) if out is None else out)
+    if out is None:
+        check_writable(folder)
+        # the chosen folder is always reported
+        (to_stderr if say is silent else say)(f"the files of the campaign are written to {folder}")
+    if question is not None:
         from gyrostat.campaigns.search.execute import Options
+        from gyrostat.verbs import searches
 
         options = Options(runs, seed, workers, worst, force, verify)
-        about = found, folder, options, say, on_progress, command
-        if rare is not None:
-            return searches.failures(rare, *about)
-        return searches.worst_case(worst_case or "", within or "3sigma", *about)
+        return searches.search(question, found, folder, options, say, on_progress, command)
+    from gyrostat.campaigns import campaign_runs, cluster, run_campaign
+    from gyrostat.campaigns.own.trial import say_bad_commands
+    from gyrostat.campaigns.pointing.text import requirement_lines
+    from gyrostat.reports.campaign import write_campaign
+
     refuse_given({"--within": within}, "campaign", "--worst-case")
     for line in requirement_lines(found, runs):
         say(line)

@@ -13,6 +13,8 @@ if TYPE_CHECKING:
 
     from gyrostat.campaigns import Scenario
     from gyrostat.campaigns.search.execute import Options, Question
+    from gyrostat.campaigns.search.rare import RareFailure
+    from gyrostat.campaigns.search.worst_case import WorstCase
 
 
 def check_native(option: str, device: str, engine: str) -> None:
@@ -25,34 +27,50 @@ def check_native(option: str, device: str, engine: str) -> None:
     use_engine(engine_record("cpu", FLAGS["cpu"]))
 
 
-def failures(
-    failure: str, scenario: "Scenario", folder: Path, options: "Options", say: Say, *about: Any
-) -> "xr.Dataset":
-    """Estimate the probability of a failure; see `gyrostat.campaign` and `run_question`."""
-    from gyrostat.campaigns import campaign_runs
+def question_of(
+    scenario: "Scenario",
+    runs: int,
+    seed: int,
+    rare: str | None,
+    worst_case: str,
+    within: str | None,
+    say: Say,
+) -> "RareFailure | WorstCase":
+    """Create the search that the options of `gyrostat.campaign` request.
+
+    Raises:
+        InputError: An option cannot be used, or there are too few runs.
+    """
     from gyrostat.campaigns.search.condition import Condition
     from gyrostat.campaigns.search.rare import ENOUGH, FEW, RareFailure
+    from gyrostat.campaigns.search.worst_case import WorstCase
 
-    question = RareFailure(Condition.parse(failure, scenario, "--rare"))
-    question.searches(options.runs, options.seed)  # too few runs are an error
-    if options.runs < ENOUGH:
-        say(f"--runs {options.runs}: {FEW}")
-    found = run_question(scenario, folder, question, options, say, *about)
-    told = {name: found[name] for name in ("probability", "low", "high")}
-    return campaign_runs(folder).assign_attrs(told, doubts=tuple(found["doubts"]))
+    if rare is None:
+        question = WorstCase.of(scenario, worst_case, within or "3sigma")
+    else:
+        question = RareFailure(Condition.parse(rare, scenario, "--rare"))
+    question.searches(runs, seed)  # too few runs are an error
+    if rare is not None and runs < ENOUGH:
+        say(f"--runs {runs}: {FEW}")
+    return question
 
 
-def worst_case(
-    metric: str, within: str, scenario: "Scenario", folder: Path, *about: Any
+def search(
+    question: "RareFailure | WorstCase", scenario: "Scenario", folder: Path, *about: Any
 ) -> "xr.Dataset":
-    """Search for the worst case of a metric; see `gyrostat.campaign` and `run_question`."""
+    """Carry out a search; returns what `gyrostat.campaign` does. See `run_question`."""
     from gyrostat.campaigns import campaign_runs
-    from gyrostat.campaigns.search.worst_case import WorstCase, found_worst
+    from gyrostat.campaigns.search.rare import RareFailure
 
-    run_question(scenario, folder, WorstCase.of(scenario, metric, within), *about)
-    found = found_worst(folder).worst
-    told = {"run": found.number, "worst": found.response, "noise_share": found.noise_share}
-    return campaign_runs(folder).assign_attrs(told)
+    content = run_question(scenario, folder, question, *about)
+    if isinstance(question, RareFailure):
+        result = {name: content[name] for name in ("probability", "low", "high", "below")}
+    else:
+        from gyrostat.campaigns.search.worst_case import found_worst
+
+        worst = found_worst(folder).worst
+        result = {"run": worst.number, "worst": worst.response, "noise_share": worst.noise_share}
+    return campaign_runs(folder).assign_attrs(result, doubts=tuple(content["doubts"]))
 
 
 def run_question(

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from itertools import chain
+from math import ceil, log2, pi
 
 import numpy as np
 from numpy.typing import NDArray
@@ -18,10 +19,25 @@ from gyrostat.campaigns.pointing.indices import (
 from gyrostat.campaigns.requirement import Requirement
 from gyrostat.core.types import Matrix, Vector
 
-SHARES = 2.0 ** (np.arange(-128, 33) / 16.0)
-"""Sizes at which a mixed requirement counts, in required values: 1/256 to 4, sixteen an octave."""
+OCTAVE, UNIT = 16, 128
+"""Number of sizes of an octave at which a mixed requirement counts, and place of its value."""
+LARGEST = 2.0 * pi
+"""Largest possible size of an index, rad: difference of two rotations."""
 INSTANTS = 120
 """Number of times of a profile."""
+
+
+def counted_sizes(value: float) -> Vector:
+    """Sizes at which a mixed requirement counts, in required values, rising.
+
+    They are from 1/256 to at least 4, and so large that every index is counted. All tables of runs
+    begin with the same ones; older tables end at 4.
+
+    Args:
+        value: Required value, rad.
+    """
+    above = max(2 * OCTAVE, ceil(OCTAVE * log2(LARGEST / value)))
+    return 2.0 ** (np.arange(-UNIT, above + 1) / OCTAVE)
 
 
 class Profile:
@@ -89,7 +105,8 @@ class Collected:
         ]
         self.profile = Profile(runs, length or samples)
         self._largest = np.full(runs, -np.inf)
-        self._counts = np.zeros((runs, len(SHARES) + 2))
+        self._counted = counted_sizes(requirement.value)
+        self._counts = np.zeros((runs, len(self._counted) + 2))
         self._sizes: Collector | None = None
         if requirement.interpretation == "temporal":
             self._sizes = collectors(runs, masks * (samples + window), group, 1)[0]
@@ -117,9 +134,10 @@ class Collected:
         )
         if self._requirement.interpretation == "mixed":
             # values above all sizes have the last place but one, undefined ones the last
-            places = np.searchsorted(SHARES * self._requirement.value, sizes)
-            places = np.where(finite, places, len(SHARES) + 1)
-            places += np.arange(len(sizes))[:, None] * (len(SHARES) + 2)
+            counted = self._counted * self._requirement.value
+            places = np.searchsorted(counted, sizes)
+            places = np.where(finite, places, len(counted) + 1)
+            places += np.arange(len(sizes))[:, None] * (len(counted) + 2)
             self._counts += np.bincount(places.ravel(), minlength=self._counts.size).reshape(
                 self._counts.shape
             )
@@ -137,7 +155,7 @@ class Collected:
     def metric(self) -> Vector:
         """Metric of the requirement, (runs,); NaN for a run without values."""
         if self._requirement.interpretation == "mixed":
-            below, total = self.counts()[:, [SHARES.tolist().index(1.0), -1]].T
+            below, total = self.counts()[:, [UNIT, -1]].T
             none = np.full(len(total), np.nan)
             return np.divide(total - below, total, out=none, where=total > 0.0)
         if self._sizes is not None:
@@ -145,5 +163,5 @@ class Collected:
         return np.where(np.isfinite(self._largest), self._largest, np.nan)
 
     def counts(self) -> Matrix:
-        """Number of values that are not above each of `SHARES`, and of all, (runs, sizes + 1)."""
+        """Number of values not above each of `counted_sizes`, and of all, (runs, sizes + 1)."""
         return np.cumsum(self._counts[:, :-1], axis=1)

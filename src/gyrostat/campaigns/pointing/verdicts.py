@@ -9,10 +9,10 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.campaigns.pointing.collected import SHARES
+from gyrostat.campaigns.pointing.collected import counted_sizes
 from gyrostat.campaigns.pointing.statistics import least_runs, mean_bounds, size_at, sizes_around
 from gyrostat.campaigns.requirement import Requirement
-from gyrostat.campaigns.summary import CONFIDENCE, Estimate, percentile_of
+from gyrostat.campaigns.summary import Estimate, percentile_of, share_bounds
 from gyrostat.core.types import Matrix, Vector
 
 PASS, FAIL, OPEN = "pass", "fail", "not decided"
@@ -26,7 +26,9 @@ class Verdict:
         requirement: Requirement.
         verdict: "pass", "fail" or "not decided".
         why: Reason, a sentence.
-        size: Size that is not exceeded at the level, rad.
+        size: Size that is not exceeded at the level, rad; NaN without an answer, see `why`.
+        is_limit: Whether the size is only known to be at most `size`: it is below all sizes that
+            are counted.
         share: Share that is not above the required value, to compare with the level (temporal: with
             `Requirement.share`).
         runs: Number of runs that count.
@@ -38,6 +40,7 @@ class Verdict:
     verdict: str
     why: str
     size: Estimate
+    is_limit: bool
     share: Estimate
     runs: int
     without: int
@@ -70,7 +73,7 @@ def judged(
         metric: Its metric, (runs,); NaN without values.
         status: Status of each run, 0 if it is complete, (runs,).
         totals: For a mixed requirement: sum over the complete runs of the shares of time that are
-            not above each of `SHARES`, (sizes,).
+            not above each of `counted_sizes`, (sizes,), or of the first of them.
     """
     incomplete = status != 0
     counts = np.isfinite(metric) | incomplete
@@ -80,28 +83,31 @@ def judged(
     if runs == 0:
         none = Estimate(np.nan, np.nan, np.nan)
         why = f"no run has values of {requirement.index}"
-        return Verdict(requirement, OPEN, why, none, none, 0, without, needed)
+        return Verdict(requirement, OPEN, why, none, False, none, 0, without, needed)
     if is_mixed:
         assert totals is not None
         size, share = _mixed(requirement, np.where(incomplete, 0.0, 1.0 - metric)[counts], totals)
     else:
         worst = np.where(incomplete, np.inf, metric)[counts]
         size, share = _of_runs(level, worst, requirement.value)
-    if runs < needed:
-        size = size._replace(value=np.nan)
     verdict, why = OPEN, "the required value is within the confidence interval"
     if share.low >= level:
         verdict, why = PASS, "the upper limit of the confidence interval is within the requirement"
     elif share.high < level:
         verdict, why = FAIL, "the confidence interval is above the required value"
-        if np.isnan(size.low):  # further above than sizes are known
+        if np.isnan(size.low):  # runs that did not end, or an older table that ends at a size
             within = f"{100.0 * share.high:.3g} % ({100.0 * level:.12g} % are required)"
             why = f"with 95 % confidence it is met in at most {within}"
     elif runs < needed:
         why = f"{runs} runs cannot show {100.0 * level:.12g} %: at least {needed} are needed"
+        size = size._replace(value=np.nan)
+    if np.any(incomplete) and not np.all(np.isfinite(size)):
+        why += f"; {np.sum(incomplete)} of {runs} runs did not end and exceed every size"
     if without > 0:
         why += f"; {without} of {len(metric)} runs have no values and are left out"
-    return Verdict(requirement, verdict, why, size, share, runs, without, needed)
+    smallest = counted_sizes(requirement.value)[0] * requirement.value
+    is_limit = is_mixed and bool(size.value == smallest)
+    return Verdict(requirement, verdict, why, size, is_limit, share, runs, without, needed)
 
 
 def _of_runs(level: float, worst: Vector, value: float) -> tuple[Estimate, Estimate]:
@@ -111,22 +117,13 @@ def _of_runs(level: float, worst: Vector, value: float) -> tuple[Estimate, Estim
     found = percentile_of(np.minimum(worst, largest), round(100.0 * level, 10))
     size = Estimate(*(part if part < largest else np.nan for part in found))
     inside, count = int(np.sum(worst <= value)), len(worst)
-    return size, Estimate(inside / count, *_binomial(inside, count))
-
-
-def _binomial(inside: int, count: int) -> tuple[float, float]:
-    """Interval of C. J. Clopper and E. S. Pearson, 1934, for a share of the runs."""
-    from scipy.special import betaincinv  # slow to import
-
-    tail = 0.5 * (1.0 - CONFIDENCE)
-    low = betaincinv(inside, count - inside + 1, tail) if inside > 0 else 0.0
-    high = betaincinv(inside + 1, count - inside, 1.0 - tail) if inside < count else 1.0
-    return float(low), float(high)
+    return size, Estimate(inside / count, *share_bounds(inside, count))
 
 
 def _mixed(requirement: Requirement, shares: Vector, totals: Vector) -> tuple[Estimate, Estimate]:
     """Size that is not exceeded in a share of time and runs, and the share within the value."""
-    count, sizes = len(shares), SHARES * requirement.value
+    count = len(shares)
+    sizes = counted_sizes(requirement.value)[: len(totals)] * requirement.value
     means = np.clip(totals / count, 0.0, 1.0)
     bounds = np.array([mean_bounds(mean, count) for mean in means.tolist()])
     level = requirement.level

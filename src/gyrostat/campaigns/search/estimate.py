@@ -10,10 +10,10 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy.special import bdtr, bdtrc, chdtri, stdtrit
+from scipy.special import bdtr, bdtrc, chdtri, ndtri, stdtrit
 
-from gyrostat.campaigns.search.subset import Replication
-from gyrostat.campaigns.summary import CONFIDENCE
+from gyrostat.campaigns.search.subset import REACHED, STUCK, TOO_RARE, Replication
+from gyrostat.campaigns.summary import CONFIDENCE, share_bounds
 from gyrostat.core.types import Vector
 
 WIDEST = 12.0
@@ -35,7 +35,10 @@ class Rarity:
         low: Lower end of the 95 % confidence interval; None without a probability.
         high: Upper end.
         variation: Coefficient of variation of the probability; None without a probability.
-        doubts: Reasons not to trust the result; empty if there are none.
+        doubts: Reasons not to trust the result, or why there is no probability; empty if there are
+            none.
+        below: Upper limit of the failure probability, 95 % confidence, if the failure was not
+            reached; None with a probability.
     """
 
     probability: float | None
@@ -43,6 +46,7 @@ class Rarity:
     high: float | None
     variation: float | None
     doubts: tuple[str, ...]
+    below: float | None = None
 
 
 def rarity(replications: Sequence[Replication]) -> Rarity:
@@ -51,7 +55,7 @@ def rarity(replications: Sequence[Replication]) -> Rarity:
     doubts = _unfinished(replications)
     reached = found[np.isfinite(found)]
     if len(reached) < len(found):
-        return Rarity(None, None, None, None, tuple(doubts))
+        return Rarity(None, None, None, None, tuple(doubts), _limit(replications))
     low, high = interval(reached, _explained(replications))
     mean = float(np.mean(reached))
     variation = float(np.std(reached, ddof=1) / np.sqrt(len(reached)) / mean)
@@ -59,6 +63,34 @@ def rarity(replications: Sequence[Replication]) -> Rarity:
     doubts += _slow_chains(replications)
     doubts += _first_level(replications, low, high)
     return Rarity(mean, low, high, variation, tuple(doubts))
+
+
+def _limit(replications: Sequence[Replication]) -> float:
+    """Upper limit of the failure probability if not all replications reach the failure.
+
+    The estimate of a replication that ended earlier would have been at most the probability of its
+    last level, and the largest estimate of all is below the true value only if each is. For
+    log-normal estimates of variance v of their logarithms and mean p, the largest of n is below
+    p exp(-v / 2 + z √v) with probability Φ(z)^n. The independent runs give another limit.
+    """
+    found = [each.probability for each in replications]
+    found += [_last(each) for each in replications if each.ended != REACHED]
+    square, tail = _explained(replications), 0.5 * (1.0 - CONFIDENCE)
+    least = ndtri(tail ** (1.0 / len(replications)))
+    high = np.nanmax(found) * np.exp(0.5 * square - least * np.sqrt(square))
+    failed, count = _independent(replications)
+    return float(min(high, share_bounds(failed, count)[1]))
+
+
+def _last(replication: Replication) -> float:
+    """Estimated probability of the last level of a replication."""
+    return float(np.prod([level.probability for level in replication.levels]))
+
+
+def _independent(replications: Sequence[Replication]) -> tuple[int, int]:
+    """Number of failures among the independent runs, and number of these runs."""
+    first = np.concatenate([each.levels[0].response for each in replications])
+    return int(np.sum(first > 0.0)), len(first)
 
 
 def interval(found: Vector, least: float = 0.0) -> tuple[float, float]:
@@ -84,8 +116,8 @@ def _explained(replications: Sequence[Replication]) -> float:
 def _unfinished(replications: Sequence[Replication]) -> list[str]:
     """Reasons of the replications that did not reach the failure."""
     count = len(replications)
-    stuck = sum(each.ended == "stuck" for each in replications)
-    rare = [each for each in replications if each.ended == "too rare"]
+    stuck = sum(each.ended == STUCK for each in replications)
+    rare = [each for each in replications if each.ended == TOO_RARE]
     doubts = []
     if stuck:
         doubts.append(
@@ -93,10 +125,10 @@ def _unfinished(replications: Sequence[Replication]) -> list[str]:
             "the dispersions and the noise may not be able to cause it, or the metric has steps"
         )
     if rare:
-        least = max(np.prod([level.probability for level in each.levels]) for each in rare)
+        least = max(map(_last, rare))
         doubts.append(
-            f"{len(rare)} of {count} replications end before the failure: it is rarer than about "
-            f"{least:.0e}, or there are too few runs"
+            f"{len(rare)} of {count} replications end before the failure, at a probability of "
+            f"about {least:.0e}"
         )
     return doubts
 
@@ -140,8 +172,7 @@ def _slow_chains(replications: Sequence[Replication]) -> list[str]:
 
 def _first_level(replications: Sequence[Replication], low: float, high: float) -> list[str]:
     """Whether the failures among the independent runs contradict the interval."""
-    first = np.concatenate([each.levels[0].response for each in replications])
-    failed, count = int(np.sum(first > 0.0)), len(first)
+    failed, count = _independent(replications)
     too_many = failed > 0 and bdtrc(failed - 1, count, high) < DOUBT
     if too_many or bdtr(failed, count, low) < DOUBT:
         return [

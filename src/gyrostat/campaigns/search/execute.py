@@ -171,7 +171,9 @@ class Stored(NamedTuple):
     def results(self, question: Question) -> tuple[list[Any], int]:
         """Results of the independent searches, and the number of runs with refused values."""
 
-        def found(piece: Piece) -> Columns:
+        def found(piece: Piece) -> Columns | None:
+            if piece.runs[-1] >= len(self.columns["run"]):
+                return None
             return {name: values[piece.runs] for name, values in self.columns.items()}
 
         flights = Flights(self.scenario, self.campaign, question.response, found=found)

@@ -139,7 +139,10 @@ class Flights:
             self._on_progress(finished)
 
         if missing and self._opener is None:
-            raise InputError("search: found flights that are not stored, expected all of them")
+            raise InputError(
+                "search: found requested runs that are not in the table, expected all of them: use "
+                "the version that started it, or another folder"
+            )
         if missing and self._opener is not None:
             carry_out(
                 missing, self._simulate, self._opener, take, window=2 * (os.cpu_count() or 1) + 2
@@ -149,14 +152,19 @@ class Flights:
         responses = []
         for piece in pieces:
             columns: Any = known[piece.number]
-            own = np.stack([columns[key] for key in self._scenario.dispersed], axis=1)
-            if not np.array_equal(own, piece.values):
+            if not self._requested(piece, columns):
                 raise InputError(
                     f"block {piece.number}: found the values of another search, expected those "
-                    "that this software draws: use the version that started it"
+                    "that this software draws: use the version that started it, or another folder"
                 )
             responses.append(self._response(columns))
         return np.concatenate(responses)
+
+    def _requested(self, piece: Piece, columns: Columns) -> bool:
+        """Whether columns have the values and the noise of the flights that were requested."""
+        wanted = dict(zip(self._scenario.dispersed, piece.values.T, strict=True))
+        wanted |= {PARENT: self._parents[piece.runs], REPLACED: self._shares[piece.runs]}
+        return all(np.array_equal(columns[name], each) for name, each in wanted.items())
 
     def _simulate(self, piece: Piece) -> Columns:
         """Simulate a piece: columns of its runs."""

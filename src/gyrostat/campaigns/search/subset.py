@@ -29,6 +29,8 @@ FIRST_STEP = 0.6
 LEVELS = 9
 """Largest number of levels: probabilities down to 5⁻⁹ = 5e-7 and, with the share of failures in
 the last one, below."""
+REACHED, STUCK, TOO_RARE = "reached", "stuck", "too rare"
+"""How a replication ends."""
 FEWEST = 5
 """Fewest flights above a level from which the next one can start."""
 
@@ -62,7 +64,7 @@ class Replication(NamedTuple):
         levels: Levels, the first with independent draws.
         probability: Estimated probability of a response above 0; NaN if it was not reached.
         variation: Coefficient of variation that the correlations within its own chains explain.
-        ended: "reached", "stuck" (the responses do not rise any further) or "too rare".
+        ended: `REACHED`, `STUCK` (the responses do not rise any further) or `TOO_RARE`.
     """
 
     levels: tuple[Level, ...]
@@ -102,12 +104,12 @@ def subset_simulation(chains: int, seed: list[int]) -> Generator[Moves, Answers,
         failed = level.response > 0.0
         reached = failed if ended else level.response >= bound
         if ended is None and len(levels) > LEVELS:
-            ended, reached = ("reached" if np.any(failed) else "too rare"), failed
+            ended, reached = (REACHED if np.any(failed) else TOO_RARE), failed
         squares.append(_squared_variation(reached, chains, independent=len(levels) == 1))
         share = float(np.mean(reached))
         if ended is not None:
             before = float(np.prod([each.probability for each in levels]))
-            probability = before * share if ended == "reached" else np.nan
+            probability = before * share if ended == REACHED else np.nan
             return Replication(tuple(levels), probability, float(np.sqrt(sum(squares))), ended)
         places = _starts(np.flatnonzero(reached), chains, random)
         level, step = yield from _level(level, bound, share, places, step, random)
@@ -119,11 +121,11 @@ def _next_bound(level: Level) -> tuple[float, str | None]:
     response = np.sort(level.response)[::-1]
     bound = response[len(response) // STEPS - 1]
     if bound > 0.0:
-        return 0.0, "reached"
+        return 0.0, REACHED
     above = level.response[level.response > level.bound]
     if bound <= level.bound:  # too many equal responses
         if len(above) < FEWEST:
-            return 0.0, "reached" if np.any(level.response > 0.0) else "stuck"
+            return 0.0, REACHED if np.any(level.response > 0.0) else STUCK
         bound = np.min(above)
     return float(bound), None
 

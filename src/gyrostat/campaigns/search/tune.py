@@ -63,7 +63,7 @@ def fewest_flights() -> int:
 
 def _besides() -> int:
     """Largest number of flights besides those of the generations."""
-    return 2 * COMMON + (4 + len(MARGINS)) * PROOF
+    return 2 * COMMON + (5 + len(MARGINS)) * PROOF
 
 
 def tune(
@@ -124,6 +124,8 @@ def tune(
         values += [*found]
     places = _finalists(np.array(values)[:, 0], np.array([excess(value) for value in values]))
     places = places or [min(range(len(tried)), key=lambda k: loss(values[k]))]
+    # the given numbers are compared too: the result is never worse than they are
+    places = [*dict.fromkeys([0, *places])]
     answers = yield moves(last, np.array([tried[k] for k in places]))
     losses = [loss(value) for value in _values(answers, len(places))]
     best = tried[places[min(range(len(places)), key=losses.__getitem__)]]

@@ -127,7 +127,9 @@ class Tuning:
     def searches(self, runs: int, seed: int) -> list[Generator[Moves, Answers, Tuned]]:
         """The one search; raises `InputError`."""
         if runs < fewest_flights():
-            raise InputError(f"--runs: found {runs}, expected at least {fewest_flights()}")
+            raise InputError(
+                f"--runs: found {runs}, expected at least {fewest_flights()} with tune"
+            )
         library()  # before the first flight
         low, high = np.array([*self.free.values()]).T
 

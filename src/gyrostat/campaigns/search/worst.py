@@ -12,7 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
-from gyrostat.campaigns.search.moves import Answers, Moves, first_moves
+from gyrostat.campaigns.search.largest import Largest
+from gyrostat.campaigns.search.moves import FIRST, Answers, Moves
 from gyrostat.core.errors import InputError
 from gyrostat.core.extras import missing
 from gyrostat.core.types import Matrix, Vector
@@ -23,6 +24,8 @@ GENERATIONS = 40
 """Largest number of generations of a start."""
 FIRST_STEP = 0.4
 """First standard deviation of a start, relative to the bounds."""
+FEWEST, FEWEST_OF_KEY = 10 * POPULATION, 2
+"""Fewest flights of a search, and those to be added for each dispersed key."""
 INDEPENDENT, MOST_INDEPENDENT = 10, 512
 """Share of the flights that are independent, 1 / INDEPENDENT, and their largest number."""
 
@@ -46,6 +49,12 @@ class Bounds(NamedTuple):
         share = 0.5 + coordinates * (0.5 if self.ends else ndtr(self.sigma) - 0.5)
         return np.where(self.is_uniform, ndtri(share), self.sigma * coordinates)
 
+    def draw(self, random: np.random.Generator, count: int) -> Matrix:
+        """Standard normal numbers of runs with independent draws within the bounds, (n, keys)."""
+        inside = ndtr(self.sigma) - 0.5
+        half = np.where(self.is_uniform & self.ends, 0.5, inside)
+        return ndtri(0.5 + half * random.uniform(-1.0, 1.0, (count, len(half))))
+
     def coordinates(self, normal: Matrix) -> Matrix:
         """Coordinates of standard normal numbers, (n, keys); beyond ±1 outside the bounds."""
         share = (ndtr(normal) - 0.5) / (0.5 if self.ends else ndtr(self.sigma) - 0.5)
@@ -56,15 +65,15 @@ class Worst(NamedTuple):
     """Worst case.
 
     Attributes:
-        number: Number of the flight.
+        number: Number of the flight: the one with the largest response of all flights.
         response: Its response.
         coordinates: Its coordinates, (keys,), from −1 to 1.
-        without: Response with each value at its nominal value and everything else the same,
-            (keys,).
+        without: Response with each value at its median and everything else the same, (keys,); NaN
+            if it was not flown.
         noise_share: Share of the variance of the response that is due to noise; NaN if the response
             does not vary.
-        random: Largest response of the independent flights within the bounds; NaN without one.
-        independent: Number of independent flights within the bounds.
+        random: Largest response of the independent flights.
+        independent: Number of independent flights.
     """
 
     number: int
@@ -78,7 +87,7 @@ class Worst(NamedTuple):
 
 def fewest_flights(keys: int) -> int:
     """Fewest flights of a search with this number of dispersed keys."""
-    return 10 * POPULATION + 2 * keys
+    return FEWEST + FEWEST_OF_KEY * keys
 
 
 def worst_case(bounds: Bounds, runs: int, seed: int) -> Generator[Moves, Answers, Worst]:
@@ -90,49 +99,75 @@ def worst_case(bounds: Bounds, runs: int, seed: int) -> Generator[Moves, Answers
         seed: Seed of the search.
 
     Yields:
-        Flights to simulate; their answers are sent back.
+        Flights to simulate, all within the bounds; their answers are sent back.
 
     Returns:
         The worst case.
+
+    Raises:
+        InputError: No independent flight has allowed values.
     """
+    largest = Largest()
+    return (yield from largest.follow(_search(bounds, runs, seed, largest)))
+
+
+def _search(
+    bounds: Bounds, runs: int, seed: int, largest: Largest
+) -> Generator[Moves, Answers, Worst]:
+    """See `worst_case`; `largest` follows the search."""
     keys, count = len(bounds.is_uniform), min(runs // INDEPENDENT, MOST_INDEPENDENT)
-    first = yield first_moves(count)
+    # trailing zeros would give the random numbers of a start
+    normal = bounds.draw(np.random.default_rng([seed, 0, 1]), count)
+    first = yield Moves(normal, np.full(count, FIRST), 1.0, count)
+    flown = np.flatnonzero(first.numbers >= 0)
+    if len(flown) == 0:
+        raise InputError(
+            "--within: found no allowed run within the bounds, expected narrower bounds"
+        )
+    random = largest.response
     # the same values with the noise of another flight
     other = yield Moves(first.normal, np.roll(first.numbers, 1), 0.0, count)
     share = noise_share(first.response, other.response)
-    place = bounds.coordinates(first.normal)
-    inside = np.all(np.abs(place) <= 1.0, axis=1)
-    order = np.argsort(-first.response, kind="stable")
-    best = _Best()
-    best.take(place[inside], first.numbers[inside], first.response[inside])
-    random = best.response if np.any(inside) else np.nan
-    final = runs // INDEPENDENT
-    left, start = runs - 2 * count - final - keys, 0
+    order = flown[np.argsort(-first.response[flown], kind="stable")]
+    final, spare = runs // INDEPENDENT, min(2 * keys, runs // 8)
+    left, start = runs - 2 * count - final - keys - spare, 0
     while left >= POPULATION:
         # by turns from an independent flight and from the worst so far
-        number = int(order[start // 2 % count])
-        centre, noise = place[number], int(first.numbers[number])
+        number = order[start // 2 % len(order)]
+        centre, noise = first.normal[number], int(first.numbers[number])
         if start % 2 == 1:
-            centre, noise = best.coordinates, best.number
-        centre = np.clip(centre, -0.9, 0.9)
+            centre, noise = largest.normal, largest.number
         generations = min(GENERATIONS, left // POPULATION)
-        used = yield from _start(bounds, centre, noise, generations, [seed, start], best)
+        used = yield from _start(bounds, centre, noise, generations, [seed, start])
         left, start = left - used, start + 1
-        if best.number < 0:
-            raise InputError(
-                "--within: found no allowed run within the bounds, expected narrower bounds"
-            )
     # the values of the worst case with the noise of independent runs
-    same = np.tile(best.coordinates, (final, 1))
-    answers = yield Moves(bounds.normal(same), np.full(final, best.number), 1.0, final)
-    best.take(same, answers.numbers, answers.response)
-    nominal = np.where(np.eye(keys, dtype=bool), 0.0, best.coordinates)
-    answers = yield Moves(bounds.normal(nominal), np.full(keys, best.number), 0.0, keys)
-    without = np.where(answers.numbers < 0, np.nan, answers.response)
-    return Worst(
-        *(best.number, best.response, best.coordinates, without, share, random),
-        int(np.sum(inside)),
-    )
+    same = np.tile(largest.normal, (final, 1))
+    yield Moves(same, np.full(final, largest.number), 1.0, final)
+    without = yield from _influence(largest, spare + left)
+    coordinates = np.clip(bounds.coordinates(largest.normal), -1.0, 1.0)
+    about = (share, random, len(flown))
+    return Worst(largest.number, largest.response, coordinates, without, *about)
+
+
+def _influence(largest: Largest, spare: int) -> Generator[Moves, Answers, Vector]:
+    """Response of the worst case with each value at its median, (keys,).
+
+    If one of these flights is worse, it is the worst case, and they are repeated with its values.
+
+    Args:
+        largest: The worst case.
+        spare: Number of flights for repetitions.
+    """
+    keys = len(largest.normal)
+    while True:
+        number = largest.number
+        normal = np.where(np.eye(keys, dtype=bool), 0.0, largest.normal)
+        answers = yield Moves(normal, np.full(keys, number), 0.0, keys)
+        if largest.number == number:
+            return np.where(answers.numbers < 0, np.nan, answers.response)
+        if spare < keys:  # known are the values that are at their median
+            return np.where(largest.normal == 0.0, largest.response, np.nan)
+        spare -= keys
 
 
 def at_bound(place: float, near: float) -> str | None:
@@ -142,26 +177,11 @@ def at_bound(place: float, near: float) -> str | None:
     return "upper bound" if place > 0.0 else "lower bound"
 
 
-class _Best:
-    """Worst flight so far."""
-
-    def __init__(self) -> None:
-        self.number, self.response, self.coordinates = -1, -np.inf, np.zeros(0)
-
-    def take(self, place: Matrix, numbers: NDArray[np.int64], response: Vector) -> None:
-        """Take flights into account; those that were not flown are left out."""
-        flown = numbers >= 0
-        place, numbers, response = place[flown], numbers[flown], response[flown]
-        if len(response) and (np.max(response) > self.response or self.number < 0):
-            worst = int(np.argmax(response))
-            self.number, self.response = int(numbers[worst]), float(response[worst])
-            self.coordinates = place[worst]
-
-
 def _start(
-    bounds: Bounds, centre: Vector, noise: int, generations: int, seed: list[int], best: _Best
+    bounds: Bounds, normal: Vector, noise: int, generations: int, seed: list[int]
 ) -> Generator[Moves, Answers, int]:
-    """CMA-ES from a centre with the noise of a flight; returns the number of flights."""
+    """CMA-ES around a flight with the noise of this flight; returns the number of flights."""
+    centre = np.clip(bounds.coordinates(normal), -0.9, 0.9)
     strategy = evolution(centre, FIRST_STEP, seed)
     for generation in range(generations):
         if strategy.stop():
@@ -171,7 +191,6 @@ def _start(
         parents = np.full(POPULATION, noise)
         answers = yield Moves(bounds.normal(place), parents, 0.0, POPULATION)
         strategy.tell(asked, _order(-answers.response))
-        best.take(place, answers.numbers, answers.response)
     return generations * POPULATION
 
 

@@ -65,9 +65,13 @@ class WorstCase:
 
     def searches(self, runs: int, seed: int) -> list[Generator[Moves, Answers, Worst]]:
         """The one search; raises `InputError`."""
-        least = fewest_flights(len(self.bounds.is_uniform))
+        keys = len(self.bounds.is_uniform)
+        least = fewest_flights(keys)
         if runs < least:
-            raise InputError(f"--runs: found {runs}, expected at least {least} with --worst-case")
+            raise InputError(
+                f"--runs: found {runs}, expected at least {least} with --worst-case and {keys} "
+                "dispersed values"
+            )
         library()  # before the first flight
         return [worst_case(self.bounds, runs, seed)]
 
@@ -86,6 +90,12 @@ class FoundWorst(NamedTuple):
     worst: Worst
     stored: Stored
     refused: int
+
+    def doubts(self) -> tuple[str, ...]:
+        """Why there is no worst case; empty if there is one."""
+        if self.worst.response > -np.inf:
+            return ()
+        return (f"no run has the metric {self.question.metric}",)
 
 
 def found_worst(folder: Path) -> FoundWorst:
