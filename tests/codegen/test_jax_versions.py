@@ -47,9 +47,13 @@ def test_range_is_that_of_the_package_metadata():
         ("campaign", SCENARIO, "--engine", "native", "--runs", 64, "--out", "out"),
         ("campaign", SCENARIO, "--rare", "error_max > 1 deg", "--runs", 20000, "--out", "out"),
         ("campaign", SCENARIO, "--worst-case", "error_max", "--runs", 20000, "--out", "out"),
+        (
+            *("tune", SCENARIO, "--free", "controller.rate_gain", "--minimise", "error_p95"),
+            *("--runs", 50000, "--out", "out"),
+        ),
         ("export", SCENARIO, "--to", "c", "--out", "out"),
     ],
-    ids=["simulate", "campaign", "rare", "worst case", "export"],
+    ids=["simulate", "campaign", "rare", "worst case", "tune", "export"],
 )
 def test_verbs_that_need_c_end_with_one_line(run, unknown, tmp_path, monkeypatch, words):
     monkeypatch.chdir(tmp_path)
