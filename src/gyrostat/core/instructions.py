@@ -125,6 +125,8 @@ def xla_flags() -> tuple[str, ...]:
 
 def compiler_flags() -> tuple[str, ...]:
     """Flags of the C compiler for the instruction set of this process."""
+    if platform.machine() == "arm64":  # the compiler of macOS has no -march=native there
+        return ("-mcpu=native",)
     return (f"-march={os.environ.get(NAME) or 'native'}",)
 
 
