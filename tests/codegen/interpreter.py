@@ -143,6 +143,7 @@ SIMPLE = {
     "sqrt": lambda p, a: np.sqrt(a),
     "rsqrt": lambda p, a: 1.0 / np.sqrt(a),
     "square": lambda p, a: a * a,
+    "one_minus_square": lambda p, a: (1.0 + a) * (1.0 - a),
     "floor": lambda p, a: np.floor(a),
     "ceil": lambda p, a: np.ceil(a),
     "round": lambda p, a: np.rint(a),
@@ -239,6 +240,10 @@ def step(equation, given, lanes):
     if name == "split":
         ends = np.cumsum(params["sizes"])[:-1]
         return np.split(given[0], ends, params["axis"] + 1)
+    if name == "unstack":
+        return [*np.moveaxis(given[0], params["axis"] + 1, 0)]
+    if name == "stack":
+        return [np.stack(given, params["axis"] + 1)]
     if name == "select_n":
         which, no, yes = given
         return [np.where(which.reshape(which.shape + (1,) * (no.ndim - which.ndim)), yes, no)]
