@@ -35,9 +35,9 @@ def check(
             what was found and what was expected.
     """
     from gyrostat.campaigns.kinds import components_of
-    from gyrostat.campaigns.own.parts import is_own
     from gyrostat.campaigns.pointing.text import requirement_lines
     from gyrostat.campaigns.reading.scenario_file import validated
+    from gyrostat.core.user_modules import is_own
 
     found = scenario_of(scenario, force=force, changes=changes)
     if not isinstance(scenario, str | Path) and not changes:

@@ -10,7 +10,7 @@ import numpy as np
 from gyrostat.campaigns.kinds import KINDS, component, components_of, fitting_estimator, numbers_of
 from gyrostat.campaigns.own.change_parts import LISTS, is_list, own_list, with_list
 from gyrostat.campaigns.own.objects import own_object
-from gyrostat.campaigns.own.parts import OWN, is_own
+from gyrostat.campaigns.own.parts import OWN
 from gyrostat.campaigns.reading.read_metrics import with_windows
 from gyrostat.campaigns.reading.read_requirements import with_requirements
 from gyrostat.campaigns.reading.scenario_file import validated
@@ -18,6 +18,7 @@ from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Scenario, Source
 from gyrostat.core.errors import InputError, placed
 from gyrostat.core.toml_file import refuse_unknown
+from gyrostat.core.user_modules import is_own
 from gyrostat.core.validation import MOST_PERIODS
 
 FIXED = ("values", "count", "wheels", "axes", "friction", "sources", "parts", "texts", "surfaces")

@@ -5,7 +5,7 @@ from math import inf
 
 from gyrostat.campaigns.controllers import NOTIFIED, PlannedController
 from gyrostat.campaigns.kinds import own_event_keys
-from gyrostat.campaigns.own.read_sources import own_kind
+from gyrostat.campaigns.reading.read_own import own_kind
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import AXES, Event, Source
 from gyrostat.campaigns.schema import EVENTS, SENSOR_FAULT, Measured, event_keys
