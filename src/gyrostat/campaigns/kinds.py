@@ -42,6 +42,7 @@ from gyrostat.campaigns.wheel_keys import WHEEL_ALL
 from gyrostat.core.errors import InputError
 from gyrostat.core.user_modules import is_own
 from gyrostat.wheel.friction import WHEEL_FRICTION
+from gyrostat.wheel.friction_laws import law_of
 
 KINDS: Mapping[str, Mapping[str, Component]] = {
     "controller": {
@@ -266,7 +267,7 @@ def _has_body(scenario: Scenario, name: str) -> bool:
 
 def numbers_of(scenario: Scenario) -> dict[str, Key]:
     """Full key -> schema entry, for every number of a scenario with these components."""
-    friction = WHEEL_FRICTION[scenario.friction].dimensions()
+    friction = law_of(scenario.friction, scenario.sources)
     fields = measured(scenario.sensors, scenario.parts, scenario.sources)
     sections: dict[str, Mapping[str, Key]] = {
         "body.inertia": dict.fromkeys(INERTIA, INERTIA_KEY),

@@ -19,10 +19,13 @@ __all__ = [
     "RPM",
     "SI_UNIT",
     "Unit",
+    "dimension_of",
     "find_unit",
     "known_unit",
     "parse_quantity",
     "parse_uncertain",
+    "si_unit",
+    "speed_power",
     "to_si",
     "unit_of",
 ]
@@ -37,6 +40,49 @@ def _normalised(text: str) -> str:
     text = text.replace("μ", "u").replace("−", "-").replace("**", "").replace("^", "")
     text = re.sub(r"\s*/\s*|\s+per\s+", "/", text)
     return re.sub(r"[\s.·⋅∙•*×]+", "·", text).rstrip("·")
+
+
+def si_unit(dimension: str) -> str:
+    """SI unit of a dimension; a dimension that `SI_UNIT` lacks is the text of its SI unit."""
+    return SI_UNIT.get(dimension, dimension)
+
+
+_PER_SPEED = re.compile(r"N·m(?:·s(-?[0-9.]*)/rad(-?[0-9.]*))?")
+"""Unit of a torque over a power of a speed."""
+
+
+def speed_power(unit: str) -> float | None:
+    """Power k of the unit N·m/(rad/s)^k of a torque coefficient; None for any other unit."""
+    match = _PER_SPEED.fullmatch(_normalised(unit))
+    if match is None or match[1] != match[2]:
+        return None
+    return 0.0 if match[1] is None else float(match[1] or 1.0)
+
+
+_SYMBOL = re.compile(r"(?:1|rad|kg|mol|Hz|[msNAKWVJT])-?[0-9.]*")
+"""SI symbol with an exponent."""
+
+
+def dimension_of(text: str, where: str) -> str:
+    """Dimension of a quantity, from the name of the dimension or from its SI unit.
+
+    Args:
+        text: Key of `SI_UNIT`, or an SI unit such as "N·m·s²/rad²".
+        where: Place to name in the error message.
+
+    Raises:
+        InputError: The text is neither.
+    """
+    spelling = _normalised(text)
+    of_unit = {_normalised(unit): dimension for dimension, unit in SI_UNIT.items()}
+    if text in SI_UNIT or spelling in of_unit:
+        return text if text in SI_UNIT else of_unit[spelling]
+    if not all(map(_SYMBOL.fullmatch, re.split("[·/()]+", spelling.strip("()")))):
+        raise InputError(
+            f"{where}: found {text[:40]!r}, expected an SI unit such as N·m·s²/rad², or one of "
+            f"{', '.join(SI_UNIT)}"
+        )
+    return text
 
 
 def _spellings() -> tuple[dict[str, dict[str, Unit]], dict[str, dict[str, Unit]]]:
@@ -57,9 +103,17 @@ _EXACT, _FOLDED = _spellings()
 
 
 def known_unit(text: str, dimension: str) -> Unit | None:
-    """Unit of a dimension (a key of `SI_UNIT`) with the given spelling, or None."""
+    """Unit of a dimension with the given spelling, or None; see `si_unit` for the dimension."""
     spelling = _normalised(text)
+    if dimension not in TABLE:
+        return Unit(dimension) if spelling == _normalised(dimension) else None
     return _EXACT[dimension].get(spelling) or _FOLDED[dimension].get(spelling.casefold())
+
+
+def _symbols(dimension: str) -> dict[str, None]:
+    """Symbols of the units of a dimension, in order and without repetition."""
+    rows = TABLE.get(dimension, ())
+    return dict.fromkeys(row[0].symbol for row in rows) or {dimension: None}
 
 
 def find_unit(text: str, dimension: str, where: str) -> Unit:
@@ -76,7 +130,7 @@ def find_unit(text: str, dimension: str, where: str) -> Unit:
     unit = known_unit(text, dimension)
     if unit is not None:
         return unit
-    symbols = {row[0].symbol.casefold(): row[0].symbol for row in TABLE[dimension]}
+    symbols = {symbol.casefold(): symbol for symbol in _symbols(dimension)}
     near = difflib.get_close_matches(text.strip().casefold(), symbols, n=1)
     raise InputError(
         f"{where}: found unit {text[:40]!r}, expected a unit of {dimension.replace('_', ' ')}: "
@@ -131,14 +185,13 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
     """
     match = QUANTITY.fullmatch(text)
     if match is None:
-        symbols = dict.fromkeys(row[0].symbol for row in TABLE[dimension])
         raise InputError(
-            f"{where}: found {text[:40]!r}, expected a number in {SI_UNIT[dimension]} "
-            f"or with a unit: {', '.join(symbols)}"
+            f"{where}: found {text[:40]!r}, expected a number in {si_unit(dimension)} "
+            f"or with a unit: {', '.join(_symbols(dimension))}"
         )
-    unit = match[2].strip() or SI_UNIT[dimension]
+    unit = match[2].strip() or si_unit(dimension)
     value = find_unit(unit, dimension, f"{where} {text[:40]!r}").to_si(float(match[1]))
-    return magnitude(where, value, SI_UNIT[dimension], shown=repr(text[:40]))
+    return magnitude(where, value, si_unit(dimension), shown=repr(text[:40]))
 
 
 def unit_of(text: str, dimension: str, where: str) -> Unit:

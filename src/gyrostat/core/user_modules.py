@@ -62,6 +62,29 @@ def module_name(path: str) -> str:
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
 
 
+def joined_sources(
+    name: str, sources: tuple[Source, ...], further: tuple[Source, ...]
+) -> tuple[Source, ...]:
+    """All files of two sets, sorted by path.
+
+    Args:
+        name: Name of the scenario, for the message.
+        sources: Files.
+        further: Further files.
+
+    Raises:
+        InputError: Two of them have the same path and other texts.
+    """
+    found = {source.path: source for source in sources}
+    for source in further:
+        if found.setdefault(source.path, source) != source:
+            raise InputError(
+                f"{name}: found two different files {source.path}, expected files with different "
+                "names"
+            )
+    return tuple(found[path] for path in sorted(found))
+
+
 @lru_cache(maxsize=64)
 def package_of(sources: tuple[Source, ...]) -> str:
     """Name of the private package of these files, which can then be imported."""

@@ -13,6 +13,7 @@ inertia = "0.015 kg·m²"           # of the rotor; optional if the model or the
 torque_limit = 0.1                # N·m, optional
 momentum_limit = "3 N·m·s"        # optional
 model = "x/model.toml"            # friction, from `gyrostat identify`; optional
+friction = { kind = "stribeck", ... }  # friction in this file instead; or python = "mine.py:MyLaw"
 sheet = "bct-rwp015"              # data sheet for the values omitted above; optional
 
 Surfaces ([box], [[panel]], [[facet]]) are optional; see `gyrostat.spacecraft.surfaces_file`.
@@ -41,18 +42,20 @@ from gyrostat.core.toml_file import (
     refuse_unknown,
     three,
 )
+from gyrostat.core.units import si_unit
 from gyrostat.spacecraft.flexible.appendages import APPENDAGES
 from gyrostat.spacecraft.flexible.modes import FlexibleModes
 from gyrostat.spacecraft.flexible_file import Appendage, modes_of, read_appendages
 from gyrostat.spacecraft.spacecraft import Spacecraft, check_inertia
 from gyrostat.spacecraft.surfaces_file import SURFACES, named_tables, read_surfaces
 from gyrostat.wheel import WheelArray, WheelModel, read_model, read_wheel_sheet
+from gyrostat.wheel.friction_laws import read_law
 
 SAME = 1e-3
 """Largest relative difference between the inertia in this file and that of the model."""
 _LIMITS = {"torque_limit": "torque", "momentum_limit": "momentum"}
 _BODY = ("name", "inertia", "mass", "centre_of_mass")
-_WHEEL = ("name", "axis", "inertia", *_LIMITS, "model", "sheet")
+_WHEEL = ("name", "axis", "inertia", *_LIMITS, "model", "friction", "sheet")
 
 
 @dataclass(frozen=True)
@@ -183,11 +186,37 @@ def _wheel(path: Path, prefix: str, row: dict[str, Any], force: bool) -> dict[st
                 f"kg·m² of {row['model']}"
             )
         inertia = own if inertia is None else inertia
+    if "friction" in row:
+        found["model"] = _own_friction(path, prefix, row)
     inertia = known.get("inertia") if inertia is None else inertia
     if inertia is None:
         raise InputError(f"{path}: key {prefix}inertia: found none, expected it in kg·m²")
     model = found["model"]
     return {**found, "inertia": inertia, "known": {**known, **(model.values if model else {})}}
+
+
+def _own_friction(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel:
+    """Friction of a wheel in the spacecraft file: a kind of this package or a user's class."""
+    key, table = f"{prefix}friction", row["friction"]
+    if "model" in row:
+        raise InputError(f"{path}: key {key}: found it beside model, expected one of the two")
+    if not isinstance(table, dict) or ("kind" in table) == ("python" in table):
+        raise InputError(
+            f"{path}: key {key}: found {described(table)}, expected a table with kind or python, "
+            "and the parameters"
+        )
+    law = read_law(path, f"{key}.{'kind' if 'kind' in table else 'python'}", table)
+    values = {n: v for n, v in table.items() if n not in ("kind", "python")}
+    refuse_unknown(path, f"{key}.", values, law.dimensions())
+    lacking = [name for name in law.dimensions() if name not in values]
+    if lacking:
+        unit = si_unit(law.dimensions()[lacking[0]])
+        raise InputError(f"{path}: key {key}.{lacking[0]}: found none, expected it, in {unit}")
+    own = {
+        name: quantity(path, f"{key}.{name}", values[name], dimension, positive=False)
+        for name, dimension in law.dimensions().items()
+    }
+    return WheelModel(law, own)
 
 
 def _sheet(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel | None:

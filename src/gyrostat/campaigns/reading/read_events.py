@@ -86,7 +86,7 @@ def _event(
     own = ("target",) if kind == "slew" else ("wheel",)
     if sensor is not None:
         own = ("sensor", *{"rate": ("axis",), "wheel_speed": ("wheel",)}.get(sensor, ()))
-    friction = craft.spacecraft.wheels.friction.dimensions()
+    friction = type(craft.spacecraft.wheels.friction)
     keys = event_keys(kind, sensor, friction, fields)
     if "detected_after" in keys and controller.losses != NOTIFIED:
         if "detected_after" in row.row:

@@ -38,8 +38,10 @@ from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.core.errors import InputError, placed, printable
 from gyrostat.core.toml_file import LONGEST_NAME
 from gyrostat.core.user_errors import OwnError
+from gyrostat.core.user_modules import joined_sources
 from gyrostat.core.validation import MOST_PERIODS, require_period
 from gyrostat.spacecraft import SpacecraftFile, read_spacecraft
+from gyrostat.wheel.friction_laws import law_texts
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", *KINDS),
@@ -106,6 +108,9 @@ def _read(path: Path, *, force: bool) -> Scenario:
     values |= start.numbers(START) | _wheel_values(top, start, craft)
     chosen, parts = _kinds(top), read_parts(top)
     sources = own_sources(top, {**chosen, **dict(own_kinds(top))})
+    law = type(craft.spacecraft.wheels.friction)
+    friction, texts = law_texts(law) or (law.name, ())
+    sources = joined_sources(top.name("name", printable(path.stem)), sources, texts)
     for section, kind in chosen.items():
         made = component(section, kind, sources)
         extra = ("kind", "python") if section in OWN else ("kind",)
@@ -133,7 +138,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
         wheels=craft.wheel_names,
         axes=tuple(map(tuple, np.asarray(craft.spacecraft.wheels.axes).T.tolist())),
-        friction=craft.spacecraft.wheels.friction.name,
+        friction=friction,
         surfaces=_surfaces(craft),
         **chosen,
         attitude=start.unit("attitude", 4, (1.0, 0.0, 0.0, 0.0)),

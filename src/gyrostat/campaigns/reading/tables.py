@@ -95,11 +95,11 @@ class Table:
         return name
 
     def value(self, key: str, found: object, dimension: str, *, positive: bool) -> float:
-        """Convert a value with a dimension to SI; if the dimension is a unit, a plain number."""
+        """Convert a value with a dimension to SI; if the dimension is a unit, only of this unit."""
         where = f"{self.prefix}{key}"
         if dimension == ANY_UNIT and isinstance(found, str):
             return parse_any(found, self.place(key))
-        if dimension in SI_UNIT:
+        if dimension in SI_UNIT or isinstance(found, str):
             return quantity(self.path, where, found, dimension, positive=positive)
         return number(self.path, where, found, positive=positive)
 
