@@ -45,10 +45,8 @@ from gyrostat.wheel import Tachometer as Tachometer
 from gyrostat.wheel import Wheel as Wheel
 from gyrostat.wheel import WheelArray as WheelArray
 from gyrostat.wheel import read_model as read_model
-from gyrostat.wheel.friction import Friction as Friction
 from gyrostat.wheel.friction import LuGre as LuGre
 from gyrostat.wheel.friction import Stribeck as Stribeck
 from gyrostat.wheel.friction import ViscousCoulomb as ViscousCoulomb
-from gyrostat.wheel.friction import parameter as parameter
 
 __version__: str

@@ -5,13 +5,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import inf, nan
+from typing import TYPE_CHECKING
 
 from gyrostat.campaigns.scenario import AXES
 from gyrostat.core.any_unit import ANY_UNIT
 from gyrostat.core.units import SI_UNIT
 from gyrostat.core.validation import LARGEST
-from gyrostat.wheel.friction import Friction
-from gyrostat.wheel.friction_laws import Law
+
+if TYPE_CHECKING:
+    from gyrostat.wheel.friction_laws import Law
 
 
 @dataclass(frozen=True)
@@ -216,7 +218,7 @@ SENSOR_FAULT = "sensor_"
 def event_keys(
     kind: str,
     sensor: str | None,
-    friction: Law,
+    friction: "Law",
     fields: Mapping[str, Measured] = MEASURED,
 ) -> dict[str, Key]:
     """Keys of an event; those of the friction model are optional.
@@ -247,13 +249,12 @@ DISTRIBUTIONS: Mapping[str, tuple[str, ...]] = {
 """Distribution -> its parameters."""
 
 
-def friction_keys(law: Law) -> dict[str, Key]:
+def friction_keys(law: "Law") -> dict[str, Key]:
     """Keys of the parameters of a friction law."""
     meaning = "Friction parameter."
-    signed = law.signed() if issubclass(law, Friction) else ()
     return {
         name: Key(dimension, None, meaning)
-        if name in signed
+        if name in law.signed()
         else (positive if dimension in ("speed", "stiffness") else size)(dimension, None, meaning)
         for name, dimension in law.dimensions().items()
     }

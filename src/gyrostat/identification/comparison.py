@@ -95,7 +95,9 @@ def compare(
     """
     records = as_records(records)
     chosen_loss = loss_named(loss)
-    usual = dict.fromkeys([*FRICTION_MODELS.values(), *([] if known is None else [known.model])])
+    usual = [*FRICTION_MODELS.values()]
+    if known is not None and known.model not in usual:
+        usual.append(known.model)
     laws = [friction_law(model) for model in models or usual]
     every = {p for law in (*laws, *usual) for p in law.dimensions()}
     ended: list[tuple[str, Fit | None, str]] = []

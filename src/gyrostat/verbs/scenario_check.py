@@ -51,9 +51,24 @@ def check(
             if key.startswith(start) and is_own(kind)
         ]
         say(", ".join([f"{section}: {kind}", *own]))
+    if is_own(found.friction):
+        say(f"friction: {found.friction}{friction_at_rest(found)}")
     for line in requirement_lines(found):
         say(line)
     return named
+
+
+def friction_at_rest(scenario: "Scenario") -> str:
+    """Addition to the line of a user's friction law without friction at rest."""
+    from gyrostat.wheel.friction import Friction
+    from gyrostat.wheel.friction.contract import is_free_at_rest
+    from gyrostat.wheel.friction_laws import law_of
+
+    law = law_of(scenario.friction, scenario.sources)
+    start = f"wheel.{scenario.wheels[0]}."
+    values = {name: scenario.values[f"{start}{name}"] for name in law.dimensions()}
+    free = issubclass(law, Friction) and is_free_at_rest(law.of(**values))
+    return ", no friction at rest: the wheels never stick" if free else ""
 
 
 def scenario_of(

@@ -68,7 +68,9 @@ def required(law: Any, where: str) -> Law:
     """
     if not inspect.isclass(law) or not issubclass(law, Friction | LuGre):
         shown = law.__name__ if inspect.isclass(law) else type(law).__name__
-        raise InputError(f"{where}: found {shown}, expected a subclass of gyrostat.Friction")
+        raise InputError(
+            f"{where}: found {shown}, expected a subclass of gyrostat.wheel.friction.Friction"
+        )
     if issubclass(law, Friction) and not law.is_shipped():
         check_law(law)
         if law.name in WHEEL_FRICTION:

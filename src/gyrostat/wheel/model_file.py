@@ -48,6 +48,7 @@ from gyrostat.wheel.friction_laws import (
     Law,
     digest,
     law_texts,
+    read_law,
     static,
     write_texts,
 )

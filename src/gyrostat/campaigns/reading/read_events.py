@@ -86,8 +86,9 @@ def _event(
     own = ("target",) if kind == "slew" else ("wheel",)
     if sensor is not None:
         own = ("sensor", *{"rate": ("axis",), "wheel_speed": ("wheel",)}.get(sensor, ()))
-    friction = type(craft.spacecraft.wheels.friction)
-    keys = event_keys(kind, sensor, friction, fields)
+    law = type(craft.spacecraft.wheels.friction)
+    friction = law.dimensions()
+    keys = event_keys(kind, sensor, law, fields)
     if "detected_after" in keys and controller.losses != NOTIFIED:
         if "detected_after" in row.row:
             raise row.refuse(

@@ -10,7 +10,7 @@ from gyrostat.campaigns.schema import Key
 from gyrostat.core.any_unit import ANY_UNIT, parse_any
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import name_text, number, quantity, read_toml, refuse_unknown
-from gyrostat.core.units import SI_UNIT
+from gyrostat.core.units import QUANTITY, SI_UNIT
 
 UNIT = 1e-3
 """Largest deviation of the length of a quaternion from 1; it is then normalised."""
@@ -99,7 +99,7 @@ class Table:
         where = f"{self.prefix}{key}"
         if dimension == ANY_UNIT and isinstance(found, str):
             return parse_any(found, self.place(key))
-        if dimension in SI_UNIT or isinstance(found, str):
+        if dimension in SI_UNIT or (isinstance(found, str) and QUANTITY.fullmatch(found)):
             return quantity(self.path, where, found, dimension, positive=positive)
         return number(self.path, where, found, positive=positive)
 

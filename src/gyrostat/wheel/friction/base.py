@@ -10,6 +10,7 @@ from typing import Any, ClassVar, Self
 
 import equinox as eqx
 import numpy as np
+from jax.core import Tracer
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked
@@ -41,7 +42,7 @@ def check_concrete(law: Any) -> None:
     Raises:
         InputError: See `gyrostat.wheel.friction.contract`.
     """
-    if _TRIAL.get() or any(isinstance(leaf, jax.core.Tracer) for leaf in jax.tree.leaves(law)):
+    if _TRIAL.get() or any(isinstance(leaf, Tracer) for leaf in jax.tree.leaves(law)):
         return
     check_signs(law)
     if not type(law).__module__.startswith("gyrostat."):

@@ -34,8 +34,9 @@ def check_signs(law: Any) -> None:
     Raises:
         InputError: A parameter is not finite, has the wrong sign or is no number.
     """
-    for name, dimension in law.dimensions().items():
-        value, unit = getattr(law, name), si_unit(dimension)
+    for name, value in law.parameters().items():
+        dimension = law.dimensions()[name]
+        unit = si_unit(dimension)
         try:
             every = np.asarray(value, dtype=float)
         except (TypeError, ValueError):
@@ -60,13 +61,15 @@ def check_law(law: Any) -> None:
     name = law.__name__
     missing = sorted(getattr(law, "__abstractmethods__", ()))
     if missing:
-        raise InputError(f"{name}: found no method {missing[0]}, expected it: see gs.Friction")
+        raise InputError(
+            f"{name}: found no method {missing[0]}, expected it (gyrostat.wheel.friction.base)"
+        )
     fields = [field for field in dataclasses.fields(law) if field.name not in law.dimensions()]
     other = [field.name for field in fields if not field.metadata.get("static")]
     if other:
-        raise InputError(f"{name}: found a field {other[0]}, expected `= gs.parameter(UNIT)`")
+        raise InputError(f"{name}: found a field {other[0]}, expected `= parameter(UNIT)`")
     if not law.dimensions():
-        raise InputError(f"{name}: found no parameter, expected fields `= gs.parameter(UNIT)`")
+        raise InputError(f"{name}: found no parameter, expected fields `= parameter(UNIT)`")
     tied = {*law.held_by_default, *law.vanishing_at, *law.vanishing_at.values()}
     if tied - set(law.dimensions()):
         raise InputError(
@@ -204,8 +207,8 @@ def _bends(law: Any, theta: Any, curve: SampledCurve, size: float) -> str:
     # rest
     apart = np.abs(torque - torque[0] - slope * speed)
     line = (np.abs(bend) * speed**2 < HIDDEN * apart) & (apart > DEEP * np.abs(torque))
-    is_line = sliding_window_view(line, RUN).all(axis=1)
-    tight[: len(is_line)] |= is_line & (speed[: len(is_line)] < scale)
+    is_line = np.append(sliding_window_view(line, RUN).all(axis=1), np.zeros(RUN - 1, bool))
+    tight |= is_line & (speed < scale)
     if not np.any(tight):
         return ""
     return (

@@ -100,6 +100,11 @@ class LuGre(Checked):
         """Name of each parameter, with a Stribeck curve -> dimension; see `Friction.dimensions`."""
         return {**Stribeck.dimensions(), **_BRISTLES}
 
+    @classmethod
+    def signed(cls) -> tuple[str, ...]:
+        """Parameters that may be negative: none."""
+        return ()
+
     def parameters(self) -> dict[str, Scalar]:
         """Parameter names of curve and bristles in order -> values in SI units."""
         return {**self.curve.parameters(), **{name: getattr(self, name) for name in _BRISTLES}}

@@ -4,7 +4,6 @@ import dataclasses
 from typing import Any
 
 import numpy as np
-from scipy.optimize import nnls
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
@@ -49,6 +48,8 @@ def nearest_to_coulomb(law: Any, viscous: float, coulomb: float) -> dict[str, fl
 
 def _parts(law: Any, fixed: tuple[tuple[str, float], ...], coefficients: tuple[str, ...]) -> Any:
     """Coefficients for the curve w and for the curve 1, (coefficients, 2)."""
+    from scipy.optimize import nnls  # takes long to import
+
     names = list(law.dimensions())
     rest = np.array([dict(fixed)[name] for name in names])
     shapes, speed = [], np.zeros(0)
