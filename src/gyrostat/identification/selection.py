@@ -13,7 +13,7 @@ from gyrostat.identification.least_squares import Prior
 from gyrostat.identification.parameters import check_parameter
 from gyrostat.identification.prediction import SpeedPrediction
 from gyrostat.identification.start_values import StartValues
-from gyrostat.wheel.friction.contract import curve_fault
+from gyrostat.wheel.friction.contract import start_fault
 
 SMALLEST_INERTIA, LARGEST_INERTIA = 1e-12, 1e6
 """Range of the inertia of rotors, kg·m²; a value outside has the wrong unit."""
@@ -212,6 +212,6 @@ def check_start(prediction: SpeedPrediction, selection: Selection) -> None:
     law = prediction.model
     if not law.is_shipped():
         start = dict(zip(prediction.names, selection.values, strict=True))
-        fault = curve_fault(law, law.possible(start))
+        fault = start_fault(law, law.possible(start))
         if fault:
             raise InputError(f"{law.__name__} at the start values: {fault}")

@@ -119,6 +119,26 @@ def check_curve(law: Any) -> None:
             raise InputError(f"{type(law).__name__}: {fault}")
 
 
+def start_fault(law: Any, theta: Any) -> str:
+    """What a law breaks of the contract at start values of a fit; see `curve_fault`.
+
+    A coefficient that starts at zero does not show its sign in the curve, and is tried at rest.
+
+    Args:
+        law: Class of the law.
+        theta: Parameters in order, (n,), SI.
+    """
+    fault = curve_fault(law, theta)
+    if fault:
+        return fault
+    free = [n in law.coefficients() and n not in law.signed() for n in law.dimensions()]
+    tried = np.where(np.array(free) & (np.asarray(theta) == 0.0), 1.0, theta)
+    for sense in (1.0, -1.0):
+        curve = sampled_curve(law, tried, sense)
+        fault = fault or _at_rest(curve, f"{sense:+g}", float(np.max(np.abs(curve.torque))))
+    return fault
+
+
 def curve_fault(law: Any, theta: Any) -> str:
     """What a friction curve breaks of the contract, and what is expected; empty if nothing.
 
