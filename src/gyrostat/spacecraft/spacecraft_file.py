@@ -131,7 +131,7 @@ def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> Spa
         axes=jax.device_put(np.stack([wheel["axis"] for wheel in wheels], axis=1)),
         inertia=jax.device_put(np.array([wheel["inertia"] for wheel in wheels])),
         **{limit: np.array([wheel[limit] for wheel in wheels]) for limit in _LIMITS},
-        **_friction(path, names, [wheel["model"] for wheel in wheels]),
+        **_friction(path, rows, [wheel["model"] for wheel in wheels]),
     )
     surfaces = read_surfaces(path, table)
     spacecraft = Spacecraft(jax.device_put(inertia), array, **_mass(path, body), surfaces=surfaces)
@@ -230,12 +230,13 @@ def _sheet(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel | None:
 
 
 def _friction(
-    path: Path, names: tuple[str, ...], models: list[WheelModel | None]
+    path: Path, rows: Mapping[str, Mapping[str, Any]], models: list[WheelModel | None]
 ) -> dict[str, Any]:
     """Friction of a wheel array: one friction model with parameters (wheels,)."""
     known = [model for model in models if model is not None]
     if not known:
         return {}
+    names = tuple(rows)
     if len(known) < len(models):
         name = names[models.index(None)]
         raise InputError(
@@ -243,13 +244,14 @@ def _friction(
             "none; a data sheet also gives one"
         )
     kind = known[0].friction
-    for name, model in zip(names, known, strict=True):
+    for (name, row), model in zip(rows.items(), known, strict=True):
+        key = f"wheel[{name}].{'friction' if 'friction' in row else 'model'}"
         if model.friction is not kind:
             raise InputError(
-                f"{path}: key wheel[{name}].model: found {model.friction.name} friction, expected "
+                f"{path}: key {key}: found {model.friction.name} friction, expected "
                 f"{kind.name} as wheel {names[0]} has"
             )
-        with placed(f"{path}: key wheel[{name}].model"):
+        with placed(f"{path}: key {key}"):
             model.friction.of(**{n: model.values[n] for n in kind.dimensions()}).check()
     values: dict[str, Any] = {
         name: np.array([model.values[name] for model in known]) for name in kind.dimensions()
