@@ -7,7 +7,10 @@ import pytest
 
 import gyrostat as gs
 from gyrostat.campaigns.scenario import Scenario
+from gyrostat.campaigns.schema import event_keys
+from gyrostat.campaigns.wheel_keys import WHEEL_ALL
 from gyrostat.core.errors import InputError
+from gyrostat.wheel.friction.contract import RESERVED
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
 LAW = '''
@@ -163,6 +166,11 @@ def test_check_names_the_law_and_says_that_it_never_sticks(folder):
     spacecraft(folder, '"20 %"', '"1 µN·m"', "scenario.toml")
     gs.check(folder / "scenario.toml", say=lines.append)
     assert "friction: mine.py:Copy, no friction at rest: the wheels never stick" in lines
+
+
+def test_parameter_of_a_law_cannot_have_the_name_of_another_key_of_a_wheel_or_an_event():
+    events = event_keys("friction_step", None, gs.Stribeck).keys() - gs.Stribeck.dimensions()
+    assert {*WHEEL_ALL, *events} <= RESERVED
 
 
 def test_two_laws_of_the_same_file_name_are_refused(folder):

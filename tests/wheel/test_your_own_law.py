@@ -22,7 +22,7 @@ from gyrostat.wheel.friction_laws import friction_law
 def law(torque, **more):
     """A class of laws with a viscous coefficient and a Coulomb torque."""
     fields = {"viscous": parameter("viscous"), "coulomb": parameter("torque")}
-    hints = dict.fromkeys(fields, float)
+    hints = dict.fromkeys([*fields, *(n for n in more if n in ("inertia", "title"))], float)
     return type("Law", (Friction,), {"__annotations__": hints, **fields, "torque": torque, **more})
 
 
@@ -114,6 +114,14 @@ def test_broken_law_is_refused_in_one_line_when_it_is_made(torque, message):
         (
             lambda: friction_law(type("Law", (Friction,), {"torque": lambda self, w, d: w})),
             "Law: found no parameter",
+        ),
+        (
+            lambda: friction_law(law(lambda self, w, d: w, inertia=parameter("torque"))),
+            "Law: found a parameter inertia, a name with another meaning here",
+        ),
+        (
+            lambda: friction_law(law(lambda self, w, d: w, title=parameter("torque"))),
+            "Law: found a parameter title, a name with another meaning here",
         ),
         (
             lambda: friction_law(type("Law", (Drag,), {"held_by_default": ("drg",)})),

@@ -45,10 +45,25 @@ def check_signs(law: Any) -> None:
         sound = every > 0.0 if dimension == "speed" else every >= 0.0
         if name in law.signed():
             sound, wanted = True, "value"
-        bad = ~(np.isfinite(every) & sound)
+        # a bend at an infinite speed is none
+        limited = ~np.isnan(every) if dimension == "speed" else np.isfinite(every)
+        bad = ~(limited & sound)
         if np.any(bad):
             found = every[bad].flat[0]
             raise InputError(f"{name}: found {found:g}, expected a finite {wanted} {unit}")
+
+
+RESERVED = frozenset(
+    (
+        *("inertia", "motor_constant", "current_bias", "initial_speed", "speed", "name", "title"),
+        *("viscous_per_degC", "dry_per_degC", "kind", "python", "model", "wheel", "time", "factor"),
+        *("rise_time", "torque_limit", "momentum_limit", "static_imbalance", "dynamic_imbalance"),
+        *("position", "angle", "radial_frequency", "radial_damping", "rocking_frequency"),
+        *("rocking_damping", "inertia_ratio", "wear", "time_constant", "current_limit"),
+        *("current_quantum", "bus_voltage", "resistance"),
+    )
+)
+"""Names of other values of a wheel, of its records and of events, which no parameter can have."""
 
 
 @lru_cache(maxsize=64)
@@ -70,6 +85,10 @@ def check_law(law: Any) -> None:
         raise InputError(f"{name}: found a field {other[0]}, expected `= parameter(UNIT)`")
     if not law.dimensions():
         raise InputError(f"{name}: found no parameter, expected fields `= parameter(UNIT)`")
+    own = [vars(base) for base in law.__mro__ if base.__module__.startswith("gyrostat.")]
+    taken = [n for n in law.dimensions() if n in RESERVED or any(n in known for known in own)]
+    if taken and not law.is_shipped():
+        raise InputError(f"{name}: found a parameter {taken[0]}, a name with another meaning here")
     tied = {*law.held_by_default, *law.vanishing_at, *law.vanishing_at.values()}
     if tied - set(law.dimensions()):
         raise InputError(
