@@ -248,7 +248,7 @@ def _bends(law: Any, theta: Any, curve: SampledCurve, size: float) -> str:
     line = (np.abs(bend) * speed**2 < HIDDEN * apart) & (apart > DEEP * np.abs(torque))
     is_line = np.append(sliding_window_view(line, RUN).all(axis=1), np.zeros(RUN - 1, bool))
     tight |= is_line & (speed < scale)
-    if not np.any(tight):
+    if size == 0.0 or not np.any(tight):
         return ""
     return (
         f"found a curve that bends below {speed[int(np.argmax(tight))]:.2g} rad/s and a speed_scale"
