@@ -9,9 +9,9 @@ import numpy as np
 import pytest
 
 from gyrostat.campaigns import Scenario
-from gyrostat.campaigns.own.errors import OwnError
 from gyrostat.campaigns.own.script_source import extracted
 from gyrostat.core.errors import InputError
+from gyrostat.core.user_errors import OwnError
 
 
 def test_values_and_attributes_are_replaced(scenario):

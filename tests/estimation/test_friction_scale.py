@@ -151,7 +151,16 @@ def test_a_period_that_is_not_resolved_is_counted():
         ({"torque_sigma": -1e-5}, "torque_sigma: found -1e-05"),
         ({"wheel": Wheel(0.0, 0.0228, MODEL)}, "wheel inertia: found 0"),
         ({"wheel": Wheel(1.5e-3, 0.0, MODEL)}, "motor_constant: found 0"),
-        ({"wheel": Wheel(1.5e-3, 0.02, Stribeck(1e-6, 1e-3, 1e-3, 0.0))}, "stribeck_speed: found"),
+        (
+            {
+                "wheel": Wheel(
+                    1.5e-3,
+                    0.02,
+                    Stribeck.of(viscous=1e-6, coulomb=1e-3, static=1e-3, stribeck_speed=0.0),
+                )
+            },
+            "stribeck_speed: found",
+        ),
     ],
 )
 def test_what_is_no_covariance_and_no_wheel_is_refused(change, message):

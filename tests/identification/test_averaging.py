@@ -12,8 +12,9 @@ from gyrostat.identification.effects import RIPPLES, Nuisance, TorqueNoise, accu
 from gyrostat.identification.hypotheses import Segment
 from gyrostat.identification.innovations import innovations
 from gyrostat.identification.least_squares import Prior
-from gyrostat.identification.prediction import Linearisation, SpeedPrediction, friction_model
+from gyrostat.identification.prediction import Linearisation, SpeedPrediction
 from gyrostat.identification.stages import run_stages
+from gyrostat.wheel.friction import Stribeck
 
 INERTIA = 1.5e-3
 
@@ -152,7 +153,7 @@ def test_the_average_is_the_mixture_of_all_hypotheses_computed_densely():
 def test_local_derivatives_accumulate_to_those_of_the_record(record):
     """The sensitivity of a parameter is the sum of its effects in all intervals, carried on."""
     steps = record("sticky", "ramps")
-    prediction = SpeedPrediction([steps], friction_model("stribeck"), "zero-order")
+    prediction = SpeedPrediction([steps], Stribeck, "zero-order")
     values = np.array([0.0228, INERTIA, 4.83e-6, 0.8795e-3, 1.4e-3, 2.0, 0.0, 0.0])
     linear = prediction.linearise(values)
     assert linear is not None

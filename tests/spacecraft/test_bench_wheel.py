@@ -46,7 +46,11 @@ def test_the_record_is_the_friction_that_acts(speed, command, friction):
     ("plant", "sensor", "message"),
     [
         (BenchWheel(Wheel(0.0, 1.0, ViscousCoulomb(B, C))), {}, "wheel inertia: found 0"),
-        (BenchWheel(Wheel(J, 1.0, ViscousCoulomb(-B, C))), {}, "viscous: found -0.001"),
+        (
+            BenchWheel(Wheel(J, 1.0, ViscousCoulomb.of(viscous=-B, coulomb=C))),
+            {},
+            "viscous: found -0.001",
+        ),
         (
             BenchWheel(Wheel(J, 1.0, Stribeck(**{**STRIBECK, "stribeck_speed": 0.0}))),
             {},

@@ -38,7 +38,7 @@ def test_friction_can_rise_linearly(now, share):
         (FrictionSteps(TIME + np.nan, AFTER), "found nan s, expected 0 s"),
         (FrictionSteps(TIME, AFTER, -1.0), "duration of a friction step: found -1"),
         (FrictionSteps(TIME[:3], AFTER), r"shape \(3,\), expected \(4,\)"),
-        (FrictionSteps(TIME, ViscousCoulomb(-1.0, 0.0)), "viscous: found -1"),
+        (FrictionSteps(TIME, ViscousCoulomb.of(viscous=-1.0, coulomb=0.0)), "viscous: found -1"),
         (FrictionSteps(TIME, Stribeck(0.0, 0.0, 0.0, 1.0)), "found stribeck friction, expected"),
     ],
 )

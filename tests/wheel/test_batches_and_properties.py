@@ -171,7 +171,8 @@ def test_a_wheel_too_stiff_for_its_sampling_is_called_unresolved():
 @pytest.mark.parametrize("place", ["speed", "current", "friction"])
 @pytest.mark.parametrize("hold", ["zero-order", "linear"])
 def test_what_is_not_a_number_comes_out_as_unresolved(place, hold):
-    wheel = Wheel(1.0, 1.0, ViscousCoulomb(0.0, np.nan if place == "friction" else 0.1))
+    coulomb = np.nan if place == "friction" else 0.1
+    wheel = Wheel(1.0, 1.0, ViscousCoulomb.of(viscous=0.0, coulomb=coulomb))
     wheel = jax.tree.map(np.float64, wheel)
     time, current = np.arange(4.0), np.full(4, np.nan if place == "current" else 1.0)
     initial = np.float64(np.nan if place == "speed" else 1.0)

@@ -126,11 +126,11 @@ STRIBECK = {"viscous": 1e-5, "coulomb": 1e-3, "static": 1.2e-3, "stribeck_speed"
     ],
 )
 def test_bristles_that_no_bearing_has_are_refused(curve, bristles, message):
-    own = LuGre(
-        Stribeck(**{**STRIBECK, **curve}), **{"stiffness": 0.5, "damping": 1e-3, **bristles}
-    )
+    # a curve that is no friction is refused when it is made
     with pytest.raises(InputError, match=message):
-        own.check()
+        LuGre(
+            Stribeck(**{**STRIBECK, **curve}), **{"stiffness": 0.5, "damping": 1e-3, **bristles}
+        ).check()
 
 
 def test_both_senses_of_a_bristle_curve_are_checked():

@@ -144,7 +144,8 @@ def test_no_current_and_no_friction_leave_the_wheel_as_it_is(response):
 
 def test_a_static_torque_below_zero_does_not_turn_the_clock_back():
     """A fit may try it. The wheel then leaves at once in the sense in which the torque rises."""
-    wheel = Wheel(inertia=1.0, motor_constant=1.0, friction=Stribeck(0.0, 0.1, -0.2, 100.0))
+    curve = Stribeck.of(viscous=0.0, coulomb=0.1, static=-0.2, stribeck_speed=100.0)
+    wheel = Wheel(inertia=1.0, motor_constant=1.0, friction=curve)
     step = advance(wheel, 0.0, 0.0, 0.3, jnp.array(1.0))
     assert bool(step.resolved)
     # nearly constant friction -0.2 over this range of speeds: 0.2 t + 0.3 t²/2

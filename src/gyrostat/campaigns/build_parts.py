@@ -3,9 +3,9 @@
 from typing import Any
 
 from gyrostat.campaigns.kinds import OF_SPACECRAFT, component
-from gyrostat.campaigns.own.parts import is_own
 from gyrostat.campaigns.sensing import Values, arrays_of, options_of
 from gyrostat.campaigns.structure import Structure
+from gyrostat.core.user_modules import is_own
 from gyrostat.spacecraft import (
     ChangingPlant,
     FlexibleModes,

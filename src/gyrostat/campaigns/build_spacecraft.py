@@ -11,7 +11,8 @@ from gyrostat.campaigns.structure import Structure
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import FrictionSteps, Spacecraft, Surfaces, WheelFailures
 from gyrostat.wheel import WheelArray
-from gyrostat.wheel.friction import WHEEL_FRICTION, Friction, LuGre
+from gyrostat.wheel.friction import Friction, LuGre
+from gyrostat.wheel.friction_laws import law_of
 
 
 def of_wheels(structure: Structure, values: Values, name: str) -> Any:
@@ -32,7 +33,7 @@ def spacecraft_of(structure: Structure, values: Values) -> Spacecraft:
     def each(name: str) -> Any:
         return of_wheels(structure, values, name)
 
-    model = WHEEL_FRICTION[structure.friction]
+    model = law_of(structure.friction, structure.sources)
     wheels = WheelArray(
         axes=jnp.asarray(structure.axes).T,
         inertia=each("inertia"),

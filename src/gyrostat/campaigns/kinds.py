@@ -18,7 +18,7 @@ from gyrostat.campaigns.environments import EITHER_ORBIT, ENVIRONMENTS, TORQUES
 from gyrostat.campaigns.magnetic_controllers import MAGNETIC_CONTROLLERS, UNLOADINGS
 from gyrostat.campaigns.metrics.schema import METRICS, WINDOW
 from gyrostat.campaigns.orbits import ORBITS
-from gyrostat.campaigns.own.parts import is_own, own_component
+from gyrostat.campaigns.own.parts import own_component
 from gyrostat.campaigns.references import ERROR, MODES, POSITION_ERROR, REFERENCES, SLEWS
 from gyrostat.campaigns.scenario import INERTIA, Components, Part, Scenario, Source
 from gyrostat.campaigns.schema import (
@@ -40,7 +40,9 @@ from gyrostat.campaigns.two_wheel_controllers import TWO_WHEEL_CONTROLLERS
 from gyrostat.campaigns.wheel_disturbances import HARMONICS
 from gyrostat.campaigns.wheel_keys import WHEEL_ALL
 from gyrostat.core.errors import InputError
+from gyrostat.core.user_modules import is_own
 from gyrostat.wheel.friction import WHEEL_FRICTION
+from gyrostat.wheel.friction_laws import law_of
 
 KINDS: Mapping[str, Mapping[str, Component]] = {
     "controller": {
@@ -265,7 +267,7 @@ def _has_body(scenario: Scenario, name: str) -> bool:
 
 def numbers_of(scenario: Scenario) -> dict[str, Key]:
     """Full key -> schema entry, for every number of a scenario with these components."""
-    friction = WHEEL_FRICTION[scenario.friction].dimensions()
+    friction = law_of(scenario.friction, scenario.sources)
     fields = measured(scenario.sensors, scenario.parts, scenario.sources)
     sections: dict[str, Mapping[str, Key]] = {
         "body.inertia": dict.fromkeys(INERTIA, INERTIA_KEY),

@@ -17,6 +17,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Self
 
 from gyrostat.campaigns.requirement import Requirement
+from gyrostat.core.user_modules import Source
 
 INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
 """Last parts of the keys of the body inertia."""
@@ -81,20 +82,6 @@ class Window:
     mode: str | None = None
     boresight: tuple[float, ...] | None = None
     propellant: str | None = None
-
-
-@dataclass(frozen=True)
-class Source:
-    """Text that belongs to a scenario, such as a Python file of user-defined parts, by its content.
-
-    Attributes:
-        path: Path relative to the folder of the scenario, with "/" between folders; or the place in
-            the scenario.
-        text: Content.
-    """
-
-    path: str
-    text: str
 
 
 @dataclass(frozen=True)

@@ -5,11 +5,15 @@ import math
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from math import inf, nan
+from typing import TYPE_CHECKING
 
 from gyrostat.campaigns.scenario import AXES
 from gyrostat.core.any_unit import ANY_UNIT
 from gyrostat.core.units import SI_UNIT
 from gyrostat.core.validation import LARGEST
+
+if TYPE_CHECKING:
+    from gyrostat.wheel.friction_laws import Law
 
 
 @dataclass(frozen=True)
@@ -214,7 +218,7 @@ SENSOR_FAULT = "sensor_"
 def event_keys(
     kind: str,
     sensor: str | None,
-    friction: Mapping[str, str],
+    friction: "Law",
     fields: Mapping[str, Measured] = MEASURED,
 ) -> dict[str, Key]:
     """Keys of an event; those of the friction model are optional.
@@ -222,7 +226,7 @@ def event_keys(
     Args:
         kind: Kind of the event, a key of `EVENTS`.
         sensor: Affected measured field, or None.
-        friction: Dimensions of the parameters of the friction model.
+        friction: Friction law of the wheels.
         fields: Measured fields, see `MEASURED`.
     """
     keys = {"time": EVENT_TIME, **EVENTS[kind][1]}
@@ -245,11 +249,12 @@ DISTRIBUTIONS: Mapping[str, tuple[str, ...]] = {
 """Distribution -> its parameters."""
 
 
-def friction_keys(dimensions: Mapping[str, str]) -> dict[str, Key]:
-    """Keys of the parameters of a friction model, from their dimensions."""
+def friction_keys(law: "Law") -> dict[str, Key]:
+    """Keys of the parameters of a friction law."""
+    meaning = "Friction parameter."
     return {
-        name: (positive if dimension in ("speed", "stiffness") else size)(
-            dimension, None, "Friction parameter."
-        )
-        for name, dimension in dimensions.items()
+        name: Key(dimension, None, meaning)
+        if name in law.signed()
+        else (positive if dimension in ("speed", "stiffness") else size)(dimension, None, meaning)
+        for name, dimension in law.dimensions().items()
     }

@@ -211,7 +211,7 @@ def _move(
             manifest.entries[name] = Entry(by, (digest,) if before is None else (before, digest))
         manifest.write(scratch)
         for name, path in made.items():
-            (folder / name).parent.mkdir(exist_ok=True)
+            (folder / name).parent.mkdir(parents=True, exist_ok=True)
             os.replace(path, folder / name)
             manifest.entries[name] = Entry(by, (digests[name],))
         manifest.write(scratch)

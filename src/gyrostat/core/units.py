@@ -24,6 +24,7 @@ __all__ = [
     "normalised",
     "parse_quantity",
     "parse_uncertain",
+    "si_unit",
     "to_si",
     "unit_of",
 ]
@@ -63,6 +64,11 @@ def normalised(text: str) -> str:
     return re.sub(r"^\(([^()]+)\)(?=/)", r"\1", text)  # (deg/h)/√Hz
 
 
+def si_unit(dimension: str) -> str:
+    """SI unit of a dimension; a dimension that `SI_UNIT` lacks is the text of its SI unit."""
+    return SI_UNIT.get(dimension, dimension)
+
+
 def _spellings() -> tuple[dict[str, dict[str, Unit]], dict[str, dict[str, Unit]]]:
     """Dimension -> normalised spelling -> unit: exact spellings, and case-insensitive ones."""
     exact: dict[str, dict[str, Unit]] = {}
@@ -81,9 +87,17 @@ _EXACT, _FOLDED = _spellings()
 
 
 def known_unit(text: str, dimension: str) -> Unit | None:
-    """Unit of a dimension (a key of `SI_UNIT`) with the given spelling, or None."""
+    """Unit of a dimension with the given spelling, or None; see `si_unit` for the dimension."""
     spelling = normalised(text)
+    if dimension not in TABLE:
+        return Unit(dimension) if spelling == normalised(dimension) else None
     return _EXACT[dimension].get(spelling) or _FOLDED[dimension].get(spelling.casefold())
+
+
+def _symbols(dimension: str) -> dict[str, None]:
+    """Symbols of the units of a dimension, in order and without repetition."""
+    rows = TABLE.get(dimension, ())
+    return dict.fromkeys(row[0].symbol for row in rows) or {dimension: None}
 
 
 def find_unit(text: str, dimension: str, where: str) -> Unit:
@@ -114,7 +128,7 @@ def _words(dimension: str) -> str:
 
 def _listed(dimension: str) -> str:
     """Most common units of a dimension, for an error message."""
-    symbols = [*dict.fromkeys(row[0].symbol for row in TABLE[dimension])]
+    symbols = [*_symbols(dimension)]
     return ", ".join([*symbols[:MOST_LISTED], *(["..."] if len(symbols) > MOST_LISTED else [])])
 
 
@@ -123,7 +137,7 @@ def _suggestion(text: str, dimension: str) -> str:
 
     A part of a unit with another meaning is not a misprint: deg/day is not deg/s, kN is not N.
     """
-    rows = {row[0].symbol.casefold(): row[0] for row in reversed(TABLE[dimension])}
+    rows = {row[0].symbol.casefold(): row[0] for row in reversed(TABLE.get(dimension, ()))}
     parts = _PARTS.split(normalised(text).casefold())
     for near in difflib.get_close_matches(text.strip().casefold(), rows, n=3):
         wanted = _PARTS.split(normalised(near).casefold())
@@ -192,12 +206,12 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
     match = QUANTITY.fullmatch(text)
     if match is None:
         raise InputError(
-            f"{where}: found {text[:40]!r}, expected a number in {SI_UNIT[dimension]} "
+            f"{where}: found {text[:40]!r}, expected a number in {si_unit(dimension)} "
             f"or with a unit: {_listed(dimension)}"
         )
-    unit = match[2].strip() or SI_UNIT[dimension]
+    unit = match[2].strip() or si_unit(dimension)
     value = find_unit(unit, dimension, f"{where} {text[:40]!r}").to_si(float(match[1]))
-    return magnitude(where, value, SI_UNIT[dimension], shown=repr(text[:40]))
+    return magnitude(where, value, si_unit(dimension), shown=repr(text[:40]))
 
 
 def unit_of(text: str, dimension: str, where: str) -> Unit:

@@ -2,7 +2,7 @@
 
 import json
 
-from gyrostat.core.units import SI_UNIT
+from gyrostat.core.units import si_unit
 from gyrostat.wheel import WheelModel
 
 
@@ -27,7 +27,7 @@ def sheet(model: WheelModel) -> str:
             name: {
                 "value": model.values[name],
                 "sigma": model.sigma.get(name),
-                "unit": SI_UNIT[dimension],
+                "unit": si_unit(dimension),
             }
             for name, dimension in model.dimensions().items()
             if name in model.values

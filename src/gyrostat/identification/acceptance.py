@@ -66,7 +66,7 @@ class _Test:
     def friction(self, values: _Values, speed: Any, sense: int) -> Any:
         """Friction torque against the motion at a speed of 0 or more, N·m."""
         own = {name: values[name] for name in self.model.friction.dimensions()}
-        return sense * self.model.friction(**own).torque(sense * speed, sense)
+        return sense * self.model.friction.of(**own).torque(sense * speed, sense)
 
     def quantity(self, limit: Limit, sense: int) -> Callable[[_Values], Any]:
         """Quantity of the wheel as a function of the parameters."""

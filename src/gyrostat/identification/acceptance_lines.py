@@ -11,7 +11,7 @@ from dataclasses import dataclass
 from scipy.special import ndtr
 
 from gyrostat.core.text import or_none, plain
-from gyrostat.core.units import RPM, SI_UNIT
+from gyrostat.core.units import RPM, si_unit
 from gyrostat.wheel.sheet_limits import QUANTITIES, Limit
 
 CONFIDENCE = 0.95
@@ -65,7 +65,7 @@ class Line:
             "title": self.title,
             "sense": self.sense,
             "conditions": dict(limit.conditions),
-            "unit": SI_UNIT[QUANTITIES[limit.quantity].dimension],
+            "unit": si_unit(QUANTITIES[limit.quantity].dimension),
             "value": limit.value,
             "minimum": or_none(limit.minimum),
             "maximum": or_none(limit.maximum),

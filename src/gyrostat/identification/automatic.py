@@ -8,9 +8,10 @@ from gyrostat.core.errors import InputError
 from gyrostat.identification.clipping import clipped_current, without_clipped
 from gyrostat.identification.findings import Finding
 from gyrostat.identification.fit import Fit
-from gyrostat.identification.prediction import SpeedPrediction, friction_model
+from gyrostat.identification.prediction import SpeedPrediction
 from gyrostat.identification.signs import RESTORE, lost_sign
 from gyrostat.telemetry import Record
+from gyrostat.wheel.friction_laws import friction_law
 
 AUTO = "auto"
 """Model name that requests automatic selection."""
@@ -117,7 +118,7 @@ def identify_automatically(
     records = tuple(_restored(record) for record in records)
 
     def fitted(choice: _Choice) -> Fit:
-        known = SpeedPrediction(records, friction_model(choice.model), "zero-order").names
+        known = SpeedPrediction(records, friction_law(choice.model), "zero-order").names
         return identify(
             records,
             model=choice.model,

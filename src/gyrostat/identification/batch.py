@@ -24,8 +24,8 @@ from gyrostat.identification.fit import Fit
 from gyrostat.identification.loss import Loss, loss_named
 from gyrostat.identification.posterior import sample_posterior
 from gyrostat.identification.posterior_sampler import check_sampler
-from gyrostat.identification.prediction import CurrentHold, SpeedPrediction, friction_model
-from gyrostat.identification.selection import Selection, select
+from gyrostat.identification.prediction import CurrentHold, SpeedPrediction
+from gyrostat.identification.selection import Selection, check_start, select
 from gyrostat.identification.signs import lost_sign
 from gyrostat.identification.stages import Measurements, Outcome, Progress, refine, run_stages
 from gyrostat.identification.start_values import integral_regression
@@ -33,6 +33,7 @@ from gyrostat.identification.statistics import NUMERICAL_NOISE, noise_level, whi
 from gyrostat.identification.tolerances import check_tolerances
 from gyrostat.identification.uncertainty import FEW, residual_levels
 from gyrostat.telemetry import Record, cut, pool
+from gyrostat.wheel.friction_laws import Law, friction_law
 
 DEFAULT_ITERATIONS = 50
 RESTARTS = ((1.0, 0.9), (1.0, 0.7), (2.0, 1.0))
@@ -125,7 +126,7 @@ def identify(
     records: Record | Sequence[Record],
     *,
     inertia: float | None = None,
-    model: str = "stribeck",
+    model: str | Law = "stribeck",
     hold: Mapping[str, float | None] | None = None,
     free: Collection[str] = (),
     prior: Mapping[str, tuple[float, float]] | None = None,
@@ -154,8 +155,9 @@ def identify(
     Args:
         records: Records of one wheel.
         inertia: Rotor inertia, kg·m²; held unless `free` names it.
-        model: Name of the friction model, or "auto": the simplest one, with the effects that the
-            diagnosis finds (`gyrostat.identification.automatic`).
+        model: Name of the friction model, a class of your own or "FILE.py:CLASS"; or "auto": the
+            simplest one, with the effects that the diagnosis finds
+            (`gyrostat.identification.automatic`).
         hold: Name -> value at which it is held, SI, or None for its default.
         free: Names of further parameters to estimate.
         prior: Name -> a-priori mean and standard deviation, SI; the parameter is then estimated.
@@ -218,7 +220,7 @@ def identify(
     given = _given_sigmas(speed_sigma, len(records))
     if given is not None:
         given = tuple(s / np.sqrt(size) for s, (_, size) in zip(given, pooled, strict=True))
-    prediction = SpeedPrediction(records, friction_model(model), current_hold)
+    prediction = SpeedPrediction(records, friction_law(model), current_hold)
     check_signals(records)
     deterministic = integral_regression(records)
     selection = select(
@@ -230,6 +232,7 @@ def identify(
         prior=prior or {},
         start=start or {},
     )
+    check_start(prediction, selection)
     tolerances = check_tolerances(tolerance or {}, selection.free)
     noise = [noise_level(r.speed[r.valid]) for r in records]
     check_excitation(records, prediction.model, selection.free, noise)

@@ -10,7 +10,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.core.units import SI_UNIT
+from gyrostat.core.units import si_unit
 from gyrostat.identification.checks import MOTION
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.observability import judge
@@ -47,10 +47,10 @@ def held_values(
         if name not in allowed:
             raise InputError(f"hold: found {name!r}, expected one of {', '.join(allowed)}")
         if value is None and name in model.held_by_default:
-            value = float(model.from_coulomb(0.0, 0.0).parameters()[name])
+            value = model.start_values(0.0, 0.0)[name]
         if value is None:
             raise InputError(
-                f"held {name}: found no value, expected one in {SI_UNIT[dimensions[name]]}"
+                f"held {name}: found no value, expected one in {si_unit(dimensions[name])}"
             )
         values[name] = float(value)
     for name, value in values.items():

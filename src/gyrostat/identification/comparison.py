@@ -11,10 +11,11 @@ from gyrostat.identification.batch import identify
 from gyrostat.identification.checks import as_records
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.loss import Loss, loss_named
-from gyrostat.identification.prediction import CurrentHold, friction_model
+from gyrostat.identification.prediction import CurrentHold
 from gyrostat.identification.validation import validate
 from gyrostat.telemetry import Record
 from gyrostat.wheel.friction import FRICTION_MODELS
+from gyrostat.wheel.friction_laws import Law, friction_law
 
 
 @dataclass(frozen=True)
@@ -58,7 +59,7 @@ def compare(
     records: Record | Sequence[Record],
     held_out: Sequence[Record] = (),
     *,
-    models: Sequence[str] | None = None,
+    models: Sequence[str | Law] | None = None,
     known: Fit | None = None,
     hold: Mapping[str, float | None] | None = None,
     free: Collection[str] = (),
@@ -73,7 +74,7 @@ def compare(
     Args:
         records: Records fitted together.
         held_out: Records predicted by every candidate and never fitted.
-        models: Names of the models; by default all.
+        models: Names or classes of the models; by default all of this package, and that of `known`.
         known: Fit of one of the models with the same arguments. It is reused if it is plain least
             squares, as the fits of the comparison are.
         hold: As for `identify`; here and in the next three, names that a candidate does not have
@@ -94,17 +95,21 @@ def compare(
     """
     records = as_records(records)
     chosen_loss = loss_named(loss)
-    every = {p for m in FRICTION_MODELS.values() for p in m.dimensions()}
+    usual = [*FRICTION_MODELS.values()]
+    if known is not None and known.model not in usual:
+        usual.append(known.model)
+    laws = [friction_law(model) for model in models or usual]
+    every = {p for law in (*laws, *usual) for p in law.dimensions()}
     ended: list[tuple[str, Fit | None, str]] = []
-    for name in models or FRICTION_MODELS:
-        absent = every - set(friction_model(name).dimensions())
+    for law in laws:
+        name, absent = law.name, every - set(law.dimensions())
         if known is not None and known.model.name == name and not known.effects:
             ended.append((name, known, ""))
             continue
         try:
             fit = identify(
                 records,
-                model=name,
+                model=law,
                 hold={n: v for n, v in (hold or {}).items() if n not in absent},
                 free=[n for n in free if n not in absent],
                 prior={n: v for n, v in (prior or {}).items() if n not in absent},

@@ -4,7 +4,7 @@ from dataclasses import asdict
 from typing import TYPE_CHECKING
 
 from gyrostat.core.text import aligned, or_none, plain
-from gyrostat.core.units import SI_UNIT
+from gyrostat.core.units import si_unit
 
 if TYPE_CHECKING:
     from gyrostat.identification.design import Combination, Design
@@ -24,7 +24,7 @@ def rows(design: "Design") -> list[tuple[str, ...]]:
             plain(each.before, 3),
             plain(each.after, 3),
             plain(each.reliable, 3),
-            SI_UNIT[each.dimension],
+            si_unit(each.dimension),
         )
         for each in every
     ]
@@ -32,7 +32,7 @@ def rows(design: "Design") -> list[tuple[str, ...]]:
 
 def _verdict(each: "Combination", design: "Design") -> str:
     """Whether one combination reaches its target."""
-    unit = SI_UNIT[each.dimension]
+    unit = si_unit(each.dimension)
     if each.target is None:
         return (
             f"{each.name}: sigma {plain(each.reliable, 3)} {unit} or less in 9 of 10 wheels that "

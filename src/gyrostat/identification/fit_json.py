@@ -10,7 +10,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import read_text
-from gyrostat.core.units import SI_UNIT
+from gyrostat.core.units import si_unit
 
 if TYPE_CHECKING:
     from gyrostat.identification.fit import Fit
@@ -39,7 +39,7 @@ def content(fit: "Fit") -> dict[str, object]:
             name: {
                 "value": float(fit.values[k]),
                 "sigma": float(sigma[k]),
-                "unit": SI_UNIT[fit.dimensions[name]],
+                "unit": si_unit(fit.dimensions[name]),
                 "observable": fit.observability[name].observable,
                 "significance": fit.observability[name].significance,
                 "sigma_noise": float(fit.noise_sigma[k]),

@@ -6,7 +6,7 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from gyrostat.core.text import aligned, measured, plain
-from gyrostat.core.units import RPM, SI_UNIT
+from gyrostat.core.units import RPM, si_unit
 
 if TYPE_CHECKING:
     from gyrostat.identification.fit import Fit
@@ -54,9 +54,9 @@ def parameter_rows(fit: "Fit") -> Iterator[tuple[str, str, str, str]]:
         clear = "over 1000" if seen.significance > 1000.0 else f"{seen.significance:.1f}"
         verdict = f"{'yes' if seen.observable else 'NO'} ({clear} sigma)"
         verdict = "given" if seen.given else verdict
-        yield name, measured(float(value), float(sigma)), SI_UNIT[fit.dimensions[name]], verdict
+        yield name, measured(float(value), float(sigma)), si_unit(fit.dimensions[name]), verdict
     for name, value in fit.held.items():
-        yield name, plain(value, 6), SI_UNIT[fit.dimensions[name]], "held"
+        yield name, plain(value, 6), si_unit(fit.dimensions[name]), "held"
 
 
 def effect_rows(fit: "Fit") -> Iterator[tuple[str, str, str]]:
@@ -98,7 +98,7 @@ def estimate_of(fit: "Fit", name: str) -> tuple[float, float, str]:
     first, _, second = name.partition("-")
     contrast = np.array([float(n == first) - float(n == second) for n in fit.names])
     sigma = float(np.sqrt(contrast @ fit.covariance @ contrast))
-    return float(contrast @ fit.values), sigma, SI_UNIT[fit.dimensions[first]]
+    return float(contrast @ fit.values), sigma, si_unit(fit.dimensions[first])
 
 
 def posterior_rows(fit: "Fit") -> Iterator[tuple[str, str, str, str, str]]:

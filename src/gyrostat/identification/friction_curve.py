@@ -98,7 +98,7 @@ def _starts(
     """Start values of all parameters, SI: a straight line, and a range of Stribeck speeds."""
     rows = np.column_stack([np.abs(speed), np.ones(len(speed))]) / sigma[:, None]
     viscous, coulomb = np.linalg.lstsq(rows, np.sign(speed) * torque / sigma, rcond=1e-8)[0]
-    first = {k: float(v) for k, v in model.from_coulomb(viscous, coulomb).parameters().items()}
+    first = model.start_values(viscous, coulomb)
     first |= {n: v for n, v in held.items() if n in first}
     scales = bend_speeds(model, held)
     if not scales:
@@ -119,17 +119,18 @@ def _fitted(
     names = tuple(n for n in dimensions if n not in held)
     index = [list(dimensions).index(n) for n in names]
     top, reach = float(np.max(np.abs(torque))), float(np.max(np.abs(speed)))
-    span = {"torque": top, "viscous": top / reach, "speed": reach}
+    span = {name: top / reach**power for name, power in model.coefficients().items()}
+    span |= dict.fromkeys(model.scales(), reach)
     least = FINEST * top
     sigma = np.maximum(torque_sigma, least)
 
     def run(start: Mapping[str, float], sigma: Vector) -> Solution | None:
         first = np.array([start[n] for n in names])
-        prior = Prior(first, np.array([WEAK * span[dimensions[n]] for n in names]))
+        prior = Prior(first, np.array([WEAK * span.get(n, abs(start[n]) or 1.0) for n in names]))
 
         def evaluate(x: Vector):
             values = dict(start) | dict(zip(names, x.tolist(), strict=True))
-            if any(values[n] <= 0.0 for n in model.held_by_default):
+            if any(values[n] <= 0.0 for n in model.scales()):
                 return None
             curve, _, by_theta, _ = friction_torques(model, values, speed)
             return (torque - curve) / sigma, by_theta[:, index] / sigma[:, None]
@@ -154,8 +155,8 @@ def _fitted(
 
 def bend_speeds(model: type[Friction], held: Mapping[str, float]) -> dict[str, float]:
     """Default values of characteristic speeds, such as the Stribeck speed, that are not held."""
-    default = model.from_coulomb(0.0, 0.0).parameters()
-    return {n: float(default[n]) for n in model.held_by_default if n not in held}
+    default = model.start_values(0.0, 0.0)
+    return {n: default[n] for n in model.held_by_default if n not in held}
 
 
 def _bends(curve: FrictionCurve, held: Mapping[str, float], speed: Vector) -> bool:

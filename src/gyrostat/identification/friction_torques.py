@@ -34,7 +34,7 @@ def _compiled(model: type[Friction]):
     names = tuple(model.dimensions())
 
     def parts(theta, speed, direction):
-        friction = model(**dict(zip(names, theta, strict=True)))
+        friction = model.of(**dict(zip(names, theta, strict=True)))
         torque = friction.torque(speed, direction)
         return torque, torque - friction.viscous_torque(speed, direction)
 

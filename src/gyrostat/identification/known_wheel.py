@@ -3,6 +3,7 @@
 import re
 from collections.abc import Mapping
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
 from typing import Any, Self
 
@@ -14,10 +15,11 @@ from gyrostat.identification.averaging import Effect
 from gyrostat.identification.effects import dry_friction
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.fit_json import read_fit
-from gyrostat.identification.prediction import friction_model, wheel_dimensions
+from gyrostat.identification.prediction import wheel_dimensions
 from gyrostat.identification.uncertainty import square_root
 from gyrostat.wheel import WheelModel
 from gyrostat.wheel.friction import Friction
+from gyrostat.wheel.friction_laws import friction_law, law_below, static
 
 RIPPLE = "crossing_ripple"
 """Effect of a fit that gives the torque ripple."""
@@ -91,7 +93,8 @@ class KnownWheel:
             InputError: The file is not a fit.json of a wheel with friction, or the fit is not
                 valid.
         """
-        model, values, names, covariance, noise, effects = read_fit(path, _content, force=force)
+        parse = partial(_content, path)
+        model, values, names, covariance, noise, effects = read_fit(path, parse, force=force)
         missing = set(wheel_dimensions(model)) - set(values)
         if missing:
             raise InputError(f"{path}: found no {min(missing)}, expected its value")
@@ -206,7 +209,7 @@ class KnownWheel:
             drawn: Parameters in the order of `values`, (m, all), SI.
         """
         every, found = list(self.values), drawn.copy()
-        for name in self.model.dimensions():
+        for name in set(self.model.dimensions()) - set(self.model.signed()):
             least = 0.1 * self.values[name] if name in self.model.held_by_default else 0.0
             found[:, every.index(name)] = np.maximum(found[:, every.index(name)], least)
         for name in ("inertia", "motor_constant"):
@@ -219,13 +222,19 @@ class KnownWheel:
         return found
 
 
-def _content(content: Mapping[str, Any]) -> tuple[Any, ...]:
+def _content(path: Path, content: Mapping[str, Any]) -> tuple[Any, ...]:
     """Model, values, names, covariance, speed noise and effects in a fit.json."""
     parameters, names = content["parameters"], tuple(content["correlation"]["names"])
     sigma = np.array([float(parameters[n]["sigma"]) for n in names])
     covariance = np.array(content["correlation"]["matrix"], dtype=float) * np.outer(sigma, sigma)
     values = {n: float(v) for n, v in content["held"].items()}
     values |= {n: float(row["value"]) for n, row in parameters.items()}
-    model, noise = friction_model(content["model"]), float(content["speed_sigma"])
+    law, noise = content.get("law"), float(content["speed_sigma"])
+    if law is None:
+        model = friction_law(content["model"], f"{path}: model")
+    else:
+        digests = {str(name): str(own) for name, own in law["sources"].items()}
+        found, _ = law_below(path.parent, law["python"], f"{path}: law", digests)
+        model = static(found, f"{path}: law")
     effects = {e["name"]: Effect(**e) for e in content.get("effects", ())}
     return model, values, names, covariance, noise, effects

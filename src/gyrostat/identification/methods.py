@@ -11,6 +11,7 @@ from gyrostat.identification.steady import identify_steady
 from gyrostat.identification.tolerances import check_tolerances, propagate_dedicated
 from gyrostat.identification.torque_step import identify_torque_step
 from gyrostat.telemetry import Record
+from gyrostat.wheel.friction_laws import Law, friction_law
 
 WITHOUT_MODEL: dict[str, Callable[..., Fit]] = {
     "coast": identify_coast,
@@ -23,7 +24,7 @@ def identify_dedicated(
     method: str,
     records: Sequence[Record],
     *,
-    model: str | None,
+    model: str | Law | None,
     inertia: float | None,
     hold: Mapping[str, float | None],
     speed_sigma: float | None,
@@ -48,8 +49,8 @@ def identify_dedicated(
     identify = WITHOUT_MODEL.get(method, partial(identify_steady, model=model))
     if method in WITHOUT_MODEL and model is not None:
         raise InputError(
-            f"--method {method}: found --model {model}, expected no model: this method identifies "
-            "viscous and Coulomb friction or the motor constant"
+            f"--method {method}: found --model {friction_law(model).name}, expected no model: "
+            "this method identifies viscous and Coulomb friction or the motor constant"
         )
     fit = identify(records, inertia=inertia, hold=hold, speed_sigma=speed_sigma)
     if not tolerances:

@@ -1,7 +1,7 @@
 """Validation of parameter names and values given by the user."""
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.units import SI_UNIT
+from gyrostat.core.units import si_unit
 from gyrostat.core.validation import magnitude
 from gyrostat.identification.prediction import wheel_dimensions
 from gyrostat.identification.slopes import SLOPES
@@ -40,11 +40,11 @@ def check_parameter(model: type[Friction], name: str, value: float, where: str) 
         InputError: The value is not of a physical magnitude or has the wrong sign.
     """
     dimension = parameter_dimension(model, name, where)
-    unit = SI_UNIT[dimension]
+    unit = si_unit(dimension)
     magnitude(where, value, unit)
     of_friction = name in model.dimensions()
     if name in ("inertia", "motor_constant") or (of_friction and dimension == "speed"):
         if value <= 0.0:
             raise InputError(f"{where}: found {value:g}, expected more than 0 {unit}")
-    elif of_friction and value < 0.0:
+    elif of_friction and value < 0.0 and name not in model.signed():
         raise InputError(f"{where}: found {value:g}, expected 0 {unit} or more")

@@ -9,6 +9,7 @@ from gyrostat.identification.effects import RESOLVED
 from gyrostat.identification.faults import opposed_signs, wrong_units
 from gyrostat.identification.findings import Finding, by_evidence
 from gyrostat.identification.fit import Fit
+from gyrostat.wheel.friction.contract import curve_fault, is_free_at_rest
 
 STATED = (0.8, 1.25)
 """Range of the ratio of scatter to stated noise in which the two agree."""
@@ -52,8 +53,8 @@ def impossible(fit: Fit) -> list[str]:
     """
     found = _unexplained(fit)
     for name, value, sigma in zip(fit.names, fit.values, fit.sigma, strict=True):
-        wheel = fit.dimensions[name] in ("motor_constant", "torque", "viscous")
-        if wheel and value < -2.0 * sigma:
+        wheel = name == "motor_constant" or name in fit.model.coefficients()
+        if wheel and name not in fit.model.signed() and value < -2.0 * sigma:
             found.append(f"{name} is negative ({value:.3g}): no wheel has this")
     if fit.parameters.get("motor_constant", 0.0) < 0.0:
         found.append("current and speed have opposite senses: reverse the sign of one of them")
@@ -64,7 +65,26 @@ def impossible(fit: Fit) -> list[str]:
                 f"{name} lies {-seen.significance:.1f} sigma below {reference}: the model "
                 "contradicts the record (no friction rises as a wheel starts to turn)"
             )
-    return found
+    return found + _no_friction(fit)
+
+
+def _no_friction(fit: Fit) -> list[str]:
+    """Message about a law of the user's whose estimated curve is no friction."""
+    law = fit.model
+    if law.is_shipped() or not set(law.dimensions()) <= set(fit.parameters):
+        return []
+    fault = curve_fault(law, law.possible(fit.parameters))
+    return [f"{law.__name__} at the estimates: {fault}"] if fault else []
+
+
+def _free_at_rest(fit: Fit) -> list[str]:
+    """Message about a law of the user's that never lets the wheel stick."""
+    law, known = fit.model, fit.parameters
+    if law.is_shipped() or not set(law.dimensions()) <= set(known):
+        return []
+    if not is_free_at_rest(law.of(**{name: known[name] for name in law.dimensions()})):
+        return []
+    return [f"{law.__name__} has no friction at rest: the modelled wheel never sticks"]
 
 
 def _scatter_warnings(scatter: Sequence[Scatter]) -> list[str]:
@@ -165,6 +185,7 @@ def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]
         warnings.append(f"{text}: not a valid result")
     warnings += [_sentence(fit, finding) for finding in fit.findings]
     warnings += impossible(fit)
+    warnings += _free_at_rest(fit)
     warnings += _ripple(fit)
     if "current_bias" in fit.names:
         bias = fit.parameters["current_bias"]

@@ -123,7 +123,8 @@ def coordinates(
             difference[names.index(name), names.index(reference)] = -1.0
     centre, spread = difference @ values, difference @ covariance @ difference.T
     scale = np.sqrt(np.diag(spread))
-    positive = np.array([n in model.dimensions() or n == "inertia" for n in names])
+    limits = {"inertia", *model.dimensions()} - set(model.signed())
+    positive = np.array([n in limits for n in names])
     limited = positive & (centre < FAR * scale)
     # the start lies inside the limits: at one sigma where the estimate lies outside
     z = np.where(limited, np.maximum(centre / scale, 0.5), centre / scale)

@@ -6,7 +6,6 @@ from typing import Literal, NamedTuple
 
 import numpy as np
 
-from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.stored_function import stored_function
 from gyrostat.core.types import Matrix, Vector
@@ -17,7 +16,7 @@ from gyrostat.identification.slopes import (
 )
 from gyrostat.telemetry import Record
 from gyrostat.wheel import Wheel
-from gyrostat.wheel.friction import FRICTION_MODELS, Friction
+from gyrostat.wheel.friction import Friction
 from gyrostat.wheel.response import advance, sample_intervals
 
 CurrentHold = Literal["zero-order", "linear"]
@@ -26,28 +25,17 @@ BLOCKED_SHARE = 0.2
 """Largest fraction of the moving samples at which a model may rest before it counts as stuck."""
 
 
-def friction_model(name: str) -> type[Friction]:
-    """Friction model with a given name.
-
-    Raises:
-        InputError: No model has this name.
-    """
-    if name not in FRICTION_MODELS:
-        raise InputError(f"model: found {name!r}, expected one of {', '.join(FRICTION_MODELS)}")
-    return FRICTION_MODELS[name]
-
-
 def wheel_dimensions(model: type[Friction]) -> dict[str, str]:
     """Parameters of a wheel with this friction: name -> dimension, in order."""
     return {"motor_constant": "motor_constant", "inertia": "inertia", **model.dimensions()}
 
 
 def build_wheel(model: type[Friction], values: Mapping[str, float]) -> Wheel:
-    """Wheel from named parameters, SI; other names are ignored."""
+    """Wheel from named parameters, SI, which are not validated; other names are ignored."""
     return Wheel(
         inertia=values["inertia"],
         motor_constant=values["motor_constant"],
-        friction=model(**{name: values[name] for name in model.dimensions()}),
+        friction=model.of(**{name: values[name] for name in model.dimensions()}),
     )
 
 
@@ -210,7 +198,7 @@ class SpeedPrediction:
 
     def admissible(self, values: Vector) -> bool:
         """Whether a wheel can have these parameters: finite values, positive inertia and scales."""
-        positive = [n for n in ("inertia", *self.model.held_by_default) if n in self.names]
+        positive = [n for n in ("inertia", *self.model.scales()) if n in self.names]
         return bool(np.all(np.isfinite(values))) and all(
             values[self.names.index(n)] > 0.0 for n in positive
         )

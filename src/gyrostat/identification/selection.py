@@ -7,12 +7,13 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
-from gyrostat.core.units import SI_UNIT
+from gyrostat.core.units import si_unit
 from gyrostat.core.validation import require
 from gyrostat.identification.least_squares import Prior
 from gyrostat.identification.parameters import check_parameter
 from gyrostat.identification.prediction import SpeedPrediction
 from gyrostat.identification.start_values import StartValues
+from gyrostat.wheel.friction.contract import start_fault
 
 SMALLEST_INERTIA, LARGEST_INERTIA = 1e-12, 1e6
 """Range of the inertia of rotors, kg·m²; a value outside has the wrong unit."""
@@ -87,7 +88,7 @@ def _held_values(
     for name, value in hold.items():
         if value is None:
             if name not in default:
-                unit = SI_UNIT[prediction.dimensions[name]]
+                unit = si_unit(prediction.dimensions[name])
                 raise InputError(f"held {name}: found no value, expected one in {unit}")
         elif told.get(name, value) != value:
             raise InputError(
@@ -108,8 +109,7 @@ def _check_scale(
 
     Currents and speeds give torques only relative to the inertia: one of them must be known.
     """
-    torques = [n for n, d in prediction.model.dimensions().items() if d in ("torque", "viscous")]
-    scale = {"inertia", "motor_constant", *torques}
+    scale = {"inertia", "motor_constant", *prediction.model.coefficients()}
     # a torque of zero does not fix the scale
     known = {name for name in scale - set(free) if held.get(name) != 0.0}
     if not known and not scale & set(prior):
@@ -122,7 +122,7 @@ def _check_scale(
 
 def _check_values(prediction: SpeedPrediction, given: Mapping[str, float], what: str) -> None:
     for name, value in given.items():
-        unit = SI_UNIT[prediction.dimensions[name]]
+        unit = si_unit(prediction.dimensions[name])
         if name == "inertia" and value > 0.0 and not SMALLEST_INERTIA < value < LARGEST_INERTIA:
             raise InputError(
                 f"{what} {name}: found {value:g}, expected {SMALLEST_INERTIA:g} to "
@@ -181,7 +181,8 @@ def select(
         size = deterministic.size(
             name, prediction.dimensions[name], own["inertia"], own["motor_constant"]
         )
-        scale.append(WEAK * max(abs(own[name]), size))
+        # a number that starts at zero and has no natural size
+        scale.append(WEAK * (max(abs(own[name]), size) or 1.0))
         reference = prediction.model.vanishing_at.get(name)
         if reference is not None and name not in prior:
             # without information in the record it has no effect, and equals its reference
@@ -200,3 +201,17 @@ def select(
         told=frozenset(start),
         scale=np.array(scale),
     )
+
+
+def check_start(prediction: SpeedPrediction, selection: Selection) -> None:
+    """Validate the friction curve of a law of the user's at the start values.
+
+    Raises:
+        InputError: The curve is no friction; see `gyrostat.wheel.friction.contract`.
+    """
+    law = prediction.model
+    if not law.is_shipped():
+        start = dict(zip(prediction.names, selection.values, strict=True))
+        fault = start_fault(law, law.possible(start))
+        if fault:
+            raise InputError(f"{law.__name__} at the start values: {fault}")

@@ -89,7 +89,7 @@ class _CoulombStage:
     def __init__(self, prediction: SpeedPrediction, selection: Selection) -> None:
         model: type[Friction] = prediction.model
         zero, per_viscous, per_coulomb = (
-            np.array([float(v) for v in model.from_coulomb(*point).parameters().values()])
+            np.array(list(model.start_values(*point).values()))
             for point in ((0.0, 0.0), (1.0, 0.0), (0.0, 1.0))
         )
         self.prediction, self.selection = prediction, selection
@@ -101,18 +101,23 @@ class _CoulombStage:
         sigma = [selection.prior.sigma[selection.free.index(n)] for n in rest]
         self.offset = selection.values.copy()
         for tie in (per_viscous - zero, per_coulomb - zero):
-            tied = [n for n, t in zip(friction, tie, strict=True) if t != 0.0]
+            tied = {n: t for n, t in zip(friction, tie, strict=True) if t != 0.0}
             leading = [n for n in tied if n not in model.vanishing_at]
+            if not leading:
+                continue
             column = np.zeros(len(prediction.names))
-            column[[prediction.names.index(n) for n in tied]] = 1.0
-            places = [selection.free.index(n) for n in leading if n in selection.free]
-            first = float(np.mean(selection.values[[prediction.names.index(n) for n in leading]]))
-            self.offset[column != 0.0] = 0.0 if places else first
-            if places:
+            column[[prediction.names.index(n) for n in tied]] = list(tied.values())
+            own = np.array([prediction.names.index(n) for n in leading])
+            first = float(np.mean(selection.values[own] / column[own]))
+            free = [n for n in leading if n in selection.free]
+            self.offset = np.where(column != 0.0, 0.0 if free else first * column, self.offset)
+            if free:
+                places = [selection.free.index(n) for n in free]
+                per = np.array([tied[n] for n in free])
                 columns.append(column)
                 start.append(first)
-                mean.append(float(np.mean(selection.prior.mean[places])))
-                sigma.append(float(np.min(selection.prior.sigma[places])))
+                mean.append(float(np.mean(selection.prior.mean[places] / per)))
+                sigma.append(float(np.min(selection.prior.sigma[places] / np.abs(per))))
         self.map = np.column_stack(columns) if columns else np.zeros((len(self.offset), 0))
         self.start = np.array(start)
         self.prior = Prior(np.array(mean), np.array(sigma))

@@ -10,7 +10,9 @@ from itertools import pairwise
 
 import numpy as np
 
+from gyrostat.core.si_dimensions import speed_power
 from gyrostat.core.types import Vector
+from gyrostat.core.units import si_unit
 from gyrostat.identification.prediction import SpeedPrediction
 from gyrostat.identification.statistics import noise_level, trapezoidal
 from gyrostat.telemetry import Record
@@ -71,8 +73,8 @@ class StartValues:
         first: dict[str, float] = {"current_bias": 0.0, **speeds, **dict.fromkeys(slopes, 0.0)}
         inertia = self.inertia(known)
         if inertia is not None:
-            friction = prediction.model.from_coulomb(self.viscous * inertia, self.coulomb * inertia)
-            first |= {k: float(v) for k, v in friction.parameters().items()}
+            model = prediction.model
+            first |= model.start_values(self.viscous * inertia, self.coulomb * inertia)
             first |= {"inertia": inertia, "motor_constant": self.motor * inertia}
         return first
 
@@ -88,10 +90,10 @@ class StartValues:
         torque = inertia * max(abs(self.motor) * self.current_level, self.speed_level / self.span)
         # without a current: the current that would balance friction
         current = self.current_level or torque / (abs(motor_constant) or 1.0)
-        viscous = torque / self.speed_level if self.speed_level > 0.0 else 0.0
+        power = speed_power(si_unit(dimension.removesuffix("_per_temperature")))
+        if power is not None:
+            return torque / self.speed_level**power if self.speed_level > 0.0 or not power else 0.0
         sizes = {
-            "torque": torque,
-            "viscous": viscous,
             "motor_constant": torque / current,
             "inertia": inertia,
             "current": current,

@@ -17,17 +17,18 @@ from gyrostat.identification.friction_curve import (
 )
 from gyrostat.identification.plateaus import MIN_SAMPLES, Plateau, find_plateaus
 from gyrostat.identification.plausibility import Scatter
-from gyrostat.identification.prediction import friction_model, wheel_dimensions
+from gyrostat.identification.prediction import wheel_dimensions
 from gyrostat.telemetry import Record
 from gyrostat.wheel.friction import Friction, Stribeck, ViscousCoulomb
+from gyrostat.wheel.friction_laws import Law, friction_law
 
 
 def _choose(
-    model: str | None, hold: Mapping[str, float | None]
+    model: str | Law | None, hold: Mapping[str, float | None]
 ) -> tuple[type[Friction], type[Friction] | None]:
     """Friction model to fit, and one to prefer if the plateaus clearly support it."""
     if model is not None:
-        return friction_model(model), None
+        return friction_law(model), None
     if set(hold) & set(Stribeck.dimensions()) - set(ViscousCoulomb.dimensions()):
         return Stribeck, None
     return ViscousCoulomb, Stribeck
@@ -69,7 +70,7 @@ def identify_steady(
     *,
     inertia: float | None = None,
     hold: Mapping[str, float | None] | None = None,
-    model: str | None = None,
+    model: str | Law | None = None,
     speed_sigma: float | None = None,
 ) -> Fit:
     """Identify the friction curve from steady speeds, where k_m I = F(w).
@@ -89,9 +90,9 @@ def identify_steady(
         inertia: Rotor inertia, kg·m²; if given, the torque of the remaining drift is subtracted.
         hold: Name -> value, SI, or None for its default. It must contain motor_constant, because
             currents and speeds determine friction only as a multiple of it.
-        model: Friction model; by default "viscous-coulomb", or "stribeck" if `hold` or clear
-            evidence at low speeds requires it. The Stribeck speed is estimated unless it is held.
-            If the plateaus do not determine it, it is held at its default.
+        model: Friction model, as for the batch method; by default "viscous-coulomb", or "stribeck"
+            if `hold` or clear evidence at low speeds requires it. The Stribeck speed is estimated
+            unless it is held. If the plateaus do not determine it, it is held at its default.
         speed_sigma: Standard deviation of the measured speed, rad/s; by default from the records.
 
     Returns:

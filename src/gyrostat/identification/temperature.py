@@ -8,7 +8,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
-from gyrostat.core.units import SI_UNIT
+from gyrostat.core.units import si_unit
 from gyrostat.identification.batch import identify
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.slopes import DISTINCT
@@ -131,7 +131,7 @@ def _trend(name: str, temperature: Vector, fits: Sequence[Fit]) -> TemperatureTr
     excess = np.sqrt(np.sum(weight * misfit**2) / freedom) if freedom > 0 else 1.0
     return TemperatureTrend(
         name=name,
-        unit=SI_UNIT[fits[0].dimensions[name]],
+        unit=si_unit(fits[0].dimensions[name]),
         temperature=temperature,
         value=value,
         sigma=sigma,

@@ -12,6 +12,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.units import SI_UNIT
 from gyrostat.identification.prediction import Linearisation, SpeedPrediction
 
 TOLERANCES = ("inertia", "current_scale", "speed_scale", "clock")
@@ -157,6 +158,12 @@ def propagate_dedicated(
         values: Estimates, (n,), SI.
     """
     law = DEDICATED[method]
+    other = [dimension for dimension in dimensions if dimension not in SI_UNIT]
+    if other:
+        raise InputError(
+            f"--method {method}: found a tolerance with a parameter in {other[0]}, expected no "
+            "tolerance, or --method batch"
+        )
     exponents = [[law.get(d, {}).get(name, 0.0) for name in tolerances] for d in dimensions]
     sigmas = np.array(list(tolerances.values()))
     roots = np.array(exponents).reshape(len(dimensions), len(sigmas)) * sigmas * values[:, None]

@@ -3,7 +3,7 @@
 import numpy as np
 from matplotlib.figure import Figure
 
-from gyrostat.core.units import RPM, SI_UNIT
+from gyrostat.core.units import RPM, si_unit
 from gyrostat.identification.design import Design
 from gyrostat.identification.design_text import HEADER, rows, summary
 from gyrostat.reports.colours import MARK, MODEL
@@ -27,7 +27,7 @@ def design_figure(design: Design) -> Figure:
         if first.target is not None:
             axes[2].axhline(first.target, lw=0.9, ls="--", color=MARK, label="wanted")
             axes[2].legend(loc="upper right")
-        axes[2].set_ylabel(f"sigma of {first.name} ({SI_UNIT[first.dimension]})")
+        axes[2].set_ylabel(f"sigma of {first.name} ({si_unit(first.dimension)})")
         axes[2].set_xlabel("time (s)")
         figure.align_ylabels(axes)
     return figure

@@ -1,7 +1,7 @@
 """Self-contained HTML pages."""
 
 from gyrostat.core.text import measured
-from gyrostat.core.units import SI_UNIT
+from gyrostat.core.units import si_unit
 from gyrostat.identification import Fit
 from gyrostat.identification.acceptance_text import HEADER, acceptance_rows
 from gyrostat.identification.fit_text import (
@@ -50,7 +50,7 @@ def fit_page(fit: Fit, *, command: str) -> str:
         records=drawn,
         friction=friction_charts(fit) if friction_known else None,
         regression=[
-            (row, measured(row.value, row.sigma), SI_UNIT[fit.dimensions[row.name]])
+            (row, measured(row.value, row.sigma), si_unit(fit.dimensions[row.name]))
             for row in torque_regression(fit)
         ],
         residuals=residual_charts(fit) if fit.predicted else None,

@@ -4,11 +4,43 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-from gyrostat.core.outputs import new_files
+from gyrostat.campaigns.own.objects import own_object
+from gyrostat.core.files import digest_of
+from gyrostat.core.outputs import check_outputs, new_files
+from gyrostat.core.user_modules import Source
 from gyrostat.identification import Fit
 from gyrostat.identification.fit_text import table
 from gyrostat.reports.page import fit_page
 from gyrostat.wheel import write_model
+from gyrostat.wheel.friction import Friction
+from gyrostat.wheel.friction_laws import digest, law_texts, write_texts
+
+
+def law_source(law: type[Friction]) -> tuple[str, tuple[Source, ...]] | None:
+    """Kind and texts of a user's friction law; None of a law of this package.
+
+    Raises:
+        InputError: The law is defined in a script or a notebook, and its text cannot be extracted.
+    """
+    if law.is_shipped():
+        return None
+    return (
+        law_texts(law) or own_object("friction", law.of(**dict.fromkeys(law.dimensions(), 1.0)))[:2]
+    )
+
+
+def check_law_files(law: type[Friction], out: Path, *, force: bool) -> None:
+    """Check, before a fit, that the text of a user's law can be written beside its results.
+
+    Raises:
+        InputError: There is no text of the law, or another file of the user is in the way.
+    """
+    texts = law_source(law)
+    sources = () if texts is None else texts[1]
+    # a law may stand in the folder itself
+    other = [s.path for s in sources if digest_of(out / s.path) != digest(s)]
+    check_outputs(out, other, by="identify", force=force)
+
 
 FILES = ("fit.json", "model.toml", "report.html")
 
@@ -37,7 +69,12 @@ def write_fit(
     Raises:
         InputError: A file of the user is in the way, or the folder cannot be written.
     """
-    text = json.dumps(fit.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
+    law = law_source(fit.model)
+    content = fit.to_dict()
+    if law is not None:
+        digests = {source.path: digest(source) for source in law[1]}
+        content["law"] = {"python": law[0], "sources": digests}
+    text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
     page = fit_page(fit, command=command)
     model = fit.wheel_model()
     results = [out / "report.html", out / "fit.json"]
@@ -46,7 +83,9 @@ def write_fit(
         (folder / "fit.json").write_text(text + "\n", encoding="utf-8")
         if model is not None and fit.converged:
             results.append(out / "model.toml")
-            write_model(folder / "model.toml", model)
+            write_model(folder / "model.toml", model, law)
+        elif law is not None:
+            write_texts(folder, law[1])
     if len(results) < len(FILES) and (out / "model.toml").exists():
         say(f"warning: {out / 'model.toml'} is of an earlier run; this run gives no wheel model")
 

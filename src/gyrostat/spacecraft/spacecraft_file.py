@@ -13,6 +13,7 @@ inertia = "0.015 kg·m²"           # of the rotor; optional if the model or the
 torque_limit = 0.1                # N·m, optional
 momentum_limit = "3 N·m·s"        # optional
 model = "x/model.toml"            # friction, from `gyrostat identify`; optional
+friction = { kind = "stribeck", ... }  # friction in this file instead; or python = "mine.py:MyLaw"
 sheet = "bct-rwp015"              # data sheet for the values omitted above; optional
 
 Surfaces ([box], [[panel]], [[facet]]) are optional; see `gyrostat.spacecraft.surfaces_file`.
@@ -41,18 +42,20 @@ from gyrostat.core.toml_file import (
     refuse_unknown,
     three,
 )
+from gyrostat.core.units import si_unit
 from gyrostat.spacecraft.flexible.appendages import APPENDAGES
 from gyrostat.spacecraft.flexible.modes import FlexibleModes
 from gyrostat.spacecraft.flexible_file import Appendage, modes_of, read_appendages
 from gyrostat.spacecraft.spacecraft import Spacecraft, check_inertia
 from gyrostat.spacecraft.surfaces_file import SURFACES, named_tables, read_surfaces
 from gyrostat.wheel import WheelArray, WheelModel, read_model, read_wheel_sheet
+from gyrostat.wheel.friction_laws import read_law
 
 SAME = 1e-3
 """Largest relative difference between the inertia in this file and that of the model."""
 _LIMITS = {"torque_limit": "torque", "momentum_limit": "momentum"}
 _BODY = ("name", "inertia", "mass", "centre_of_mass")
-_WHEEL = ("name", "axis", "inertia", *_LIMITS, "model", "sheet")
+_WHEEL = ("name", "axis", "inertia", *_LIMITS, "model", "friction", "sheet")
 
 
 @dataclass(frozen=True)
@@ -128,7 +131,7 @@ def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> Spa
         axes=jax.device_put(np.stack([wheel["axis"] for wheel in wheels], axis=1)),
         inertia=jax.device_put(np.array([wheel["inertia"] for wheel in wheels])),
         **{limit: np.array([wheel[limit] for wheel in wheels]) for limit in _LIMITS},
-        **_friction(path, names, [wheel["model"] for wheel in wheels]),
+        **_friction(path, rows, [wheel["model"] for wheel in wheels]),
     )
     surfaces = read_surfaces(path, table)
     spacecraft = Spacecraft(jax.device_put(inertia), array, **_mass(path, body), surfaces=surfaces)
@@ -183,11 +186,37 @@ def _wheel(path: Path, prefix: str, row: dict[str, Any], force: bool) -> dict[st
                 f"kg·m² of {row['model']}"
             )
         inertia = own if inertia is None else inertia
+    if "friction" in row:
+        found["model"] = _own_friction(path, prefix, row)
     inertia = known.get("inertia") if inertia is None else inertia
     if inertia is None:
         raise InputError(f"{path}: key {prefix}inertia: found none, expected it in kg·m²")
     model = found["model"]
     return {**found, "inertia": inertia, "known": {**known, **(model.values if model else {})}}
+
+
+def _own_friction(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel:
+    """Friction of a wheel in the spacecraft file: a kind of this package or a user's class."""
+    key, table = f"{prefix}friction", row["friction"]
+    if "model" in row:
+        raise InputError(f"{path}: key {key}: found it beside model, expected one of the two")
+    if not isinstance(table, dict) or ("kind" in table) == ("python" in table):
+        raise InputError(
+            f"{path}: key {key}: found {described(table)}, expected a table with kind or python, "
+            "and the parameters"
+        )
+    law = read_law(path, f"{key}.{'kind' if 'kind' in table else 'python'}", table)
+    values = {n: v for n, v in table.items() if n not in ("kind", "python")}
+    refuse_unknown(path, f"{key}.", values, law.dimensions())
+    lacking = [name for name in law.dimensions() if name not in values]
+    if lacking:
+        unit = si_unit(law.dimensions()[lacking[0]])
+        raise InputError(f"{path}: key {key}.{lacking[0]}: found none, expected it, in {unit}")
+    own = {
+        name: quantity(path, f"{key}.{name}", values[name], dimension, positive=False)
+        for name, dimension in law.dimensions().items()
+    }
+    return WheelModel(law, own)
 
 
 def _sheet(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel | None:
@@ -201,12 +230,13 @@ def _sheet(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel | None:
 
 
 def _friction(
-    path: Path, names: tuple[str, ...], models: list[WheelModel | None]
+    path: Path, rows: Mapping[str, Mapping[str, Any]], models: list[WheelModel | None]
 ) -> dict[str, Any]:
     """Friction of a wheel array: one friction model with parameters (wheels,)."""
     known = [model for model in models if model is not None]
     if not known:
         return {}
+    names = tuple(rows)
     if len(known) < len(models):
         name = names[models.index(None)]
         raise InputError(
@@ -214,13 +244,14 @@ def _friction(
             "none; a data sheet also gives one"
         )
     kind = known[0].friction
-    for name, model in zip(names, known, strict=True):
+    for (name, row), model in zip(rows.items(), known, strict=True):
+        key = f"wheel[{name}].{'friction' if 'friction' in row else 'model'}"
         if model.friction is not kind:
             raise InputError(
-                f"{path}: key wheel[{name}].model: found {model.friction.name} friction, expected "
+                f"{path}: key {key}: found {model.friction.name} friction, expected "
                 f"{kind.name} as wheel {names[0]} has"
             )
-        with placed(f"{path}: key wheel[{name}].model"):
+        with placed(f"{path}: key {key}"):
             model.friction.of(**{n: model.values[n] for n in kind.dimensions()}).check()
     values: dict[str, Any] = {
         name: np.array([model.values[name] for model in known]) for name in kind.dimensions()

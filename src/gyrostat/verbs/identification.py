@@ -27,6 +27,7 @@ from gyrostat.verbs.wheel_arguments import (
 if TYPE_CHECKING:
     from gyrostat.identification import Fit
     from gyrostat.telemetry import Record
+    from gyrostat.wheel.friction_laws import Law
 
     Records = Record | str | Path | Sequence[Record | str | Path]
 
@@ -42,7 +43,7 @@ def identify(
     speed_scale: Quantity | None = None,
     clock: Quantity | None = None,
     ripple: float | None = None,
-    model: str | None = None,
+    model: "str | Law | None" = None,
     method: str = "batch",
     hold: Named = None,
     free: str | Iterable[str] | None = None,
@@ -77,8 +78,8 @@ def identify(
         clock: True divided by recorded time, in the same form.
         ripple: Torque ripple, rms over the dry friction torque, 0 to 1; by default it is estimated,
             but few zero crossings hardly tell it.
-        model: Friction model, by default "stribeck"; "auto": the simplest one, with the effects
-            that the diagnosis finds.
+        model: Friction model, by default "stribeck"; a class of your own or "FILE.py:CLASS"; or
+            "auto": the simplest one, with the effects that the diagnosis finds.
         method: "batch", "steady", "torque-step" or "coast".
         hold: Parameters that are not estimated: name -> value, or None for the default.
         free: Further parameters to estimate.
@@ -114,13 +115,17 @@ def identify(
     from gyrostat import identification as stage
     from gyrostat.core.errors import InputError
     from gyrostat.core.outputs import check_outputs
-    from gyrostat.reports.write import FILES, write_fit
-    from gyrostat.wheel.friction import FRICTION_MODELS
+    from gyrostat.reports.write import FILES, check_law_files, write_fit
+    from gyrostat.wheel.friction_laws import friction_law
 
+    # the class gives the parameter names, also of the automatic choice
+    law = friction_law(
+        "stribeck" if model is None or model == "auto" else model, "--model", ("auto",)
+    )
+    choice = "auto" if model == "auto" else law
     if out is not None:
         check_outputs(Path(out), FILES, by="identify", force=force)
-    name = model or "stribeck"
-    named_model = "stribeck" if name == "auto" else name  # gives the parameter names
+        check_law_files(law, Path(out), force=force)
     one_of(method, METHODS, "--method")
     one_of(current_hold or HOLDS[0], HOLDS, "--current-hold")
     value, tolerance = inertia_and_tolerance(inertia)
@@ -130,7 +135,7 @@ def identify(
     tolerance |= shares
     common: dict[str, Any] = {
         "inertia": value,
-        "hold": parameters_in_si(named(hold, "--hold", bare=True), named_model, "--hold"),
+        "hold": parameters_in_si(named(hold, "--hold", bare=True), law, "--hold"),
     }
     sigmas = quantities(speed_sigma, "speed", "--speed-sigma")
     reading = {
@@ -148,20 +153,20 @@ def identify(
         )
     measured = [record.scaled(**factors) for record in load_records(records, say, **reading)]
     if method == "batch":
-        one_of(name, ("auto", *FRICTION_MODELS), "--model")
-        say(f"identifying {name} friction from {', '.join(r.name for r in measured)}")
+        title = choice if isinstance(choice, str) else choice.name
+        say(f"identifying {title} friction from {', '.join(r.name for r in measured)}")
         options: dict[str, Any] = {
             **common,
             "free": [free] if isinstance(free, str) else list(() if free is None else free),
-            "prior": priors(prior, named_model),
-            "start": parameters_in_si(named(start, "--start"), named_model, "--start"),
+            "prior": priors(prior, law),
+            "start": parameters_in_si(named(start, "--start"), law, "--start"),
             "speed_sigma": sigmas or None,
             "loss": loss or "quadratic",
             "current_hold": current_hold or "zero-order",
         }
         fit = stage.identify(
             measured,
-            model=name,
+            model=choice,
             tolerance=tolerance,
             ripple=ripple,
             posterior=posterior,
@@ -171,9 +176,7 @@ def identify(
             ),
             **options,
         )
-        trends = stage.temperature_trends(
-            measured, model=fit.model.name, on_left_out=say, **options
-        )
+        trends = stage.temperature_trends(measured, model=fit.model, on_left_out=say, **options)
         fit = replace(fit, temperatures=tuple(trends))
         if compare or held_out:
             others = load_records(held_out or (), say, **reading)
@@ -196,7 +199,8 @@ def identify(
         }
         refuse_given(batch_only, f"--method {method}", "--method batch")
         common["speed_sigma"] = sigmas[0] if sigmas else None
-        fit = stage.identify_dedicated(method, measured, model=model, tolerance=tolerance, **common)
+        given = None if model is None else choice
+        fit = stage.identify_dedicated(method, measured, model=given, tolerance=tolerance, **common)
     if out is not None:
         write_fit(fit, Path(out), command=command, say=say, force=force)
     return fit

@@ -35,9 +35,9 @@ def check(
             what was found and what was expected.
     """
     from gyrostat.campaigns.kinds import components_of
-    from gyrostat.campaigns.own.parts import is_own
     from gyrostat.campaigns.pointing.text import requirement_lines
     from gyrostat.campaigns.reading.scenario_file import validated
+    from gyrostat.core.user_modules import is_own
 
     found = scenario_of(scenario, force=force, changes=changes)
     if not isinstance(scenario, str | Path) and not changes:
@@ -51,9 +51,24 @@ def check(
             if key.startswith(start) and is_own(kind)
         ]
         say(", ".join([f"{section}: {kind}", *own]))
+    if is_own(found.friction):
+        say(f"friction: {found.friction}{friction_at_rest(found)}")
     for line in requirement_lines(found):
         say(line)
     return named
+
+
+def friction_at_rest(scenario: "Scenario") -> str:
+    """Addition to the line of a user's friction law without friction at rest."""
+    from gyrostat.wheel.friction import Friction
+    from gyrostat.wheel.friction.contract import is_free_at_rest
+    from gyrostat.wheel.friction_laws import law_of
+
+    law = law_of(scenario.friction, scenario.sources)
+    start = f"wheel.{scenario.wheels[0]}."
+    values = {name: scenario.values[f"{start}{name}"] for name in law.dimensions()}
+    free = issubclass(law, Friction) and is_free_at_rest(law.of(**values))
+    return ", no friction at rest: the wheels never stick" if free else ""
 
 
 def scenario_of(

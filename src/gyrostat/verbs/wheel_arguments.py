@@ -11,6 +11,7 @@ if TYPE_CHECKING:
     from gyrostat.identification import Fit
     from gyrostat.telemetry import Record
     from gyrostat.wheel import Wheel, WheelModel
+    from gyrostat.wheel.friction_laws import Law
 
 HOLDS = ("zero-order", "linear")
 """Interpolation of the current between samples."""
@@ -111,7 +112,7 @@ def wheel_model(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) 
     return WheelModel(type(model.friction), {name: float(v) for name, v in values.items()})
 
 
-def parameters_in_si(values: Mapping[str, Any], model: str, where: str) -> dict[str, Any]:
+def parameters_in_si(values: Mapping[str, Any], model: "str | Law", where: str) -> dict[str, Any]:
     """Convert values of named wheel parameters to SI.
 
     Args:
@@ -128,15 +129,15 @@ def parameters_in_si(values: Mapping[str, Any], model: str, where: str) -> dict[
     }
 
 
-def _parameter_in_si(value: Quantity, name: str, model: str, where: str) -> float:
+def _parameter_in_si(value: Quantity, name: str, model: "str | Law", where: str) -> float:
     from gyrostat.identification.parameters import parameter_dimension
-    from gyrostat.identification.prediction import friction_model
+    from gyrostat.wheel.friction_laws import friction_law
 
-    dimension = parameter_dimension(friction_model(model), name, where)
+    dimension = parameter_dimension(friction_law(model), name, where)
     return in_si(value, dimension, f"{where} {name}")
 
 
-def priors(values: Named, model: str) -> dict[str, tuple[float, float]]:
+def priors(values: Named, model: "str | Law") -> dict[str, tuple[float, float]]:
     """Convert a-priori means and standard deviations of wheel parameters to SI.
 
     Args:

@@ -26,6 +26,7 @@ if TYPE_CHECKING:
     from gyrostat.identification.design import Design
     from gyrostat.telemetry import Record
     from gyrostat.wheel import Wheel, WheelModel, WheelSheet
+    from gyrostat.wheel.friction import Friction
 
 
 def validate(
@@ -89,7 +90,7 @@ def validate(
     # accept a wheel marked as impossible: validation is the test of it
     known = wheel_model(model, force=True)
     known.wheel()
-    values = {**known.values, **_drive(hold, known.friction.name)}
+    values = {**known.values, **_drive(hold, known.static_friction())}
     measured = load_records(
         record,
         say,
@@ -264,7 +265,7 @@ def bench(
     return record
 
 
-def _drive(hold: Named, model: str) -> dict[str, float]:
+def _drive(hold: Named, model: "type[Friction]") -> dict[str, float]:
     """Current offset of the drive, A, which is not part of a model file."""
     given = parameters_in_si(named(hold, "--hold", bare=True), model, "--hold")
     for name, value in given.items():

@@ -21,6 +21,11 @@ impossible = "viscous is negative (-3e-06): no wheel has this"
 
 [origin]                  # free text on the source of the values, optional
 method = "batch"
+
+The friction law can be a class of a Python file beside this one, `model = "mine.py:MyLaw"`:
+
+[sources]                 # SHA-256 digests of the file and its local imports, optional
+"mine.py" = "0f3a..."
 """
 
 import json
@@ -35,11 +40,21 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.files import write_whole
 from gyrostat.core.toml_file import number, read_toml, refuse_unknown
 from gyrostat.core.types import Matrix
-from gyrostat.core.units import SI_UNIT
-from gyrostat.wheel.friction import WHEEL_FRICTION, Friction, LuGre
+from gyrostat.core.units import si_unit
+from gyrostat.core.user_modules import Source
+from gyrostat.wheel.friction import Friction
+from gyrostat.wheel.friction.base import check_concrete
+from gyrostat.wheel.friction_laws import (
+    Law,
+    digest,
+    law_texts,
+    read_law,
+    static,
+    write_texts,
+)
 from gyrostat.wheel.wheel import Wheel
 
-_SECTIONS = ("wheel", "friction", "sigma", "correlation", "validity", "origin")
+_SECTIONS = ("wheel", "friction", "sources", "sigma", "correlation", "validity", "origin")
 _WHEEL = {"inertia": "inertia", "motor_constant": "motor_constant"}
 
 
@@ -57,7 +72,7 @@ class WheelModel:
         impossible: Reason why these values are not valid; empty if they are.
     """
 
-    friction: type[Friction] | type[LuGre]
+    friction: Law
     values: Mapping[str, float]
     sigma: Mapping[str, float] = field(default_factory=dict)
     origin: Mapping[str, str] = field(default_factory=dict)
@@ -85,49 +100,73 @@ class WheelModel:
 
     def static_friction(self) -> type[Friction]:
         """Class of the friction model; raises `InputError` if it is that of bristles."""
-        if not issubclass(self.friction, Friction):
-            raise InputError(
-                f"model: found {self.friction.__name__}, expected a wheel with a static friction "
-                "curve"
-            )
-        return self.friction
+        return static(self.friction, "model")
 
     def wheel(self) -> Wheel:
         """Wheel with the parameters of the file.
 
         Raises:
             InputError: A parameter of the wheel is missing, such as the inertia after an
-                identification by a method that does not need it.
+                identification by a method that does not need it; or the friction is none. It is
+                not validated if the values are marked as impossible.
         """
         missing = [name for name in self.dimensions() if name not in self.values]
         if missing:
             raise InputError(f"wheel model: found no {missing[0]}, expected its value")
+        own = {n: self.values[n] for n in self.friction.dimensions()}
+        if not self.impossible:
+            # an estimate may be negative by chance, which its identification does not refuse
+            near = {n: 0.0 for n, v in own.items() if -2.0 * self.sigma.get(n, 0.0) <= v < 0.0}
+            check_concrete(self.friction.of(**{**own, **near}))
         return Wheel(
             inertia=self.values["inertia"],
             motor_constant=self.values["motor_constant"],
-            friction=self.friction.of(**{n: self.values[n] for n in self.friction.dimensions()}),
+            friction=self.friction.of(**own),
         )
 
 
-def write_model(path: str | os.PathLike[str], model: WheelModel) -> None:
+def write_model(
+    path: str | os.PathLike[str],
+    model: WheelModel,
+    law: tuple[str, tuple[Source, ...]] | None = None,
+) -> None:
     """Write a model file; numbers can be read back without loss.
 
+    The texts of a friction law that is not of this package are written beside it.
+
+    Args:
+        path: Path of the file.
+        model: Its content.
+        law: Kind of the friction law, "FILE.py:CLASS", and its texts; None if the law is of this
+            package, or was loaded from a file by gyrostat.
+
     Raises:
-        InputError: The file cannot be written.
+        InputError: The file cannot be written, or there is no text of the friction law.
     """
-    dimensions = model.dimensions()
+    dimensions, path = model.dimensions(), Path(path)
+    law = law or law_texts(model.friction)
+    if law is None and not model.friction.__module__.startswith("gyrostat."):
+        raise InputError(
+            f"{path}: found the law {model.friction.__name__} without its text, expected one of a "
+            "file: load it by FILE.py:CLASS, or write the files of an identification (out=DIR)"
+        )
+    name, sources = law or (model.friction.name, ())
+    write_texts(path.parent, sources)
 
     def lines(names: Collection[str], values: Mapping[str, float]) -> list[str]:
         return [
-            f"{name} = {float(values[name])!r}  # {SI_UNIT[dimensions[name]]}"
+            f"{name} = {float(values[name])!r}  # {si_unit(dimensions[name])}"
             for name in names
             if name in values
         ]
 
     text = ["# A wheel identified by gyrostat, SI units", "", "[wheel]"]
     text += lines(_WHEEL, model.values)
-    text += ["", "[friction]", f'model = "{model.friction.name}"']
+    text += ["", "[friction]", f"model = {_quoted(name)}"]
     text += lines(model.friction.dimensions(), model.values)
+    if sources:
+        text += ["", "[sources]  # SHA-256 digests of the friction law"]
+        text += [f"{_quoted(source.path)} = {_quoted(digest(source))}" for source in sources]
     if model.sigma:
         text += ["", "[sigma]  # standard deviations", *lines(dimensions, model.sigma)]
     if model.correlation is not None:
@@ -139,7 +178,7 @@ def write_model(path: str | os.PathLike[str], model: WheelModel) -> None:
     if model.origin:
         text += ["", "[origin]"]
         text += [f"{name} = {_quoted(value)}" for name, value in model.origin.items()]
-    write_whole(Path(path), "\n".join(text) + "\n")
+    write_whole(path, "\n".join(text) + "\n")
 
 
 def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelModel:
@@ -161,13 +200,7 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
             raise InputError(f"{path}: key {section}: found a value, expected a table")
     friction = dict(table.get("friction", {}))
     name = friction.pop("model", None)
-    if not isinstance(name, str) or name not in WHEEL_FRICTION:
-        found = "none" if name is None else repr(name)
-        raise InputError(
-            f"{path}: key friction.model: found {found}, expected one of "
-            f"{', '.join(WHEEL_FRICTION)}"
-        )
-    model = WHEEL_FRICTION[name]
+    model = read_law(path, "friction.model", {"model": name}, table.get("sources"))
     dimensions = {**_WHEEL, **model.dimensions()}
     wheel, sigma = table.get("wheel", {}), table.get("sigma", {})
     refuse_unknown(path, "validity.", table.get("validity", {}), ("impossible",))
@@ -188,7 +221,8 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
         if key.split(".")[1] not in section:
             raise InputError(f"{path}: key {key}: found none, expected its value in SI units")
     # values marked as impossible keep their signs, so that a prediction can test the mark
-    positive = set() if impossible else {*_WHEEL, *model.held_by_default}
+    scales = {n for n, d in model.dimensions().items() if d in ("speed", "stiffness")}
+    positive = set() if impossible else {*_WHEEL, *scales}
     values = {
         n: number(path, f"{section}.{n}", v, positive=n in positive)
         for section, entries in (("wheel", wheel), ("friction", friction))

@@ -7,13 +7,13 @@ from typing import Any
 
 from gyrostat.campaigns.kinds import KINDS, measured
 from gyrostat.campaigns.own.objects import OwnObject, own_object
-from gyrostat.campaigns.own.parts import is_own
 from gyrostat.campaigns.reading.read_events import within_run
 from gyrostat.campaigns.reading.read_parts import part_name
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Event, Part, Scenario
 from gyrostat.campaigns.schema import EVENT_TIME, guard_keys
 from gyrostat.core.errors import InputError
+from gyrostat.core.user_modules import is_own
 
 LISTS = {
     "environment": "environment.torque",

@@ -10,7 +10,7 @@ import numpy as np
 from gyrostat.campaigns.kinds import KINDS, component, components_of, fitting_estimator, numbers_of
 from gyrostat.campaigns.own.change_parts import LISTS, is_list, own_list, with_list
 from gyrostat.campaigns.own.objects import own_object
-from gyrostat.campaigns.own.parts import OWN, is_own
+from gyrostat.campaigns.own.parts import OWN
 from gyrostat.campaigns.reading.read_metrics import with_windows
 from gyrostat.campaigns.reading.read_requirements import with_requirements
 from gyrostat.campaigns.reading.scenario_file import validated
@@ -18,6 +18,7 @@ from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Scenario, Source
 from gyrostat.core.errors import InputError, placed
 from gyrostat.core.toml_file import refuse_unknown
+from gyrostat.core.user_modules import is_own, joined_sources
 from gyrostat.core.validation import MOST_PERIODS
 
 FIXED = ("values", "count", "wheels", "axes", "friction", "sources", "parts", "texts", "surfaces")
@@ -87,7 +88,7 @@ def _with_component(
                 f"{', '.join(KINDS[section])}"
             )
         kind, found, values = own_object(section, given)
-        sources = _joined(scenario, _kept(scenario, section), found)
+        sources = joined_sources(scenario.name, _kept(scenario, section), found)
     keys = component(section, kind, sources).keys
     if values is None:
         start = f"{section}."
@@ -114,7 +115,7 @@ def _with_list(scenario: Scenario, argument: str, given: Any) -> Scenario:
     found = own_list(scenario, argument, given)
     sources = _kept(scenario, LISTS[argument])
     for part in found.values():
-        sources = _joined(scenario, sources, part.sources)
+        sources = joined_sources(scenario.name, sources, part.sources)
     return with_list(dataclasses.replace(scenario, sources=sources), argument, found)
 
 
@@ -123,25 +124,8 @@ def _kept(scenario: Scenario, section: str) -> tuple[Source, ...]:
     kinds = [getattr(scenario, name) for name in KINDS if name != section]
     kinds += [part.kind for part in scenario.parts if part.section != section]
     kinds += [event.kind for event in scenario.events if section != "event"]
+    kinds.append(scenario.friction)
     return scenario.sources if any(map(is_own, kinds)) else ()
-
-
-def _joined(
-    scenario: Scenario, sources: tuple[Source, ...], further: tuple[Source, ...]
-) -> tuple[Source, ...]:
-    """All files of two sets.
-
-    Raises:
-        InputError: Two of them have the same path and other texts.
-    """
-    found = {source.path: source for source in sources}
-    for source in further:
-        if found.setdefault(source.path, source) != source:
-            raise InputError(
-                f"{scenario.name}: found two different files {source.path}, expected files with "
-                "different names"
-            )
-    return tuple(found[path] for path in sorted(found))
 
 
 def _with_values(scenario: Scenario, given: Mapping[str, Any]) -> Scenario:

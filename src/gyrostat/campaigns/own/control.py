@@ -6,13 +6,13 @@ from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 
-from gyrostat.campaigns.own.errors import OwnError, described, numbers, reported, same_memory
 from gyrostat.campaigns.own.wrapper import Own
 from gyrostat.control.guidance import Guide
 from gyrostat.control.missing_sample import predicted
 from gyrostat.control.recorded import recorded_with
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jnp
+from gyrostat.core.user_errors import OwnError, described, numbers, reported, same_memory
 from gyrostat.core.validation import check_period
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 

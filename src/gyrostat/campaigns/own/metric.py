@@ -5,10 +5,10 @@ from typing import Any, Protocol
 from jaxtyping import Array, Bool
 
 from gyrostat.campaigns.metrics.sample import Sample
-from gyrostat.campaigns.own.errors import numbers, reported, same_memory
 from gyrostat.campaigns.own.wrapper import Own
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.user_errors import numbers, reported, same_memory
 
 
 class RunMetric(Protocol):

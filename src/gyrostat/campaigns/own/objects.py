@@ -13,12 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gyrostat.campaigns.own.errors import OwnError
 from gyrostat.campaigns.own.parts import RESERVED, own_part
-from gyrostat.campaigns.own.read_sources import INSTALLED, sources_below
 from gyrostat.campaigns.own.script_source import extracted
-from gyrostat.campaigns.own.sources import packaged
 from gyrostat.campaigns.scenario import Source
+from gyrostat.core.user_errors import OwnError
+from gyrostat.core.user_modules import packaged
+from gyrostat.core.user_sources import INSTALLED, sources_below
 
 
 class OwnObject(NamedTuple):

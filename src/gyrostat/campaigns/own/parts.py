@@ -18,9 +18,7 @@ import numpy as np
 from gyrostat.campaigns.components import Component, Options
 from gyrostat.campaigns.controllers import IGNORED, DesignCase, PlannedController
 from gyrostat.campaigns.own.control import OwnControl
-from gyrostat.campaigns.own.errors import OwnError, reported
 from gyrostat.campaigns.own.metric import OwnMetric
-from gyrostat.campaigns.own.sources import load
 from gyrostat.campaigns.own.world import OwnChange, OwnProfile, OwnSensor, OwnTorque
 from gyrostat.campaigns.references import UNTIL, mode, single
 from gyrostat.campaigns.scenario import Source
@@ -29,6 +27,8 @@ from gyrostat.core.any_unit import ANY_UNIT
 from gyrostat.core.arrays import Vector3
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import SI_UNIT
+from gyrostat.core.user_errors import OwnError, reported
+from gyrostat.core.user_modules import load
 from gyrostat.spacecraft import Spacecraft
 
 TAKEN = ("kind", "python", "target", "name")
@@ -99,11 +99,6 @@ class OwnPart:
             if not any(method in vars(base) for base in self.made.__mro__):
                 raise self.refuse(f"no method {method}", f"{method}{form}")
         return self
-
-
-def is_own(kind: str) -> bool:
-    """Whether a kind names a class or function of a user's Python file."""
-    return ":" in kind
 
 
 @lru_cache(maxsize=64)

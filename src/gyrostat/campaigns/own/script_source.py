@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gyrostat.campaigns.own.errors import OwnError
+from gyrostat.core.user_errors import OwnError
 
 LARGEST = 100_000
 """Most numbers of an array that is copied."""

@@ -7,8 +7,6 @@ from typing import Any
 import numpy as np
 
 from gyrostat.campaigns.build import Plans, Setup, build
-from gyrostat.campaigns.own.errors import OwnError
-from gyrostat.campaigns.own.parts import is_own
 from gyrostat.campaigns.own.world import OwnTorque
 from gyrostat.campaigns.run_loop import Drawn, loop_of
 from gyrostat.campaigns.scenario import Scenario
@@ -16,6 +14,8 @@ from gyrostat.campaigns.sensing import Values, first_measurement
 from gyrostat.campaigns.structure import Structure, structure_of
 from gyrostat.core.arrays import Vector3
 from gyrostat.core.jax64 import jax
+from gyrostat.core.user_errors import OwnError
+from gyrostat.core.user_modules import is_own
 from gyrostat.simulation import Status
 from gyrostat.spacecraft import Gyrostat
 from gyrostat.spacecraft.torque_models import commanded_torques

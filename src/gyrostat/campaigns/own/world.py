@@ -7,10 +7,10 @@ from typing import Any
 
 from jaxtyping import PRNGKeyArray
 
-from gyrostat.campaigns.own.errors import OwnError, numbers, reported, same_memory
 from gyrostat.campaigns.own.wrapper import Own
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jax
+from gyrostat.core.user_errors import OwnError, numbers, reported, same_memory
 
 
 class OwnTorque(Own):

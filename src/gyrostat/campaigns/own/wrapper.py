@@ -4,8 +4,8 @@ from typing import Any
 
 import equinox as eqx
 
-from gyrostat.campaigns.own.errors import numbers, reported
 from gyrostat.core.jax64 import jax
+from gyrostat.core.user_errors import numbers, reported
 from gyrostat.core.validation import check_parts
 
 

@@ -5,7 +5,7 @@ from math import inf
 
 from gyrostat.campaigns.controllers import NOTIFIED, PlannedController
 from gyrostat.campaigns.kinds import own_event_keys
-from gyrostat.campaigns.own.read_sources import own_kind
+from gyrostat.campaigns.reading.read_own import own_kind
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import AXES, Event, Source
 from gyrostat.campaigns.schema import EVENTS, SENSOR_FAULT, Measured, event_keys
@@ -86,8 +86,9 @@ def _event(
     own = ("target",) if kind == "slew" else ("wheel",)
     if sensor is not None:
         own = ("sensor", *{"rate": ("axis",), "wheel_speed": ("wheel",)}.get(sensor, ()))
-    friction = craft.spacecraft.wheels.friction.dimensions()
-    keys = event_keys(kind, sensor, friction, fields)
+    law = type(craft.spacecraft.wheels.friction)
+    friction = law.dimensions()
+    keys = event_keys(kind, sensor, law, fields)
     if "detected_after" in keys and controller.losses != NOTIFIED:
         if "detected_after" in row.row:
             raise row.refuse(

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 from gyrostat.campaigns.kinds import PARTS, component
 from gyrostat.campaigns.metrics.schema import RESULTS
 from gyrostat.campaigns.own.parts import OWN
-from gyrostat.campaigns.own.read_sources import own_kind
+from gyrostat.campaigns.reading.read_own import own_kind
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Part, Source
 from gyrostat.core.errors import InputError

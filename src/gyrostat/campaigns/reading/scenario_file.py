@@ -12,15 +12,14 @@ import numpy as np
 
 from gyrostat.campaigns.components import ESTIMATOR_OF
 from gyrostat.campaigns.kinds import KINDS, component, fitting_estimator, measured
-from gyrostat.campaigns.own.errors import OwnError
 from gyrostat.campaigns.own.parts import OWN
-from gyrostat.campaigns.own.read_sources import own_kind, own_sources
 from gyrostat.campaigns.own.trial import try_shapes
 from gyrostat.campaigns.plans import designs_of, plans_of
 from gyrostat.campaigns.reading.read_dispersions import read_dispersions
 from gyrostat.campaigns.reading.read_events import read_events
 from gyrostat.campaigns.reading.read_metrics import read_metrics
 from gyrostat.campaigns.reading.read_orbit import read_orbit
+from gyrostat.campaigns.reading.read_own import own_kind, own_sources
 from gyrostat.campaigns.reading.read_parts import own_kinds, part_values, read_parts
 from gyrostat.campaigns.reading.read_reference import (
     check_reference,
@@ -38,8 +37,11 @@ from gyrostat.campaigns.wheel_keys import WHEEL, WHEEL_PARTS
 from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.core.errors import InputError, placed, printable
 from gyrostat.core.toml_file import LONGEST_NAME
+from gyrostat.core.user_errors import OwnError
+from gyrostat.core.user_modules import joined_sources
 from gyrostat.core.validation import MOST_PERIODS, require_period
 from gyrostat.spacecraft import SpacecraftFile, read_spacecraft
+from gyrostat.wheel.friction_laws import law_texts
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", *KINDS),
@@ -106,6 +108,9 @@ def _read(path: Path, *, force: bool) -> Scenario:
     values |= start.numbers(START) | _wheel_values(top, start, craft)
     chosen, parts = _kinds(top), read_parts(top)
     sources = own_sources(top, {**chosen, **dict(own_kinds(top))})
+    law = type(craft.spacecraft.wheels.friction)
+    friction, texts = law_texts(law) or (law.name, ())
+    sources = joined_sources(top.name("name", printable(path.stem)), sources, texts)
     for section, kind in chosen.items():
         made = component(section, kind, sources)
         extra = ("kind", "python") if section in OWN else ("kind",)
@@ -133,7 +138,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
         wheels=craft.wheel_names,
         axes=tuple(map(tuple, np.asarray(craft.spacecraft.wheels.axes).T.tolist())),
-        friction=craft.spacecraft.wheels.friction.name,
+        friction=friction,
         surfaces=_surfaces(craft),
         **chosen,
         attitude=start.unit("attitude", 4, (1.0, 0.0, 0.0, 0.0)),

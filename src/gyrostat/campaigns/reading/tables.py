@@ -10,7 +10,7 @@ from gyrostat.campaigns.schema import Key
 from gyrostat.core.any_unit import ANY_UNIT, parse_any
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import name_text, number, quantity, read_toml, refuse_unknown
-from gyrostat.core.units import SI_UNIT
+from gyrostat.core.units import QUANTITY, SI_UNIT
 
 UNIT = 1e-3
 """Largest deviation of the length of a quaternion from 1; it is then normalised."""
@@ -95,11 +95,11 @@ class Table:
         return name
 
     def value(self, key: str, found: object, dimension: str, *, positive: bool) -> float:
-        """Convert a value with a dimension to SI; if the dimension is a unit, a plain number."""
+        """Convert a value with a dimension to SI; if the dimension is a unit, only of this unit."""
         where = f"{self.prefix}{key}"
         if dimension == ANY_UNIT and isinstance(found, str):
             return parse_any(found, self.place(key))
-        if dimension in SI_UNIT:
+        if dimension in SI_UNIT or (isinstance(found, str) and QUANTITY.fullmatch(found)):
             return quantity(self.path, where, found, dimension, positive=positive)
         return number(self.path, where, found, positive=positive)
 

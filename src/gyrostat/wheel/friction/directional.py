@@ -24,6 +24,7 @@ class DirectionalStribeck(Friction):
         "static_positive": "coulomb_positive",
         "static_negative": "coulomb_negative",
     }
+    odd: ClassVar[bool] = False
 
     viscous_positive: Scalar = parameter("viscous")
     viscous_negative: Scalar = parameter("viscous")
@@ -56,7 +57,7 @@ class DirectionalStribeck(Friction):
     @classmethod
     def from_coulomb(cls, viscous: float, coulomb: float) -> Self:
         """See `Friction.from_coulomb`."""
-        return cls(
+        return cls.of(
             viscous_positive=viscous,
             viscous_negative=viscous,
             coulomb_positive=coulomb,

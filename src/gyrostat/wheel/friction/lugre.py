@@ -11,7 +11,7 @@ from gyrostat.core.checked import Checked, positive, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.validation import require
-from gyrostat.wheel.friction.base import Friction
+from gyrostat.wheel.friction.base import Friction, trial_values
 from gyrostat.wheel.friction.stribeck import Stribeck
 from gyrostat.wheel.friction.viscous_coulomb import ViscousCoulomb
 
@@ -90,14 +90,20 @@ class LuGre(Checked):
 
     @classmethod
     def of(cls, **values: Scalar) -> Self:
-        """Model with a Stribeck curve, from the values of `dimensions`."""
-        curve = Stribeck(**{name: values[name] for name in Stribeck.dimensions()})
-        return cls(curve, **{name: values[name] for name in _BRISTLES})
+        """Model with a Stribeck curve, from the values of `dimensions`, which are not validated."""
+        with trial_values():
+            curve = Stribeck(**{name: values[name] for name in Stribeck.dimensions()})
+            return cls(curve, **{name: values[name] for name in _BRISTLES})
 
     @classmethod
     def dimensions(cls) -> dict[str, str]:
         """Name of each parameter, with a Stribeck curve -> dimension; see `Friction.dimensions`."""
         return {**Stribeck.dimensions(), **_BRISTLES}
+
+    @classmethod
+    def signed(cls) -> tuple[str, ...]:
+        """Parameters that may be negative: none."""
+        return ()
 
     def parameters(self) -> dict[str, Scalar]:
         """Parameter names of curve and bristles in order -> values in SI units."""

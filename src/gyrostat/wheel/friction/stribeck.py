@@ -63,7 +63,7 @@ class Stribeck(Friction):
     @classmethod
     def from_coulomb(cls, viscous: float, coulomb: float) -> Self:
         """See `Friction.from_coulomb`."""
-        return cls(
+        return cls.of(
             viscous=viscous,
             coulomb=coulomb,
             static=coulomb,

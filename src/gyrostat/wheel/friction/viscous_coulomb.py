@@ -34,4 +34,4 @@ class ViscousCoulomb(Friction):
     @classmethod
     def from_coulomb(cls, viscous: float, coulomb: float) -> Self:
         """See `Friction.from_coulomb`."""
-        return cls(viscous=viscous, coulomb=coulomb)
+        return cls.of(viscous=viscous, coulomb=coulomb)

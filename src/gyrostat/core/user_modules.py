@@ -13,13 +13,28 @@ import importlib.machinery
 import linecache
 import sys
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import lru_cache
 from pathlib import PurePosixPath
 from types import CodeType, ModuleType
 from typing import Any
 
-from gyrostat.campaigns.scenario import Source
 from gyrostat.core.errors import InputError
+
+
+@dataclass(frozen=True)
+class Source:
+    """Text that belongs to a scenario, such as a Python file of user-defined parts, by its content.
+
+    Attributes:
+        path: Path relative to the folder of the scenario, with "/" between folders; or the place in
+            the scenario.
+        text: Content.
+    """
+
+    path: str
+    text: str
+
 
 PREFIX = "gyrostat_own_"
 """Start of the names of the private packages."""
@@ -27,10 +42,47 @@ _PACKAGES: dict[str, Mapping[str, Source]] = {}
 """Name of a private package -> its files, by the names of their modules below the package."""
 
 
+def is_own(kind: str) -> bool:
+    """Whether a kind names a class or function of a user's Python file."""
+    return ":" in kind
+
+
+def kind_from(text: str) -> str | None:
+    """Kind "FILE.py:NAME" with a normalised path from a text; None if it has another form."""
+    file, _, name = text.partition(":")
+    path = PurePosixPath(file)
+    if path.suffix != ".py" or "." in path.stem or not name.isidentifier() or "\0" in file:
+        return None
+    return f"{path}:{name}"
+
+
 def module_name(path: str) -> str:
     """Name of the module of a file: "parts/drag.py" -> "parts.drag"."""
     parts = PurePosixPath(path).with_suffix("").parts
     return ".".join(parts[:-1] if parts[-1] == "__init__" else parts)
+
+
+def joined_sources(
+    name: str, sources: tuple[Source, ...], further: tuple[Source, ...]
+) -> tuple[Source, ...]:
+    """All files of two sets, sorted by path.
+
+    Args:
+        name: Name of the scenario, for the message.
+        sources: Files.
+        further: Further files.
+
+    Raises:
+        InputError: Two of them have the same path and other texts.
+    """
+    found = {source.path: source for source in sources}
+    for source in further:
+        if found.setdefault(source.path, source) != source:
+            raise InputError(
+                f"{name}: found two different files {source.path}, expected files with different "
+                "names"
+            )
+    return tuple(found[path] for path in sorted(found))
 
 
 @lru_cache(maxsize=64)

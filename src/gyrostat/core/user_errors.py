@@ -8,9 +8,9 @@ import traceback
 from collections.abc import Iterator
 from typing import Any
 
-from gyrostat.campaigns.own.sources import PREFIX
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.user_modules import PREFIX
 
 UNKNOWN = "a value that is only known in the run"
 ADVICE: tuple[tuple[type[Exception], str, str], ...] = (
