@@ -9,7 +9,6 @@ import equinox as eqx
 from gyrostat.campaigns.own.errors import OwnError, described, numbers, reported, same_memory
 from gyrostat.campaigns.own.wrapper import Own
 from gyrostat.control.guidance import Guide
-from gyrostat.control.missing_sample import predicted
 from gyrostat.control.recorded import recorded_with
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jnp
@@ -85,8 +84,9 @@ class OwnControl(Own):
 
     def predicted(self, memory: OwnMemory, measurement: Any, command: Any) -> OwnMemory:
         """Memory after a period without a sample; see `gyrostat.control.missing_sample`."""
-        with reported(self.name):
-            inner = predicted(self.inner, memory.inner, timed(measurement, memory), command)
+        inner = memory.inner
+        if hasattr(self.inner, "predicted"):
+            inner = self.called("predicted", inner, timed(measurement, memory), command)
         inner = same_memory(self.name, memory.inner, inner)
         return memory._replace(inner=inner, sample=memory.sample + 1.0)
 
@@ -97,8 +97,7 @@ class OwnControl(Own):
             InputError: The part raised an exception, or returned something else than its memory
                 and a command.
         """
-        with reported(self.name):
-            made = self.inner(memory.inner, timed(measurement, memory))
+        made = self.called("__call__", memory.inner, timed(measurement, memory))
         if not isinstance(made, tuple) or len(made) != 2 or hasattr(made, "_fields"):
             raise OwnError(
                 f"{self.name}: found {described(made)} as result, expected (memory, command)"

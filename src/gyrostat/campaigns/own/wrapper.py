@@ -5,6 +5,7 @@ from typing import Any
 import equinox as eqx
 
 from gyrostat.campaigns.own.errors import numbers, reported
+from gyrostat.campaigns.own.recording import record
 from gyrostat.core.jax64 import jax
 from gyrostat.core.validation import check_parts
 
@@ -25,12 +26,27 @@ class Own(eqx.Module):
         with reported(self.name):
             check_parts(self.inner)
 
+    def called(self, method: str, *arguments: Any) -> Any:
+        """Result of a method of the part, which is traced again during a trial.
+
+        Raises:
+            InputError: The method raised an exception, or the part is not pure; see `record`.
+        """
+
+        def call() -> Any:
+            with reported(self.name):
+                return getattr(self.inner, method)(*arguments)
+
+        result = call()
+        is_function = isinstance(self.inner, jax.tree_util.Partial)
+        record(self.name, method, self.inner.func if is_function else type(self.inner), call)
+        return result
+
     def begun(self, *arguments: Any) -> Any:
         """Memory that the method `start` of the part returns.
 
         Raises:
             InputError: The method raised an exception, or the memory is not a tree of numbers.
         """
-        with reported(self.name):
-            memory = self.inner.start(*arguments)
+        memory = self.called("start", *arguments)
         return jax.tree.map(lambda leaf: numbers(self.name, "memory", leaf), memory)
