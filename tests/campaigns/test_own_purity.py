@@ -141,6 +141,6 @@ def test_traces_are_compared_by_their_values_and_not_by_names_of_variables():
     table = np.arange(3.0)
     assert first_difference(traced(table), traced(table.copy())) is None
     assert "cos" in str(first_difference(traced(table), traced(table, first="cos")))
-    changed = first_difference(traced(table), traced(table + [0.0, 0.0, 1e-15]))
+    changed = first_difference(traced(table), traced(table + np.array([0.0, 0.0, 1e-15])))
     assert changed is not None
     assert changed.found != changed.other

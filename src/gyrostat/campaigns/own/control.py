@@ -97,13 +97,18 @@ class OwnControl(Own):
             InputError: The part raised an exception, or returned something else than its memory
                 and a command.
         """
-        made = self.called("__call__", memory.inner, timed(measurement, memory))
+        sample = timed(measurement, memory)
+        made = self.called("__call__", memory.inner, sample)
         if not isinstance(made, tuple) or len(made) != 2 or hasattr(made, "_fields"):
             raise OwnError(
                 f"{self.name}: found {described(made)} as result, expected (memory, command)"
             )
         inner = same_memory(self.name, memory.inner, made[0])
-        return memory._replace(inner=inner, sample=memory.sample + 1.0), self._command(made[1])
+        command = self._command(made[1])
+        if hasattr(self.inner, "predicted"):
+            # flight code always predicts after a rejected sample
+            self.tried("predicted", inner, sample, command, simulated=False)
+        return memory._replace(inner=inner, sample=memory.sample + 1.0), command
 
     def _command(self, command: Any) -> Any:
         fields = getattr(command, "_fields", None)

@@ -29,11 +29,13 @@ class Call(NamedTuple):
         method: Name of the method.
         traced: Its operations, a closed jaxpr without arguments, whose constants can be values of
             the trace of the whole loop.
+        simulated: Whether the simulation makes this call; otherwise only flight code does.
     """
 
     part: str
     method: str
     traced: Any
+    simulated: bool
 
 
 class ImpureError(OwnError):
@@ -62,7 +64,9 @@ def recording() -> Iterator[list[Call]]:
         _calls.reset(token)
 
 
-def record(part: str, method: str, made: Any, call: Callable[[], Any]) -> None:
+def record(
+    part: str, method: str, made: Any, call: Callable[[], Any], *, simulated: bool = True
+) -> None:
     """Record a call of a user-defined part, if calls are recorded.
 
     Args:
@@ -70,6 +74,7 @@ def record(part: str, method: str, made: Any, call: Callable[[], Any]) -> None:
         method: Name of the method.
         made: Class or function of the user.
         call: The call; it is traced twice.
+        simulated: See `Call`.
 
     Raises:
         OwnError: The part keeps something outside its memory, or its second trace differs.
@@ -91,7 +96,7 @@ def record(part: str, method: str, made: Any, call: Callable[[], Any]) -> None:
             raise differing(part, difference, line_that_differs(*traces))
     finally:
         _calls.reset(token)
-    calls.append(Call(part, method, one))
+    calls.append(Call(part, method, one, simulated))
 
 
 def refuse_kept(part: str, package: str) -> None:
@@ -116,9 +121,7 @@ def refuse_changed(part: str, before: dict[str, Any], after: dict[str, Any]) -> 
     changed = [name for name in after if after[name] != before.get(name)]
     if changed:
         expected = FROZEN if changed[0] == SHARED else RETURNED
-        raise ImpureError(
-            lambda line: _placed(part, line, f"changes {changed[0]}", expected)
-        )
+        raise ImpureError(lambda line: _placed(part, line, f"changes {changed[0]}", expected))
 
 
 def differing(part: str, difference: Difference, line: Line | None) -> OwnError:

@@ -9,8 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.campaigns.kinds import KINDS
 from gyrostat.campaigns.own.errors import OwnError
 from gyrostat.campaigns.own.lines import line_that_changes, line_that_differs, silent
+from gyrostat.campaigns.own.parts import is_own, own_component
 from gyrostat.campaigns.own.recording import (
     Call,
     ImpureError,
@@ -28,6 +30,7 @@ from gyrostat.codegen.comparison import first_difference
 from gyrostat.core.jax64 import jax
 
 _numbers = count()
+"""Numbers of further files: a package with another file has another digest, and is loaded anew."""
 
 
 class _Shapes:
@@ -69,8 +72,14 @@ def try_parts(structure: Structure, plans: Any, own: str) -> tuple[Call, ...]:
 @lru_cache(maxsize=8)
 def _tried(structure: Structure, shapes: _Shapes, own: str) -> tuple[Call, ...]:
     def fresh() -> Callable[[], Any]:
-        one = _fresh(structure)
-        return lambda: _trace(one, shapes.plans)
+        empty = Source(f"trial{next(_numbers)}.py", "")
+        one = replace(structure, sources=(*structure.sources, empty))
+
+        def trace() -> Any:
+            _load(one)
+            return _trace(one, shapes.plans)
+
+        return trace
 
     package = package_of(structure.sources)
     try:
@@ -107,7 +116,11 @@ def _trace(structure: Structure, plans: Any) -> tuple[Any, list[Call]]:
         return jax.make_jaxpr(period)(*numbers, plans, jax.random.key(0)), calls
 
 
-def _fresh(structure: Structure) -> Structure:
-    """Structure whose modules are loaded anew: its package has another digest."""
-    empty = Source(f"trial{next(_numbers)}.py", "")
-    return replace(structure, sources=(*structure.sources, empty))
+def _load(structure: Structure) -> None:
+    """Load the parts of a structure; inside a trace, the arrays of a module would be traced."""
+    named = [(section, getattr(structure, section)) for section in KINDS]
+    named += [(part.section, part.kind) for part in structure.parts]
+    named += [("event", event.kind) for event in structure.events]
+    for section, kind in named:
+        if is_own(kind):
+            own_component(section, kind, structure.sources)

@@ -11,6 +11,7 @@ from gyrostat.campaigns.own.errors import OwnError
 from gyrostat.campaigns.own.parts import is_own
 from gyrostat.campaigns.own.recording import Call
 from gyrostat.campaigns.own.repeated import try_parts
+from gyrostat.campaigns.own.support import EXPORTED, Support, support_of
 from gyrostat.campaigns.own.world import OwnTorque
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.sensing import Values, first_measurement
@@ -37,6 +38,22 @@ def try_shapes(scenario: Scenario, plans: Plans) -> tuple[Call, ...]:
     """
     own = [f"{name} {kind}" for name, kind in components_of(scenario).items() if is_own(kind)]
     return try_parts(structure_of(scenario), plans, ", ".join(own))
+
+
+def supports_of(scenario: Scenario, plans: Plans) -> dict[str, Support]:
+    """Name of the component of each user-defined part -> what it can be compiled for.
+
+    Raises:
+        InputError: See `try_shapes`.
+    """
+    calls, found = try_shapes(scenario, plans), {}
+    for name, kind in components_of(scenario).items():
+        if is_own(kind):
+            section = next(s for s in (*EXPORTED[::-1], name) if f"{name}.".startswith(f"{s}."))
+            places = f"{name} {kind}", f"{section} {kind}"
+            own = [call for call in calls if call.part in places]
+            found[name] = support_of(own, exported=section in EXPORTED)
+    return found
 
 
 def first_sample(structure: Structure, values: Values, plans: Plans) -> tuple[Setup, Any, Any]:

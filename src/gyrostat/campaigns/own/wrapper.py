@@ -32,15 +32,25 @@ class Own(eqx.Module):
         Raises:
             InputError: The method raised an exception, or the part is not pure; see `record`.
         """
+        with reported(self.name):
+            result = getattr(self.inner, method)(*arguments)
+        self.tried(method, *arguments)
+        return result
+
+    def tried(self, method: str, *arguments: Any, simulated: bool = True) -> None:
+        """Trace a method of the part during a trial, and only then.
+
+        Raises:
+            InputError: See `called`.
+        """
 
         def call() -> Any:
             with reported(self.name):
                 return getattr(self.inner, method)(*arguments)
 
-        result = call()
         is_function = isinstance(self.inner, jax.tree_util.Partial)
-        record(self.name, method, self.inner.func if is_function else type(self.inner), call)
-        return result
+        made = self.inner.func if is_function else type(self.inner)
+        record(self.name, method, made, call, simulated=simulated)
 
     def begun(self, *arguments: Any) -> Any:
         """Memory that the method `start` of the part returns.
