@@ -232,7 +232,8 @@ def campaign_lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
             content, name
         )
     if content["worst_by"] not in content["headline"]:
-        lines += [f"{line}; whole run" for line in percentile_lines(content, content["worst_by"])]
+        last = percentile_lines(content, content["worst_by"])[-1]
+        lines.append(f"{last}; whole run, with the acquisition")
     return lines + _effect_lines(content)
 
 
