@@ -147,7 +147,6 @@ def test_drivers_have_rank_correlations_and_shares_of_the_variance(made):
 
 
 def test_a_summary_begins_with_requirements_or_else_windows(made, scenario):
-    """The error of the whole run is that of the acquisition."""
     begins = [
         "  requirement ",
         f"  {scenario.windows[0].name}.error_p99.7: 50 %",
@@ -155,8 +154,8 @@ def test_a_summary_begins_with_requirements_or_else_windows(made, scenario):
     ]
     without = replace(scenario, requirements=())
     for case, begin in zip((scenario, without, replace(without, windows=())), begins, strict=True):
-        told = made.content["requirements"][: len(case.requirements)]
-        content = {**made.content, "headline": headline(case), "requirements": told}
+        content = {**made.content, "headline": headline(case)}
+        content["requirements"] = content["requirements"][: len(case.requirements)]
         assert campaign_lines(case, content)[1].startswith(begin)
 
 

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gyrostat.core.jax64 import jax
+from gyrostat.core.jax64 import Tracer, jax, jnp
 
 
 class Difference(NamedTuple):
@@ -100,10 +100,10 @@ class _Value(NamedTuple):
 
 
 def _value(value: Any, same_run: bool) -> _Value:
-    if isinstance(value, jax.core.Tracer):
+    if isinstance(value, Tracer):
         return _Value(str(value.aval), id(value) if same_run else None, "a value of the run")
     dtype = getattr(value, "dtype", None)
-    if dtype is not None and jax.dtypes.issubdtype(dtype, jax.dtypes.prng_key):
+    if dtype is not None and jnp.issubdtype(dtype, jax.dtypes.prng_key):
         value = jax.random.key_data(value)
     array = np.asarray(value)
     shown = np.array2string(array.ravel()[:3], separator=", ", precision=17)

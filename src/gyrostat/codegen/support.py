@@ -7,7 +7,7 @@ from gyrostat.codegen.lower import Lowering
 from gyrostat.codegen.scope import Scope
 from gyrostat.codegen.simd.inputs import inputs_of
 from gyrostat.codegen.source import UnsupportedError
-from gyrostat.core.jax64 import jax
+from gyrostat.core.jax64 import Tracer
 
 
 def unsupported(closed: Any, scope: Scope) -> UnsupportedError | None:
@@ -19,7 +19,7 @@ def unsupported(closed: Any, scope: Scope) -> UnsupportedError | None:
     """
     jaxpr, inputs, constants = closed.jaxpr, [*closed.jaxpr.invars], []
     for variable, value in zip(jaxpr.constvars, closed.consts, strict=True):
-        if isinstance(value, jax.core.Tracer):
+        if isinstance(value, Tracer):
             inputs.append(variable)
         else:
             constants.append((variable, value))

@@ -106,7 +106,7 @@ def _place(part: str, error: BaseException) -> tuple[str, str]:
 def is_random_key(value: Any) -> bool:
     """Whether a value is a key of jax.random with the type of keys."""
     dtype = getattr(value, "dtype", None)
-    return dtype is not None and jax.dtypes.issubdtype(dtype, jax.dtypes.prng_key)
+    return dtype is not None and jnp.issubdtype(dtype, jax.dtypes.prng_key)
 
 
 def numbers(part: str, what: str, value: Any, shape: tuple[int, ...] | None = None) -> Any:

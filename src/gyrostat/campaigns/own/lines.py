@@ -75,9 +75,9 @@ def line_that_differs(one: Callable[[], Any], other: Callable[[], Any]) -> Line 
 
     pairs = zip_longest(_events(one, values), _events(other, values))
     for first, second in pairs:
-        found = first or second
-        if found and (first is None or second is None or first[:2] != second[:2]):
-            return line_at(*found.culprit)
+        if first is None or second is None or first[:2] != second[:2]:
+            event = first or second
+            return None if event is None else line_at(*event.culprit)
     return None
 
 

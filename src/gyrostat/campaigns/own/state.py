@@ -10,7 +10,7 @@ from typing import Any
 
 import numpy as np
 
-from gyrostat.core.jax64 import jax
+from gyrostat.core.jax64 import Tracer, jax
 
 DEEPEST = 8
 """Largest depth of nested objects that are looked into."""
@@ -35,7 +35,7 @@ def state_of(package: str) -> dict[str, Any]:
         for name, value in vars(module).items()
         if not name.startswith("__") and not isinstance(value, ModuleType)
     }
-    shared = np.random.get_state()[1:3], random.getstate()
+    shared = np.random.get_state(legacy=False), random.getstate()
     return found | {SHARED: repr(shared)}
 
 
@@ -62,7 +62,7 @@ def content(value: Any, package: str) -> Any:
 def _content(value: Any, package: str, depth: int, outer: frozenset[int]) -> Any:
     if isinstance(value, _NUMBERS):
         return type(value).__name__, repr(value)
-    if isinstance(value, jax.core.Tracer):
+    if isinstance(value, Tracer):
         return "value of a trace", str(value.aval)
     if isinstance(value, np.ndarray | np.generic):
         plain = np.asarray(value)
@@ -88,7 +88,7 @@ def _content(value: Any, package: str, depth: int, outer: frozenset[int]) -> Any
 def _has_tracer(
     value: Any, package: str, depth: int = 0, outer: frozenset[int] = frozenset()
 ) -> bool:
-    if isinstance(value, jax.core.Tracer):
+    if isinstance(value, Tracer):
         return True
     if isinstance(value, (*_NUMBERS, np.ndarray)) or depth > DEEPEST or id(value) in outer:
         return False

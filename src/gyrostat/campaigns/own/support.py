@@ -82,7 +82,9 @@ def _obstacle(calls: Sequence[Call], scope: Scope) -> Obstacle | None:
     for call in calls:
         error = unsupported(call.traced, scope)
         if error is not None:
-            return Obstacle(error.what, *(_line(error) or ()))
+            line = _line(error)
+            place = ("", 0, "") if line is None else (line.file, line.number, line.text)
+            return Obstacle(error.what, *place)
     return None
 
 
