@@ -75,9 +75,9 @@ def line_that_differs(one: Callable[[], Any], other: Callable[[], Any]) -> Line 
 
     pairs = zip_longest(_events(one, values), _events(other, values))
     for first, second in pairs:
+        event: Event = second if first is None else first
         if first is None or second is None or first[:2] != second[:2]:
-            event = first or second
-            return None if event is None else line_at(*event.culprit)
+            return line_at(event.culprit[0], event.culprit[1])
     return None
 
 

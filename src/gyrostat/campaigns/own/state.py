@@ -16,6 +16,8 @@ DEEPEST = 8
 """Largest depth of nested objects that are looked into."""
 LARGEST = 10_000
 """Largest number of entries of a container that is looked into."""
+MOST_ELEMENTS = 100_000
+"""Largest number of compared elements of an array; of a larger one, equally spaced ones."""
 SHARED = "the random generators of numpy and random"
 """Name of the state of the generators that all modules share."""
 _NUMBERS = (str, bytes, bool, int, float, complex, type(None))
@@ -66,6 +68,8 @@ def _content(value: Any, package: str, depth: int, outer: frozenset[int]) -> Any
         return "value of a trace", str(value.aval)
     if isinstance(value, np.ndarray | np.generic):
         plain = np.asarray(value)
+        if plain.size > MOST_ELEMENTS:
+            plain = plain.ravel()[:: plain.size // MOST_ELEMENTS]
         return str(plain.dtype), plain.shape, plain.tobytes() if plain.dtype != object else None
     if isinstance(value, np.random.Generator):
         return repr(value.bit_generator.state)
