@@ -75,6 +75,7 @@ LONGEST = (
     *("exports/test_against_interpreter", "campaigns/test_references", "simulation/test_loop"),
     *("control/test_recovery_on_gyrostat", "wheel/test_crossings", "wheel/test_sensitivities"),
     *("spacecraft/test_environment_torques", "papers/test_filter_with_friction_model"),
+    *("campaigns/test_own_support", "campaigns/test_own_purity"),
 )
 SHARING = (
     *("test_engine", "test_command_line", "test_damage", "test_replay", "test_report_page"),

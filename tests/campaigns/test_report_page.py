@@ -4,6 +4,7 @@ import base64
 import html
 import json
 import re
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -15,7 +16,7 @@ from hypothesis import strategies as st
 from gyrostat.campaigns.blocks import columns_of
 from gyrostat.reports.campaign import _campaign_page
 from gyrostat.reports.campaign_charts import histograms
-from gyrostat.reports.campaign_content import campaign_lines, driver_rows
+from gyrostat.reports.campaign_content import campaign_lines, driver_rows, headline
 from gyrostat.reports.chart import Axis, Chart, axis_of, scaled_unit
 from gyrostat.reports.requirements import required_in
 from gyrostat.reports.run_charts import run_charts
@@ -143,6 +144,19 @@ def test_drivers_have_rank_correlations_and_shares_of_the_variance(made):
     content = {**made.content, "metrics": {**made.content["metrics"], "torque_rms": own}}
     lines = campaign_lines(SimpleNamespace(name="x"), content)
     assert "  variance of torque_rms: a + b 70 % (72 %); Q² 0.90" in lines
+
+
+def test_a_summary_begins_with_requirements_or_else_windows(made, scenario):
+    begins = [
+        "  requirement ",
+        f"  {scenario.windows[0].name}.error_p99.7: 50 %",
+        "  error_p99.7: ",
+    ]
+    without = replace(scenario, requirements=())
+    for case, begin in zip((scenario, without, replace(without, windows=())), begins, strict=True):
+        content = {**made.content, "headline": headline(case)}
+        content["requirements"] = content["requirements"][: len(case.requirements)]
+        assert campaign_lines(case, content)[1].startswith(begin)
 
 
 def test_events_of_a_run_are_at_its_own_times(small, scenario):

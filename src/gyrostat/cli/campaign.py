@@ -84,7 +84,8 @@ def check(
     """Check a scenario and the parts of yours that it names, without a simulation."""
     found = call(verbs.check, locals())
     if json_output:
-        print(json.dumps({"components": found}, indent=1, ensure_ascii=False))
+        parts = {name: part.content() for name, part in found.parts.items()}
+        print(json.dumps({"components": found, "parts": parts}, indent=1, ensure_ascii=False))
 
 
 def campaign(

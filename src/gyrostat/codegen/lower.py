@@ -15,7 +15,7 @@ from gyrostat.codegen.primitives import ALIKE, COMPILED, MOVES, OVERFLOWING, Sca
 from gyrostat.codegen.program import Block, Call, Function, Table
 from gyrostat.codegen.rules import RULES
 from gyrostat.codegen.scope import FLIGHT, Scope
-from gyrostat.codegen.source import NOWHERE, Source, refused, source
+from gyrostat.codegen.source import NOWHERE, Source, UnsupportedError, refused, source
 from gyrostat.codegen.tracing import called, constant, own_function
 
 _READING = frozenset({"dynamic_slice", "gather", "cond", "scan", "while"})
@@ -81,9 +81,13 @@ class Lowering:
         for equation in jaxpr.eqns:
             where = self._library_call or source(equation, NOWHERE)
             build = Builder(equation, block, where, self._scope, self._groups, self._graph)
-            self._refuse_arrays(build, [known(atom) for atom in equation.invars])
-            made = self._equation(build, [read(atom) for atom in equation.invars])
-            made = self._narrowed(build, [made] if isinstance(made, np.ndarray) else made)
+            try:
+                self._refuse_arrays(build, [known(atom) for atom in equation.invars])
+                made = self._equation(build, [read(atom) for atom in equation.invars])
+                made = self._narrowed(build, [made] if isinstance(made, np.ndarray) else made)
+            except UnsupportedError as error:
+                error.equations.append(equation)
+                raise
             values.update(zip(equation.outvars, made, strict=True))
         self._library_call = outer
         return [read(atom) for atom in jaxpr.outvars]
@@ -164,7 +168,7 @@ class Lowering:
                 raise refused(equation, where, f"an array of {found}", expected)
             if scope.kind_of(dtype) is not None:
                 continue
-            if str(dtype).startswith("key<"):
+            if str(dtype).startswith("key<") or equation.primitive.name.startswith("random_"):
                 raise refused(equation, where, "random numbers", "none: flight code draws no noise")
             expected = "float64, int32, int64 or logical ones"
             raise refused(equation, where, f"numbers of type {dtype}", expected)

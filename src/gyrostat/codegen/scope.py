@@ -10,7 +10,7 @@ import numpy as np
 from gyrostat.codegen.data import Data
 from gyrostat.codegen.primitives import Scalars, one_by_one
 from gyrostat.codegen.program import Kind, Number, Table
-from gyrostat.core.errors import InputError
+from gyrostat.codegen.source import UnsupportedError
 
 LARGEST = 1024
 """Largest number of elements of an array in flight code."""
@@ -72,14 +72,16 @@ class Scope:
         """Array of constants.
 
         Raises:
-            InputError: The array is too large or its type is not supported.
+            UnsupportedError: The array is too large or its type is not supported.
         """
         array = self.array(array)
         kind = self.kind_of(array.dtype)
         if kind is None or array.size > self.largest:
-            raise InputError(
-                f"constant: found {array.dtype}{list(array.shape)}, expected float64, integer or "
-                f"logical arrays of at most {self.largest} elements"
+            found = f"{array.dtype}{list(array.shape)}"
+            raise UnsupportedError(
+                f"constant: found {found}, expected float64, integer or logical arrays of at most "
+                f"{self.largest} elements",
+                f"a constant {found}",
             )
         return one_by_one(array.shape, lambda value: Number(kind, value.item()), array)
 

@@ -60,15 +60,29 @@ def source(equation: Any, otherwise: Source) -> Source:
     return otherwise
 
 
-def refused(equation: Any, where: Source, what: str, expected: str) -> InputError:
+class UnsupportedError(InputError):
+    """Operation that cannot be compiled.
+
+    Attributes:
+        what: The operation.
+        equations: Its equation and those that contain it, the innermost first.
+    """
+
+    def __init__(self, text: str, what: str):
+        super().__init__(text)
+        self.what = what
+        self.equations: list[Any] = []
+
+
+def refused(equation: Any, where: Source, what: str, expected: str) -> UnsupportedError:
     """Error for an equation that neither flight code nor SIMD code can contain."""
     return refusal(where, f"{what} ({equation.primitive.name})", expected)
 
 
-def refusal(where: Source, what: str, expected: str) -> InputError:
+def refusal(where: Source, what: str, expected: str) -> UnsupportedError:
     """Error that names the part of the loop and the line of Python; see `refused`."""
     part = f"{where.part}: " if where.part else ""
-    return InputError(f"{part}{where}: found {what}, expected {expected}")
+    return UnsupportedError(f"{part}{where}: found {what}, expected {expected}", what)
 
 
 @functools.cache

@@ -2,6 +2,7 @@
 
 import jax
 import jax.numpy as jnp
+from jax.core import Tracer
 from jax.flatten_util import ravel_pytree
 from jax.interpreters.partial_eval import dce_jaxpr
 
@@ -10,4 +11,4 @@ from gyrostat.core.jax_cache import use_private_cache
 jax.config.update("jax_enable_x64", True)
 use_private_cache(jax)
 
-__all__ = ["dce_jaxpr", "jax", "jnp", "ravel_pytree"]
+__all__ = ["Tracer", "dce_jaxpr", "jax", "jnp", "ravel_pytree"]

@@ -5,7 +5,7 @@ from typing import Any
 import equinox as eqx
 import numpy as np
 
-from gyrostat.core.jax64 import jax
+from gyrostat.core.jax64 import Tracer, jax
 
 LARGEST_SHOWN = 36
 """Largest number of elements of an array whose values are shown."""
@@ -21,7 +21,7 @@ def with_values(part: Any) -> str:
 
 
 def _plain(leaf: Any) -> Any:
-    traced = isinstance(leaf, jax.core.Tracer)  # pyright: ignore[reportAttributeAccessIssue]
+    traced = isinstance(leaf, Tracer)
     if traced or not isinstance(leaf, jax.Array | np.ndarray | np.generic):
         return leaf
     return np.asarray(leaf).tolist() if leaf.size <= LARGEST_SHOWN else leaf

@@ -42,6 +42,13 @@ ADVICE: tuple[tuple[type[Exception], str, str], ...] = (
 )
 """Exception -> what it means in a part, and what to write instead."""
 
+NO_KEY = (
+    "numbers: keep the number of the sample, and make the key in each call by "
+    "jax.random.fold_in(jax.random.key(1), number); it is the same in every run, and noise that "
+    "differs from run to run comes from a sensor, which is given a key"
+)
+"""What to write instead of a random key in the memory."""
+
 
 class OwnError(InputError):
     """Mistake in a user-defined part; its message names the part."""
@@ -96,6 +103,12 @@ def _place(part: str, error: BaseException) -> tuple[str, str]:
     return "", ""
 
 
+def is_random_key(value: Any) -> bool:
+    """Whether a value is a key of jax.random with the type of keys."""
+    dtype = getattr(value, "dtype", None)
+    return dtype is not None and jnp.issubdtype(dtype, jax.dtypes.prng_key)
+
+
 def numbers(part: str, what: str, value: Any, shape: tuple[int, ...] | None = None) -> Any:
     """Array of real numbers from a value that a part returned.
 
@@ -108,6 +121,8 @@ def numbers(part: str, what: str, value: Any, shape: tuple[int, ...] | None = No
     Raises:
         OwnError: The value is not an array of numbers, or has another shape.
     """
+    if is_random_key(value):
+        raise OwnError(f"{part}: found a random key of JAX as {what}, expected {NO_KEY}")
     expected = "numbers" if shape is None else f"shape {shape}"
     try:
         found = None if isinstance(value, str | bytes) else jnp.asarray(value)

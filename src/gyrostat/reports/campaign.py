@@ -16,6 +16,7 @@ from gyrostat.reports.campaign_content import (
     campaign_content,
     campaign_lines,
     driver_rows,
+    percentile_lines,
     strongest,
     told_percentile,
 )
@@ -81,7 +82,7 @@ def _campaign_page(folder: Path, command: str) -> tuple[dict[str, Any], str, lis
     strong = {name: strongest(content["metrics"][name]) for name in shown}
     wanted = [entry["run"] for entry in content["worst"] if entry["kept"]]
     wanted += sorted(store.histories(known) - set(wanted))
-    kept = kept_runs(scenario, columns, store, wanted, content["worst_by"])
+    kept = kept_runs(scenario, columns, store, wanted, content["headline"][0])
     table = run_table(scenario, columns, shown, scenario.dispersed)
     page = render(
         "campaign.html",
@@ -90,6 +91,9 @@ def _campaign_page(folder: Path, command: str) -> tuple[dict[str, Any], str, lis
         content=content,
         parts=_parts(scenario, columns, shown, strong),
         scatter=scatter_plots(scenario, columns, strong),
+        headline=[
+            line.strip() for name in content["headline"] for line in percentile_lines(content, name)
+        ],
         over_time=requirements.over_time_charts(scenario, store),
         kept=kept,
         shown_runs={each["run"] for each in kept},

@@ -79,6 +79,7 @@ def campaign_content(
 
     return {
         "scenario": scenario.name,
+        "headline": headline(scenario),
         "digest": known.digest,
         "seed": known.seed,
         "runs": known.runs,
@@ -100,6 +101,17 @@ def campaign_content(
         "windows": {w.name: worst(f"{w.name}.{ranked}") for w in scenario.windows},
         "engine": dict(known.engine),
     }
+
+
+def headline(scenario: Scenario) -> list[str]:
+    """Metrics that are shown first: those of the requirements, or the errors in the windows.
+
+    The error of the whole run contains the acquisition; it comes first only without either.
+    """
+    if scenario.requirements:
+        return [each.metric for each in scenario.requirements]
+    ranked = percentile_name(scenario.percentiles[-1])
+    return [f"{window.name}.{ranked}" for window in scenario.windows] or [ranked]
 
 
 def _effects(inputs: Inputs, found: Effects) -> dict[str, Any]:
@@ -213,19 +225,42 @@ def campaign_lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
         f"{count} {kind.replace('_', ' ')}" for kind, count in content["ended"].items()
     )
     lines = [f"{content['runs']} runs of {scenario.name}: {ended}"]
-    own = content["metrics"][content["worst_by"]]
-    for entry in own["percentiles"]:
-        value, low, high = told_percentile(entry, own["unit"])
-        lines.append(
-            f"  {content['worst_by']}: {entry['percent']:g} % of the runs stay below {value} "
-            f"(95 % confidence: {low} to {high})"
+    lines += [requirements.line(entry) for entry in content["requirements"]]
+    required = len(content["requirements"]) > 0
+    for name in content["headline"]:
+        lines += ([] if required else percentile_lines(content, name)) + _driver_lines(
+            content, name
         )
-    driving = [driver for driver in own["drivers"] if driver["beyond_chance"]]
-    if driving:
-        told_of = ", ".join(f"{d['key']} ({d['rank_correlation']:+.2f})" for d in driving[:3])
-        lines.append(f"  driven by {told_of}, by rank correlation")
-    lines += _effect_lines(content)
-    return lines + [requirements.line(entry) for entry in content["requirements"]]
+    if content["worst_by"] not in content["headline"]:
+        last = percentile_lines(content, content["worst_by"])[-1]
+        lines.append(f"{last}; whole run, with the acquisition")
+    return lines + _effect_lines(content)
+
+
+def percentile_lines(content: dict[str, Any], name: str) -> list[str]:
+    """Percentiles of a metric over the runs, a line for each.
+
+    Args:
+        content: Content of report.json.
+        name: Name of the metric.
+    """
+    metric, lines = content["metrics"][name], []
+    for entry in metric["percentiles"]:
+        value, low, high = told_percentile(entry, metric["unit"])
+        lines.append(
+            f"  {name}: {entry['percent']:g} % of the runs stay below {value} (95 % confidence: "
+            f"{low} to {high})"
+        )
+    return lines
+
+
+def _driver_lines(content: dict[str, Any], name: str) -> list[str]:
+    """A line with the drivers of a metric; none without any."""
+    drivers = [each for each in content["metrics"][name]["drivers"] if each["beyond_chance"]]
+    if not drivers:
+        return []
+    texts = ", ".join(f"{d['key']} ({d['rank_correlation']:+.2f})" for d in drivers[:3])
+    return [f"  {name}: driven by {texts}, by rank correlation"]
 
 
 def _effect_lines(content: dict[str, Any]) -> list[str]:
@@ -236,7 +271,7 @@ def _effect_lines(content: dict[str, Any]) -> list[str]:
         if effects["why"] is None:
             told_of = ", ".join(map(told_effect, found[:3])) or "no value has 1 % or more"
             lines.append(f"  variance of {name}: {told_of}; Q² {effects['q2']:.2f}")
-        elif name == content["worst_by"]:
+        elif name in content["headline"]:
             lines.append(f"  variance of {name}: {effects['why']}")
         else:
             without.append(name)

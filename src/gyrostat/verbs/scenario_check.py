@@ -2,12 +2,26 @@
 
 from collections.abc import Mapping
 from pathlib import Path
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING, Any, final
 
 from gyrostat.verbs.arguments import Say, silent
 
 if TYPE_CHECKING:
     from gyrostat.campaigns import Scenario
+    from gyrostat.campaigns.own.support import Support
+
+
+@final
+class CheckedScenario(dict[str, str]):
+    """Section -> kind of its component.
+
+    Attributes:
+        parts: Section -> what your part in it can be compiled for: `native` and `export` are None,
+            or have the operation, file, line and text that keep it from the native engine or from
+            an export to C.
+    """
+
+    parts: "dict[str, Support]"
 
 
 def check(
@@ -16,10 +30,11 @@ def check(
     force: bool = False,
     say: Say = silent,
     **changes: Any,
-) -> dict[str, str]:
-    """Check a scenario without simulating it: keys, controller designs, and one call of every part.
+) -> CheckedScenario:
+    """Check a scenario without simulating it: keys, controller designs, and calls of every part.
 
-    Own parts are called once on shapes alone; the controller also computes its first command.
+    Your parts are called several times on shapes alone, and must do the same each time; the
+    controller also computes its first command.
 
     Args:
         scenario: Scenario, or path of scenario.toml.
@@ -28,13 +43,17 @@ def check(
         changes: Changes of the scenario, as for `simulate`.
 
     Returns:
-        Section -> kind of its component.
+        Section -> kind of its component; the attribute `parts` states for each part of yours
+        whether the native engine can simulate it and whether it can be exported to C, and
+        otherwise the line because of which it cannot.
 
     Raises:
         InputError: The scenario has a mistake; the message names the file, the key or the part,
             what was found and what was expected.
     """
     from gyrostat.campaigns.kinds import components_of
+    from gyrostat.campaigns.own.trial import supports_of
+    from gyrostat.campaigns.plans import designs_of
     from gyrostat.campaigns.pointing.text import requirement_lines
     from gyrostat.campaigns.reading.scenario_file import validated
     from gyrostat.core.user_modules import is_own
@@ -42,7 +61,8 @@ def check(
     found = scenario_of(scenario, force=force, changes=changes)
     if not isinstance(scenario, str | Path) and not changes:
         validated(found)
-    named = components_of(found)
+    named = CheckedScenario(components_of(found))
+    named.parts = supports_of(found, designs_of(found)) if found.sources else {}
     for section, kind in named.items():
         start = f"{section}."
         own = [
@@ -51,6 +71,8 @@ def check(
             if key.startswith(start) and is_own(kind)
         ]
         say(", ".join([f"{section}: {kind}", *own]))
+        if section in named.parts:
+            say(f"  {named.parts[section]}")
     if is_own(found.friction):
         say(f"friction: {found.friction}{friction_at_rest(found)}")
     for line in requirement_lines(found):

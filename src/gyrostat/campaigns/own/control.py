@@ -8,7 +8,6 @@ import equinox as eqx
 
 from gyrostat.campaigns.own.wrapper import Own
 from gyrostat.control.guidance import Guide
-from gyrostat.control.missing_sample import predicted
 from gyrostat.control.recorded import recorded_with
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jnp
@@ -85,8 +84,9 @@ class OwnControl(Own):
 
     def predicted(self, memory: OwnMemory, measurement: Any, command: Any) -> OwnMemory:
         """Memory after a period without a sample; see `gyrostat.control.missing_sample`."""
-        with reported(self.name):
-            inner = predicted(self.inner, memory.inner, timed(measurement, memory), command)
+        inner = memory.inner
+        if hasattr(self.inner, "predicted"):
+            inner = self.called("predicted", inner, timed(measurement, memory), command)
         inner = same_memory(self.name, memory.inner, inner)
         return memory._replace(inner=inner, sample=memory.sample + 1.0)
 
@@ -97,14 +97,18 @@ class OwnControl(Own):
             InputError: The part raised an exception, or returned something else than its memory
                 and a command.
         """
-        with reported(self.name):
-            made = self.inner(memory.inner, timed(measurement, memory))
+        sample = timed(measurement, memory)
+        made = self.called("__call__", memory.inner, sample)
         if not isinstance(made, tuple) or len(made) != 2 or hasattr(made, "_fields"):
             raise OwnError(
                 f"{self.name}: found {described(made)} as result, expected (memory, command)"
             )
         inner = same_memory(self.name, memory.inner, made[0])
-        return memory._replace(inner=inner, sample=memory.sample + 1.0), self._command(made[1])
+        command = self._command(made[1])
+        if hasattr(self.inner, "predicted"):
+            # flight code always predicts after a rejected sample
+            self.tried("predicted", inner, sample, command, simulated=False)
+        return memory._replace(inner=inner, sample=memory.sample + 1.0), command
 
     def _command(self, command: Any) -> Any:
         fields = getattr(command, "_fields", None)

@@ -8,7 +8,7 @@ from gyrostat.campaigns.metrics.sample import Sample
 from gyrostat.campaigns.own.wrapper import Own
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.user_errors import numbers, reported, same_memory
+from gyrostat.core.user_errors import numbers, same_memory
 
 
 class RunMetric(Protocol):
@@ -42,8 +42,7 @@ class OwnMetric(Own):
         Raises:
             InputError: The part raised an exception, or returned something else than its memory.
         """
-        with reported(self.name):
-            after = self.inner(memory, sample)
+        after = self.called("__call__", memory, sample)
         return same_memory(self.name, memory, after)
 
     def result_if(self, is_last: Bool[Array, ""], memory: Any) -> Scalar:
@@ -54,8 +53,6 @@ class OwnMetric(Own):
         """
 
         def result() -> Scalar:
-            with reported(self.name):
-                found = self.inner.result(memory)
-            return numbers(self.name, "result", found, ())
+            return numbers(self.name, "result", self.called("result", memory), ())
 
         return jax.lax.cond(is_last, result, lambda: jnp.zeros(()))

@@ -1,14 +1,16 @@
 """Trial of user-defined parts: one control period on shapes alone, then the first command."""
 
 from collections.abc import Callable, Mapping
-from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from gyrostat.campaigns.build import Plans, Setup, build
+from gyrostat.campaigns.kinds import components_of
+from gyrostat.campaigns.own.recording import Call
+from gyrostat.campaigns.own.repeated import try_parts
+from gyrostat.campaigns.own.support import EXPORTED, Support, support_of
 from gyrostat.campaigns.own.world import OwnTorque
-from gyrostat.campaigns.run_loop import Drawn, loop_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.sensing import Values, first_measurement
 from gyrostat.campaigns.structure import Structure, structure_of
@@ -24,26 +26,34 @@ LOOP = ("reference", "controller", "compensator", "estimator")
 """Sections whose components compute the command, from the inside to the outside."""
 
 
-def try_shapes(scenario: Scenario, plans: Plans) -> None:
-    """Trace one control period of a scenario, so that every part is called once.
+def try_shapes(scenario: Scenario, plans: Plans) -> tuple[Call, ...]:
+    """Trace one control period of a scenario several times, so that every part is called.
+
+    Returns:
+        The calls of user-defined parts.
 
     Raises:
-        InputError: A user-defined part cannot be traced, or returns something else than expected.
+        InputError: A user-defined part cannot be traced, is not pure, or returns something else
+            than expected.
     """
-    structure = structure_of(scenario)
-    numbers = np.zeros(len(structure.keys)), Drawn(np.zeros(len(structure.dispersed)))
-    jax.eval_shape(_period_of(structure), *numbers, plans, jax.random.key(0))
+    own = [f"{name} {kind}" for name, kind in components_of(scenario).items() if is_own(kind)]
+    return try_parts(structure_of(scenario), plans, ", ".join(own))
 
 
-@lru_cache(maxsize=8)
-def _period_of(structure: Structure) -> Callable[..., Any]:
-    """First control period of a loop; JAX traces one function once for the same shapes."""
+def supports_of(scenario: Scenario, plans: Plans) -> dict[str, Support]:
+    """Name of the component of each user-defined part -> what it can be compiled for.
 
-    def period(*given: Any) -> Any:
-        loop = loop_of(structure)(*given)
-        return loop.tick(loop.begin(), 0)
-
-    return period
+    Raises:
+        InputError: See `try_shapes`.
+    """
+    calls, found = try_shapes(scenario, plans), {}
+    for name, kind in components_of(scenario).items():
+        if is_own(kind):
+            section = next(s for s in (*EXPORTED[::-1], name) if f"{name}.".startswith(f"{s}."))
+            places = f"{name} {kind}", f"{section} {kind}"
+            own = [call for call in calls if call.part in places]
+            found[name] = support_of(own, exported=section in EXPORTED)
+    return found
 
 
 def first_sample(structure: Structure, values: Values, plans: Plans) -> tuple[Setup, Any, Any]:

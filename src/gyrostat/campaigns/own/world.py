@@ -10,7 +10,7 @@ from jaxtyping import PRNGKeyArray
 from gyrostat.campaigns.own.wrapper import Own
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jax
-from gyrostat.core.user_errors import OwnError, numbers, reported, same_memory
+from gyrostat.core.user_errors import OwnError, numbers, same_memory
 
 
 class OwnTorque(Own):
@@ -22,8 +22,7 @@ class OwnTorque(Own):
 
     def __call__(self, given: Any, attitude: Quaternion, time: Scalar) -> Vector3:
         """Torque in body axes, (3,), N·m."""
-        with reported(self.name):
-            torque = self.inner(given, attitude, time)
+        torque = self.called("__call__", given, attitude, time)
         return numbers(self.name, "torque, N·m in body axes", torque, (3,))
 
 
@@ -32,8 +31,7 @@ class OwnProfile(Own):
 
     def __call__(self, time: Scalar) -> Quaternion:
         """Attitude at a time, s."""
-        with reported(self.name):
-            attitude = self.inner(time)
+        attitude = self.called("__call__", time)
         return numbers(self.name, "attitude, a quaternion", attitude, (4,))
 
 
@@ -42,8 +40,7 @@ class OwnChange(Own):
 
     def __call__(self, plant: Any) -> Any:
         """Plant after the event."""
-        with reported(self.name):
-            return self.inner(plant)
+        return self.called("__call__", plant)
 
 
 class OwnSensor(Own):
@@ -65,8 +62,7 @@ class OwnSensor(Own):
             InputError: The part raised an exception, or returned something else than its memory
                 and a value.
         """
-        with reported(self.name):
-            made = self.inner(memory, state, key)
+        made = self.called("__call__", memory, state, key)
         if not isinstance(made, tuple) or len(made) != 2:
             found = "an array" if isinstance(made, jax.Array) else type(made).__name__
             raise OwnError(f"{self.name}: found {found} as result, expected (memory, value)")

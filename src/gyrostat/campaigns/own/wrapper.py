@@ -4,6 +4,7 @@ from typing import Any
 
 import equinox as eqx
 
+from gyrostat.campaigns.own.recording import record
 from gyrostat.core.jax64 import jax
 from gyrostat.core.user_errors import numbers, reported
 from gyrostat.core.validation import check_parts
@@ -25,12 +26,37 @@ class Own(eqx.Module):
         with reported(self.name):
             check_parts(self.inner)
 
+    def called(self, method: str, *arguments: Any) -> Any:
+        """Result of a method of the part, which is traced again during a trial.
+
+        Raises:
+            InputError: The method raised an exception, or the part is not pure; see `record`.
+        """
+        with reported(self.name):
+            result = getattr(self.inner, method)(*arguments)
+        self.tried(method, *arguments)
+        return result
+
+    def tried(self, method: str, *arguments: Any, simulated: bool = True) -> None:
+        """Trace a method of the part during a trial, and only then.
+
+        Raises:
+            InputError: See `called`.
+        """
+
+        def call() -> Any:
+            with reported(self.name):
+                return getattr(self.inner, method)(*arguments)
+
+        is_function = isinstance(self.inner, jax.tree_util.Partial)
+        made = self.inner.func if is_function else type(self.inner)
+        record(self.name, method, made, call, simulated=simulated)
+
     def begun(self, *arguments: Any) -> Any:
         """Memory that the method `start` of the part returns.
 
         Raises:
             InputError: The method raised an exception, or the memory is not a tree of numbers.
         """
-        with reported(self.name):
-            memory = self.inner.start(*arguments)
+        memory = self.called("start", *arguments)
         return jax.tree.map(lambda leaf: numbers(self.name, "memory", leaf), memory)

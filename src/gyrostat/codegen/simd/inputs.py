@@ -9,7 +9,7 @@ from gyrostat.codegen.data import Data, data_or_scalars
 from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.program import Assign, Block, Name, Table, statements
 from gyrostat.codegen.simd.batch_scope import LARGEST, batch_kind
-from gyrostat.core.errors import InputError
+from gyrostat.codegen.source import UnsupportedError
 
 
 def inputs_of(avals: Iterable[Any], own: Sequence[bool]) -> list[Scalars | Data]:
@@ -20,14 +20,15 @@ def inputs_of(avals: Iterable[Any], own: Sequence[bool]) -> list[Scalars | Data]
         own: For each, whether it differs between runs.
 
     Raises:
-        InputError: A type is not supported.
+        UnsupportedError: A type is not supported.
     """
     words = [0, 0]
     made = []
     for aval, each in zip(avals, own, strict=True):
         kind = batch_kind(aval.dtype)
         if kind is None:
-            raise InputError(f"argument: found numbers of type {aval.dtype}, expected float64 ones")
+            what = f"numbers of type {aval.dtype}"
+            raise UnsupportedError(f"argument: found {what}, expected float64 ones", what)
         places = np.arange(int(np.prod(aval.shape))).reshape(aval.shape)
         table = Table(kind, places.size, memory="own" if each else "shared", start=words[each])
         # a logical value in memory is a mask
