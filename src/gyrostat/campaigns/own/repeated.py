@@ -11,7 +11,7 @@ import numpy as np
 
 from gyrostat.campaigns.kinds import KINDS
 from gyrostat.campaigns.own.lines import line_that_changes, line_that_differs, silent
-from gyrostat.campaigns.own.parts import is_own, own_component
+from gyrostat.campaigns.own.parts import own_component
 from gyrostat.campaigns.own.recording import (
     Call,
     ImpureError,
@@ -27,7 +27,7 @@ from gyrostat.campaigns.structure import Structure
 from gyrostat.codegen.comparison import first_difference
 from gyrostat.core.jax64 import jax
 from gyrostat.core.user_errors import OwnError
-from gyrostat.core.user_modules import package_of
+from gyrostat.core.user_modules import is_own, package_of
 
 _numbers = count()
 """Numbers of further files: a package with another file has another digest, and is loaded anew."""
