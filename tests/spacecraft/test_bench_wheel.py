@@ -52,7 +52,7 @@ def test_the_record_is_the_friction_that_acts(speed, command, friction):
             "viscous: found -0.001",
         ),
         (
-            BenchWheel(Wheel(J, 1.0, Stribeck(**{**STRIBECK, "stribeck_speed": 0.0}))),
+            BenchWheel(Wheel(J, 1.0, Stribeck.of(**{**STRIBECK, "stribeck_speed": 0.0}))),
             {},
             "stribeck_speed: found 0",
         ),

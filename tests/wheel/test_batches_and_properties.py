@@ -149,7 +149,8 @@ def test_any_wheel_comes_to_an_end_with_finite_speeds(
 
     An interval that would need too many segments is called so: it is cut, not wrong unseen.
     """
-    wheel = Wheel(inertia, motor, Stribeck(viscous, coulomb, share * coulomb, scale))
+    curve = {"viscous": viscous, "coulomb": coulomb, "static": share * coulomb}
+    wheel = Wheel(inertia, motor, Stribeck.of(**curve, stribeck_speed=scale))
     wheel = jax.tree.map(np.float64, wheel)
     speeds, resolved = SPEEDS(wheel, np.cumsum(steps), np.array(current), initial, hold=hold)
     assert np.all(np.isfinite(speeds))
