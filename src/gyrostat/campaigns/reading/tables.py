@@ -108,7 +108,9 @@ class Table:
         return self.value(key, self.row.get(key), dimension, positive=positive)
 
     def allowed(self, key: str, found: object, entry: Key) -> float:
-        """Convert a value to SI and validate it by an entry of the schema."""
+        """Convert a value to SI, "none" to infinity, and validate it by an entry of the schema."""
+        if found == "none" and entry.allows(math.inf):
+            return math.inf
         value = self.value(key, found, entry.dimension, positive=False)
         if not entry.allows(value):
             raise self.refuse(key, found, entry.range(value))
