@@ -106,7 +106,9 @@ def _read(path: Path, *, force: bool) -> Scenario:
     values |= start.numbers(START) | _wheel_values(top, start, craft)
     chosen, parts = _kinds(top), read_parts(top)
     sources = own_sources(top, {**chosen, **dict(own_kinds(top))})
-    for section, kind in chosen.items():
+    delay = run.whole("command_delay", 0, 1000)
+    # the defaults of a controller depend on the sensors
+    for section, kind in sorted(chosen.items(), key=lambda each: each[0] == "controller"):
         made = component(section, kind, sources)
         extra = ("kind", "python") if section in OWN else ("kind",)
         extra = (*extra, *made.texts, *BESIDE.get(section, ()))
@@ -114,7 +116,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         if section == "reference":
             table = with_defaults(table, kind, values)
             values |= position_error(table, kind, chosen["orbit"])
-        values |= table.numbers(made.keys)
+        values |= table.with_missing(made.defaults(values, delay)).numbers(made.keys)
     parts = [(part, with_defaults(row, part.kind, values)) for part, row in parts]
     values |= part_values(parts, sources)
     fields = measured(chosen["sensors"], [part for part, _ in parts], sources)
@@ -142,7 +144,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         requirements=read_requirements(required, metrics["boresight"], values, metrics["windows"]),
         count=count,
         substeps=substeps,
-        command_delay=run.whole("command_delay", 0, 1000),
+        command_delay=delay,
         events=tuple(sorted(events, key=lambda e: values[f"event.{e.name}.time"])),
         dispersions=(),
         # fixed order, so that a scenario and its copy from text compile to the same program

@@ -53,6 +53,10 @@ class Table:
         inner = Table(self.path, f"{self.prefix}{name}.", found)
         return inner if keys is None else inner.known(keys)
 
+    def with_missing(self, defaults: Mapping[str, object]) -> "Table":
+        """Table whose missing keys have these values."""
+        return Table(self.path, self.prefix, {**defaults, **self.row})
+
     def tables(self, name: str) -> list["Table"]:
         """Read the tables [[name]]; an empty list if there are none."""
         found = self.row.get(name, [])
