@@ -47,9 +47,7 @@ def test_one_rule_gives_the_verdict(ours, paper, tolerance, verdict):
     ("ours", "verdict"), [(1.4, "calibrated"), (1.6, "not-reproduced"), (None, "not-testable")]
 )
 def test_agreement_by_a_setting_chosen_for_it_is_calibrated(ours, verdict):
-    (found,) = reproduction(
-        {"a": ours}, row("a", paper=1.0, tolerance=0.5, calibrated=True)
-    ).claims
+    (found,) = reproduction({"a": ours}, row("a", paper=1.0, tolerance=0.5, calibrated=True)).claims
     assert found.verdict == verdict
 
 
