@@ -16,8 +16,11 @@ gyrostat reproduce carrara-kuga --out DIR
 ```
 
 The verdict is *reproduced* if our value is within the tolerance of the paper's value, and *not
-reproduced* otherwise. It is *not testable* if the claim needs data that the paper does not
-publish, and *ours only* if the paper gives no value. No parameter is tuned to make a claim hold.
+reproduced* otherwise. It is *calibrated* if the values agree but a setting that the paper leaves
+open was chosen by this value, so that the agreement shows nothing; the reason names the setting. It
+is *infeasible* if the quantity was shown not to exist, such as a time to settle at an attitude that
+cannot be reached, *not testable* if the claim needs data that the paper does not publish, and *ours
+only* if the paper gives no value. Settings of the other claims were chosen without their values.
 """
 
 

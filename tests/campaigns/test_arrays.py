@@ -138,7 +138,6 @@ def test_the_fault_detector_knows_the_delay(variant):
     ],
 )
 def test_what_a_detecting_controller_cannot_use_is_refused(variant, changes, found):
-    changes = [("largest_rate", "turn_gain = 0.1\nlargest_rate"), *changes]
     with pytest.raises(InputError) as error:
         read_scenario(variant(*changes))
     assert found in str(error.value)

@@ -53,7 +53,12 @@ def test_bands_and_wear_reach_the_controller(variant):
 
 
 LAST = '[[wheel]]\nname = "d"'
-LQR = ('kind = "wheel_array"\nclearance = "150 rpm"\nwear_time = "200 s"', 'kind = "lqr"')
+ARRAY = """kind = "wheel_array"
+turn_gain = 0.1
+rate_gain = 0.4
+clearance = "150 rpm"
+"""
+LQR = (f'{ARRAY}wear_time = "200 s"', 'kind = "lqr"')
 SAME = ("", "")
 
 

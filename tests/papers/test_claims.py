@@ -43,6 +43,24 @@ def test_one_rule_gives_the_verdict(ours, paper, tolerance, verdict):
     assert claim(ours, paper, tolerance).verdict == verdict
 
 
+@pytest.mark.parametrize(
+    ("ours", "verdict"), [(1.4, "calibrated"), (1.6, "not-reproduced"), (None, "not-testable")]
+)
+def test_agreement_by_a_setting_chosen_for_it_is_calibrated(ours, verdict):
+    (found,) = reproduction({"a": ours}, row("a", paper=1.0, tolerance=0.5, calibrated=True)).claims
+    assert found.verdict == verdict
+
+
+def test_a_value_shown_not_to_exist_is_infeasible():
+    full, quick = row("a", infeasible=True), row("b", infeasible=True, full=True)
+    assert [c.verdict for c in reproduction({"a": None, "b": 1.0}, full, quick).claims] == [
+        "infeasible",
+        "ours-only",
+    ]
+    # a quick run has shown nothing
+    assert reproduction({"a": 2.0}, full, quick, quick=True).claims[1].verdict == "not-testable"
+
+
 @pytest.mark.parametrize("paper", [None, 0.0, 1.0, True, False])
 @pytest.mark.parametrize("tolerance", [None, 0.0, 1e300])
 def test_nothing_of_ours_is_never_reproduced(paper, tolerance):
@@ -103,6 +121,8 @@ def test_values_are_joined_with_rows_in_the_order_of_the_paper():
     assert result.counts() == {
         "reproduced": 0,
         "not-reproduced": 1,
+        "calibrated": 0,
+        "infeasible": 0,
         "not-testable": 1,
         "ours-only": 1,
     }

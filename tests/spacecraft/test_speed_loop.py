@@ -10,6 +10,7 @@ import pytest
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.validation import check_parts
+from gyrostat.simulation import simulate
 from gyrostat.spacecraft import (
     SinusoidalMomentum,
     Spacecraft,
@@ -190,3 +191,47 @@ def test_viscous_friction_and_fast_loops_are_refused():
     plant().check_period(0.1)
     with pytest.raises(InputError, match="length"):
         plant().start(attitude=(1.0, 0.1, 0.0, 0.0))
+
+
+class Holding(eqx.Module):
+    """Controller that commands the same wheel speeds at every sample."""
+
+    speed: np.ndarray
+
+    def start(self, period):
+        return ()
+
+    def __call__(self, memory, measurement):
+        return memory, WheelSpeedCommand(jnp.asarray(self.speed))
+
+
+class Sight(eqx.Module):
+    def start(self, state, period):
+        return ()
+
+    def __call__(self, memory, state, key):
+        return memory, state
+
+
+@pytest.mark.parametrize("kind", [SpeedDrivenSpacecraft, SpeedLoopSpacecraft])
+def test_wheels_keep_their_speeds_until_the_first_command_arrives(kind):
+    """Commanded to keep them from the first sample on, they feel nothing of a delay."""
+    speed = np.array([7.8, -3.0])
+    body = kind(spacecraft(), STILL)
+    prompt, late = (
+        simulate(
+            body,
+            Holding(speed),
+            Sight(),
+            start=body.start(attitude=START, wheel_speed=speed),
+            duration=6 * 0.1,
+            control_period=0.1,
+            command_delay=delay,
+            engine="jax",
+        )
+        for delay in (0, 3)
+    )
+    np.testing.assert_array_equal(late.speed, np.broadcast_to(speed, (7, 2)))
+    for name in ("wheel_speed", "attitude"):
+        np.testing.assert_allclose(late[name], prompt[name], rtol=0.0, atol=1e-13)
+    np.testing.assert_allclose(late.wheel_speed[-1], speed, rtol=1e-2)

@@ -1,6 +1,6 @@
 """Controllers of wheel arrays that a scenario can name, one entry each."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from math import inf
 from typing import Any
@@ -78,9 +78,51 @@ def _detecting(plan: WheelArrayControl, options: Options, momentum: Vector3) -> 
     )
 
 
+LARGEST_RATE_GAIN, SMALLEST_TURN_GAIN = 0.8, 0.05
+"""Bounds of the default gains, 1/s."""
+GAIN_RATIO = 0.3125
+"""Default turn gain over rate gain."""
+LARGEST_LAG = 0.4
+"""Largest product of default rate gain and mean age of a command. With `GAIN_RATIO` the loop gain
+is 1 at 1.04 times the rate gain, so that the phase margin is 73 deg - 1.04 x 0.4 rad = 49 deg."""
+
+
+def default_gains(values: Mapping[str, float], delay: int) -> dict[str, float]:
+    """Default gains of a wheel array, 1/s, from control period, command delay and sensor noise.
+
+    The rate gain is limited by the age of the commands. White noise of rate and attitude with the
+    standard deviations s_w and s_a causes an attitude error of variance T (s_w²/k_t + k_t s_a²)/2
+    in a loop with turn gain k_t and control period T. The turn gain is that of the smallest error,
+    s_w / s_a, within bounds.
+
+    Args:
+        values: Values of the other sections.
+        delay: Command delay, periods.
+    """
+    age = values["run.control_period"] * max(1.0, delay + 0.5)
+    rate_gain = min(LARGEST_RATE_GAIN, LARGEST_LAG / age)
+    turn_gain = GAIN_RATIO * rate_gain
+    rate, attitude = (values.get(f"sensors.{name}_sigma", 0.0) for name in ("rate", "attitude"))
+    if "sensors.rate_sigma" in values and attitude > 0.0:
+        best = max(rate / attitude, SMALLEST_TURN_GAIN)
+        turn_gain = min(turn_gain, best)
+    return {"rate_gain": rate_gain, "turn_gain": turn_gain}
+
+
 _ARRAY_KEYS = {
-    "turn_gain": positive("1/s", 0.1, "Commanded rate per attitude error near the target."),
-    "rate_gain": positive("1/s", 0.4, "Gain of the rate loop."),
+    "turn_gain": positive(
+        "1/s",
+        GAIN_RATIO * LARGEST_RATE_GAIN,
+        "Commanded rate per attitude error near the target. The default is at most 0.3125 times "
+        "the rate gain, and at most the noise of the rate over that of the attitude, but not below "
+        "0.05 for that reason.",
+    ),
+    "rate_gain": positive(
+        "1/s",
+        LARGEST_RATE_GAIN,
+        "Gain of the rate loop. The default is at most 0.4 over the age of the commands: the "
+        "control period, times the command delay and a half if there is a delay.",
+    ),
     "torque_time": positive("time", 20.0, "Time constant of the external torque estimate."),
     "largest_rate": positive("speed", 0.05, "Largest slew rate."),
     "drag_time": positive("time", 10.0, "Time constant of the wheel drag estimate."),
@@ -131,12 +173,14 @@ ARRAY_CONTROLLERS: dict[str, PlannedController] = {
         _ARRAY_KEYS,
         _array,
         _plan_array(MinimaxAllocation()),
+        defaults=default_gains,
     ),
     "wheel_array_pseudo_inverse": PlannedController(
         "As `wheel_array`, with torque allocation by the pseudo-inverse (least sum of squares).",
         _ARRAY_KEYS,
         _array,
         _plan_array(PseudoInverse()),
+        defaults=default_gains,
     ),
     "wheel_array_detecting": PlannedController(
         "As `wheel_array`, but the controller is not notified of wheel failures; it detects them. "
@@ -155,5 +199,6 @@ ARRAY_CONTROLLERS: dict[str, PlannedController] = {
         _detecting,
         _plan_array(MinimaxAllocation()),
         DETECTED,
+        defaults=default_gains,
     ),
 }

@@ -38,6 +38,8 @@ class Component:
         unit: Unit of the value of a sensor or metric.
         texts: Names of keys that are texts; their reader stores them.
         needs: What the scenario must have for it, keys of `gyrostat.campaigns.kinds.NEEDS`.
+        defaults: (values of the other sections, command delay in periods) -> defaults of some keys,
+            SI, that replace those of `keys`.
     """
 
     meaning: str
@@ -46,6 +48,9 @@ class Component:
     unit: str = field(default="1", kw_only=True)
     texts: tuple[str, ...] = field(default=(), kw_only=True)
     needs: tuple[str, ...] = field(default=(), kw_only=True)
+    defaults: Callable[[Mapping[str, float], int], Mapping[str, float]] = field(
+        default=lambda values, delay: {}, kw_only=True
+    )
 
 
 def _speed_sigma(options: Options, known: Spacecraft) -> PerWheel:

@@ -2,7 +2,6 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass, replace
-from math import inf
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -92,11 +91,14 @@ def _linear(plan: AttitudeRegulator, options: Options, momentum: Vector3) -> Att
     return replace(plan, **options).linear()
 
 
-_TORQUE_TIME = positive(
-    "time",
-    inf,
-    "Time constant of the estimate of the external torque, which the wheels then take up; none: no "
-    "estimate, and an external torque causes a constant attitude error.",
+_TORQUE_TIME = replace(
+    positive(
+        "time",
+        20.0,
+        "Time constant of the estimate of the external torque, which the wheels take up; "
+        '`"none"`: no estimate, and an external torque causes a constant attitude error.',
+    ),
+    unlimited=True,
 )
 _REGULATOR_KEYS = {
     "attitude_weight": positive(

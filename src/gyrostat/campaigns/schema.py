@@ -32,6 +32,8 @@ class Key:
         most: Largest allowed value.
         positive: Whether `least` itself is excluded.
         shape: Shape of an array; () for a number.
+        unlimited: Whether the value may be infinite, the text "none" in a file. It always may be
+            if that is the default.
     """
 
     dimension: str
@@ -41,6 +43,7 @@ class Key:
     most: float = inf
     positive: bool = False
     shape: tuple[int, ...] = ()
+    unlimited: bool = False
 
     @property
     def unit(self) -> str:
@@ -65,7 +68,8 @@ class Key:
     def allows(self, value: float) -> bool:
         """Whether a value is allowed; NaN is not."""
         inside = self.least <= value <= self.most and not (self.positive and value == self.least)
-        return inside and (abs(value) <= LARGEST or value in self.defaults())
+        special = value in self.defaults() or (self.unlimited and value == inf)
+        return inside and (abs(value) <= LARGEST or special)
 
     def range(self, found: float = nan) -> str:
         """Allowed values, for an error message about the value `found`."""

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 from typing import Any, Literal
 
 Value = float | bool | None
-Verdict = Literal["reproduced", "not-reproduced", "not-testable", "ours-only"]
+Verdict = Literal[
+    "reproduced", "not-reproduced", "calibrated", "infeasible", "not-testable", "ours-only"
+]
 NOT_COMPUTED = "Not computed: dispersed runs belong to the full reproduction."
 
 
@@ -24,6 +26,9 @@ class Claim:
         paper: Value in the paper; None if the paper gives none.
         tolerance: Largest difference from the paper, in `unit`, that counts as equal.
         source: Place in the paper.
+        calibrated: Whether a free setting was chosen by the paper's value, so that agreement shows
+            nothing.
+        infeasible: Whether a missing value means that the quantity was shown not to exist.
 
     Raises:
         ValueError: A value is not finite, a number is compared with a yes or no, or the paper's
@@ -38,6 +43,8 @@ class Claim:
     paper: Value = None
     tolerance: float | None = None
     source: str = ""
+    calibrated: bool = False
+    infeasible: bool = False
 
     def __post_init__(self) -> None:
         """Validate the values."""
@@ -57,11 +64,13 @@ class Claim:
     def verdict(self) -> Verdict:
         """Verdict by a single rule: whether both values exist and agree within the tolerance."""
         if self.ours is None:
-            return "not-testable"
+            return "infeasible" if self.infeasible else "not-testable"
         if self.paper is None or self.tolerance is None:
             return "ours-only"
         same = abs(float(self.ours) - float(self.paper)) <= self.tolerance
-        return "reproduced" if same else "not-reproduced"
+        if not same:
+            return "not-reproduced"
+        return "calibrated" if self.calibrated else "reproduced"
 
     def to_dict(self) -> dict[str, object]:
         """Convert to a row of claims.json."""
@@ -87,6 +96,8 @@ class Row:
         at_most: Largest value that meets our own requirement, which was set before the computation.
         at_least: Smallest value that meets our own requirement.
         testable: False if the claim needs data that the paper does not publish.
+        calibrated: As in `Claim`; `why` names the setting.
+        infeasible: As in `Claim`; `why` says what shows it.
         full: True if only the full reproduction computes the value.
     """
 
@@ -100,6 +111,8 @@ class Row:
     at_most: float | None = None
     at_least: float | None = None
     testable: bool = True
+    calibrated: bool = False
+    infeasible: bool = False
     full: bool = False
 
     def requirement(self, value: Value) -> str:
@@ -128,4 +141,15 @@ class Row:
         tolerance = self.tolerance
         if tolerance is None and isinstance(self.paper, bool):
             tolerance = 0.0
-        return Claim(self.id, quantity, value, self.unit, why, self.paper, tolerance, self.source)
+        return Claim(
+            self.id,
+            quantity,
+            value,
+            self.unit,
+            why,
+            self.paper,
+            tolerance,
+            self.source,
+            calibrated=self.calibrated,
+            infeasible=self.infeasible and computed,
+        )

@@ -12,19 +12,28 @@ if no leaf is."""
 
 
 def delay_line(plant: Any, state: Any, command: Any, period: Scalar, delay: int) -> DelayLine:
-    """Create the delay line before the first command; it gives zeros until that command arrives.
+    """Create the delay line before the first command.
+
+    Until that command arrives, it gives zeros, or what the plant's method `steady_command` says: a
+    wheel that is commanded by its speed would otherwise brake to zero.
 
     Args:
         plant: Plant, see `gyrostat.simulation.Plant`.
-        state: State of the plant, or its shapes.
+        state: State of the plant at the start.
         command: Command of the controller, or its shapes.
         period: Control period, s.
         delay: Control periods from a sample to the start of the command made from it, 1 or more.
     """
-    leaves = jax.tree.leaves(command)
+    line = empty_line(command, delay)
+    if hasattr(plant, "steady_command"):
+        none = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), command)
+        steady = plant.steady_command(state, none)
+        line = jax.tree.map(lambda zeros, value: zeros + value, line, steady)
     return tuple(
-        empty_line(leaf, delay) if moves else None
-        for leaf, moves in zip(leaves, _moves(plant, state, command, period), strict=True)
+        leaf if moves else None
+        for leaf, moves in zip(
+            jax.tree.leaves(line), _moves(plant, state, command, period), strict=True
+        )
     )
 
 

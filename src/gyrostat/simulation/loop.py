@@ -184,8 +184,10 @@ def control_loop(
         period: Control period, s.
         substeps: Integration steps in each control period.
         command_delay: Control periods from a sample to the start of the command computed from it.
-            Until the first command arrives, actuators get zero. Fields of the command on which the
-            plant's motion does not depend are not delayed.
+            Until the first command arrives, actuators get zero, or the command of the plant's
+            optional method `steady_command(state, zeros)`, under which its motion goes on as
+            before, such as the present speeds of wheels that are commanded by speed. Fields of the
+            command on which the plant's motion does not depend are not delayed.
 
     Returns:
         The loop. The state of a run that has failed stays constant.

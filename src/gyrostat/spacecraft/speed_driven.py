@@ -166,6 +166,15 @@ class SpeedDrivenSpacecraft(Checked):
         speed = self._speed_at(state, command, duration)
         return GyrostatState(attitude, last[0], speed), jnp.array(True)
 
+    def steady_command(self, state: GyrostatState, command: Any) -> Any:
+        """Command at which the wheels keep their speeds, before the first command arrives.
+
+        Args:
+            state: State.
+            command: Command with `speed`, (wheels,), rad/s, whose other fields are returned.
+        """
+        return command._replace(speed=state.wheel_speed)
+
     def diverged(self, state: GyrostatState) -> Bool[Array, ""]:
         """Whether the body turns faster than `FASTEST`."""
         return too_fast(self.rate(state))

@@ -199,6 +199,15 @@ class SpeedLoopSpacecraft(Checked):
             wheel_speed=speed,
         )
 
+    def steady_command(self, state: SpeedLoopState, command: Any) -> Any:
+        """Command at which the wheels keep their speeds, before the first command arrives.
+
+        Args:
+            state: State.
+            command: Command with `speed`, (wheels,), rad/s, whose other fields are returned.
+        """
+        return command._replace(speed=state.set_point)
+
     def diverged(self, state: SpeedLoopState) -> Bool[Array, ""]:
         """Whether the body turns faster than `FASTEST`."""
         return too_fast(self.rate(state))

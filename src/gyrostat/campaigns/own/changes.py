@@ -30,7 +30,8 @@ def replaced(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
     own = {field.name for field in dataclasses.fields(Scenario)} - {*KINDS, *FIXED}
     known = tuple(dict.fromkeys((*KINDS, *LISTS, *sorted(own))))
     parts = {name: value for name, value in changes.items() if name in KINDS or name in LISTS}
-    for name, given in parts.items():
+    # the defaults of a controller depend on the sensors
+    for name, given in sorted(parts.items(), key=lambda each: each[0] == "controller"):
         if is_list(name, given):
             scenario = _with_list(scenario, name, given)
         else:
@@ -89,12 +90,14 @@ def _with_component(
             )
         kind, found, values = own_object(section, given)
         sources = joined_sources(scenario.name, _kept(scenario, section), found)
-    keys = component(section, kind, sources).keys
+    made = component(section, kind, sources)
     if values is None:
         start = f"{section}."
         row = {n.removeprefix(start): v for n, v in changes.items() if n.startswith(start)}
-        table = Table(Path(scenario.name), start, row)
-        values = {end.removeprefix(start): value for end, value in table.numbers(keys).items()}
+        defaults = made.defaults(scenario.values, scenario.command_delay)
+        table = Table(Path(scenario.name), start, row).with_missing(defaults)
+        numbers = table.numbers(made.keys)
+        values = {end.removeprefix(start): value for end, value in numbers.items()}
     lists = tuple(f"{part.section}.{part.name}." for part in scenario.parts)
     kept = {
         key: value

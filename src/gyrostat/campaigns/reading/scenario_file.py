@@ -111,7 +111,9 @@ def _read(path: Path, *, force: bool) -> Scenario:
     law = type(craft.spacecraft.wheels.friction)
     friction, texts = law_texts(law) or (law.name, ())
     sources = joined_sources(top.name("name", printable(path.stem)), sources, texts)
-    for section, kind in chosen.items():
+    delay = run.whole("command_delay", 0, 1000)
+    # the defaults of a controller depend on the sensors
+    for section, kind in sorted(chosen.items(), key=lambda each: each[0] == "controller"):
         made = component(section, kind, sources)
         extra = ("kind", "python") if section in OWN else ("kind",)
         extra = (*extra, *made.texts, *BESIDE.get(section, ()))
@@ -119,7 +121,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         if section == "reference":
             table = with_defaults(table, kind, values)
             values |= position_error(table, kind, chosen["orbit"])
-        values |= table.numbers(made.keys)
+        values |= table.with_missing(made.defaults(values, delay)).numbers(made.keys)
     parts = [(part, with_defaults(row, part.kind, values)) for part, row in parts]
     values |= part_values(parts, sources)
     fields = measured(chosen["sensors"], [part for part, _ in parts], sources)
@@ -147,7 +149,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         requirements=read_requirements(required, metrics["boresight"], values, metrics["windows"]),
         count=count,
         substeps=substeps,
-        command_delay=run.whole("command_delay", 0, 1000),
+        command_delay=delay,
         events=tuple(sorted(events, key=lambda e: values[f"event.{e.name}.time"])),
         dispersions=(),
         # fixed order, so that a scenario and its copy from text compile to the same program

@@ -53,6 +53,10 @@ class Table:
         inner = Table(self.path, f"{self.prefix}{name}.", found)
         return inner if keys is None else inner.known(keys)
 
+    def with_missing(self, defaults: Mapping[str, object]) -> "Table":
+        """Table whose missing keys have these values."""
+        return Table(self.path, self.prefix, {**defaults, **self.row})
+
     def tables(self, name: str) -> list["Table"]:
         """Read the tables [[name]]; an empty list if there are none."""
         found = self.row.get(name, [])
@@ -108,7 +112,9 @@ class Table:
         return self.value(key, self.row.get(key), dimension, positive=positive)
 
     def allowed(self, key: str, found: object, entry: Key) -> float:
-        """Convert a value to SI and validate it by an entry of the schema."""
+        """Convert a value to SI, "none" to infinity, and validate it by an entry of the schema."""
+        if found == "none" and entry.allows(math.inf):
+            return math.inf
         value = self.value(key, found, entry.dimension, positive=False)
         if not entry.allows(value):
             raise self.refuse(key, found, entry.range(value))
