@@ -6,14 +6,12 @@ import sys
 from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
 
+from gyrostat.campaigns.own.local_modules import INSTALLED
 from gyrostat.campaigns.own.parts import is_own
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Source
 from gyrostat.core.errors import InputError, placed
 from gyrostat.core.toml_file import read_text
-
-INSTALLED = ("site-packages", "dist-packages")
-"""Folders of installed packages."""
 
 
 def own_kind(table: Table) -> str:
