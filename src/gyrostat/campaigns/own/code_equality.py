@@ -75,7 +75,8 @@ def _steps(code: CodeType) -> list[Any]:
         elif step.opcode in dis.hasname:
             operand = step.argval
         found.append((step.opname.replace("LOAD_METHOD", "LOAD_ATTR"), operand))
-    for entry in dis.Bytecode(code).exception_entries:
+    bytecode: Any = dis.Bytecode(code)
+    for entry in bytecode.exception_entries:
         places = [number_at(each) for each in (entry.start, entry.end, entry.target)]
         found.append((*places, entry.depth, entry.lasti))
     return found

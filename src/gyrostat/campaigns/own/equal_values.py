@@ -1,6 +1,6 @@
 """Comparison of values: numbers, texts, arrays, containers and instances."""
 
-import copyreg
+import dataclasses
 import inspect
 import types
 import typing
@@ -13,10 +13,12 @@ import numpy as np
 
 from gyrostat.campaigns.own.difference import DifferentError, Place, shown
 from gyrostat.campaigns.own.local_modules import is_local
-from gyrostat.core.jax64 import jax
+from gyrostat.core.jax64 import jax, jnp
 
 PLAIN = (bool, int, float, complex, bytes, type(None), type(...), type(NotImplemented), range)
 CONTAINERS = (tuple, list, dict, set, frozenset)
+NAMES = ("__module__", "__name__", "__qualname__", "__doc__", "__annotations__")
+"""Attributes that a wrapper copies from a function; they do not change what it does."""
 Rule = Callable[["Comparer", Place, Any, Any], None]
 
 
@@ -62,7 +64,7 @@ def _path(comparer: Comparer, place: Place, live: PurePath, loaded: PurePath) ->
 
 
 def _array(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
-    if jax.dtypes.issubdtype(live.dtype, jax.dtypes.prng_key):
+    if jnp.issubdtype(live.dtype, jax.dtypes.prng_key):
         live, loaded = jax.random.key_data(live), jax.random.key_data(loaded)
     alike = (live.dtype, live.shape) == (loaded.dtype, loaded.shape)
     alike &= getattr(live, "weak_type", False) == getattr(loaded, "weak_type", False)
@@ -131,7 +133,13 @@ def _type_variable(comparer: Comparer, place: Place, live: Any, loaded: Any) -> 
         comparer.compare(place, getattr(live, name), getattr(loaded, name))
 
 
-def _missing(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
+def _field(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
+    """Fields of data classes; their annotations are compared with those of the class."""
+    for name in ("name", "default", "default_factory", "init", "kw_only", "metadata"):
+        comparer.compare(place.inside(f".{name}"), getattr(live, name), getattr(loaded, name))
+
+
+def _slot(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
     """Descriptors of slots: the names in `__slots__` say all about them."""
     comparer.compare(place, live.__name__, loaded.__name__)
 
@@ -147,9 +155,10 @@ _RULES: tuple[tuple[Any, Rule], ...] = (
     (dict, _mapping),
     (types.MappingProxyType, _proxy),
     (inspect.Signature, _signature),
+    (dataclasses.Field, _field),
     (jax.tree_util.PyTreeDef, _tree),
     ((typing.TypeVar, typing.ParamSpec), _type_variable),
-    ((types.MemberDescriptorType, types.GetSetDescriptorType), _missing),
+    ((types.MemberDescriptorType, types.GetSetDescriptorType), _slot),
 )
 """Kind of a value -> its rule; the first that fits holds."""
 
@@ -174,9 +183,10 @@ def _reduced(value: Any) -> tuple[Any, ...] | None:
         return None
     if not isinstance(reduced, tuple):
         return None
-    make, arguments, state, *elements = (*reduced, None, None, None)[:5]
-    if make is copyreg.__newobj__ and state is None and not elements and len(arguments) == 1:
-        return None
+    parts: Any = (*reduced, None, None, None)[:5]
+    make, arguments, state, *elements = parts
+    if isinstance(state, dict):
+        state = {name: entry for name, entry in state.items() if name not in NAMES}
     return make, arguments, state, *(each and list(each) for each in elements)
 
 

@@ -47,14 +47,15 @@ def literal(value: Any, module: Module) -> str:
         return f"float({str(value)!r})"
     if type(value) in PLAIN:
         return repr(value)
+    entries: Any = value
     if type(value) in (tuple, list):
-        inner = "".join(f"{literal(entry, module)}, " for entry in value)
+        inner = "".join(f"{literal(entry, module)}, " for entry in entries)
         return f"({inner})" if isinstance(value, tuple) else f"[{inner}]"
     if type(value) is dict:
         pairs = [f"{literal(k, module)}: {literal(v, module)}" for k, v in value.items()]
         return f"{{{', '.join(pairs)}}}"
     if type(value) in (set, frozenset):
-        inner = ", ".join(sorted(literal(entry, module) for entry in value))
+        inner = ", ".join(sorted(literal(entry, module) for entry in entries))
         return f"{type(value).__name__}(({inner},))" if value else f"{type(value).__name__}()"
     if isinstance(value, np.ndarray | np.generic | jax.Array):
         return _array(value, module)
@@ -63,7 +64,7 @@ def literal(value: Any, module: Module) -> str:
 
 def _array(value: Any, module: Module) -> str:
     """Expression of an array of numbers or texts."""
-    if value.size > LARGEST or value.dtype.kind not in "biufcU":
+    if value.size > LARGEST or getattr(value.dtype, "kind", "?") not in "biufcU":
         raise NoLiteralError
     array = np.asarray(value)
     text = literal(array.tolist(), module)
@@ -75,9 +76,9 @@ def _array(value: Any, module: Module) -> str:
     if isinstance(value, np.generic):
         return f"numpy.dtype('{array.dtype}').type({text})"
     if is_jax and value.weak_type:
-        kind = type(np.zeros((), array.dtype).item()).__name__
-        strong = f"jax.numpy.asarray({text}, dtype='{array.dtype}')"
-        return f"jax.lax.convert_element_type({strong}, {kind})"
+        if value.shape:
+            raise NoLiteralError
+        return f"jax.numpy.asarray({text})"
     return f"{library}.asarray({text}, dtype='{array.dtype}')"
 
 
