@@ -6,15 +6,17 @@ by their digest, so that a campaign runs the same code everywhere, even if a fil
 """
 
 import builtins
+import contextlib
 import hashlib
 import importlib
 import importlib.abc
 import importlib.machinery
 import linecache
 import sys
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
+from itertools import count
 from pathlib import PurePosixPath
 from types import CodeType, ModuleType
 from typing import Any
@@ -40,6 +42,7 @@ PREFIX = "gyrostat_own_"
 """Start of the names of the private packages."""
 _PACKAGES: dict[str, Mapping[str, Source]] = {}
 """Name of a private package -> its files, by the names of their modules below the package."""
+_NUMBERS = count(1)
 
 
 def is_own(kind: str) -> bool:
@@ -106,10 +109,16 @@ def load(sources: tuple[Source, ...], kind: str) -> Any:
     Raises:
         InputError: The file has no such name; further, what the file raises when it is executed.
     """
-    file, _, name = kind.partition(":")
+    file = kind.partition(":")[0]
     if file not in {source.path for source in sources}:
         raise InputError(f"{kind}: found no file {file}, expected its text in the scenario")
-    module = f"{package_of(sources)}.{module_name(file)}"
+    return _named(package_of(sources), kind)
+
+
+def _named(package: str, kind: str) -> Any:
+    """Class or function of a private package."""
+    file, _, name = kind.partition(":")
+    module = f"{package}.{module_name(file)}"
     found = importlib.import_module(module)
     if not hasattr(found, name):
         own = [n for n, v in vars(found).items() if getattr(v, "__module__", None) == module]
@@ -117,6 +126,19 @@ def load(sources: tuple[Source, ...], kind: str) -> Any:
             f"{file}: found no {name}, expected one of {', '.join(own) or 'its names'}"
         )
     return getattr(found, name)
+
+
+@contextlib.contextmanager
+def loaded_again(sources: tuple[Source, ...], kind: str) -> Iterator[Any]:
+    """Execute files once more, for an object that nothing else has changed; see `load`."""
+    name = f"{package_of(sources)}_{next(_NUMBERS)}"
+    _PACKAGES[name] = _PACKAGES[package_of(sources)]
+    try:
+        yield _named(name, kind)
+    finally:
+        del _PACKAGES[name]
+        for module in [m for m in sys.modules if m == name or m.startswith(f"{name}.")]:
+            del sys.modules[module]
 
 
 def packaged(module: str) -> tuple[str, tuple[Source, ...]] | None:

@@ -7,11 +7,9 @@ from collections.abc import Iterator, Mapping
 from pathlib import Path, PurePosixPath
 
 from gyrostat.core.errors import InputError, placed
+from gyrostat.core.local_modules import INSTALLED
 from gyrostat.core.toml_file import read_text
 from gyrostat.core.user_modules import Source
-
-INSTALLED = ("site-packages", "dist-packages")
-"""Folders of installed packages."""
 
 
 def sources_below(

@@ -115,7 +115,7 @@ def own_part(section: str, kind: str, sources: tuple[Source, ...]) -> OwnPart:
         if not callable(found):
             raise part.refuse(type(found).__name__, "a class or function")
         return replace(part, made=found)
-    made = _as_module(part, found)
+    made = as_tree(part, found)
     with reported(part.name):
         hints = typing.get_type_hints(made, include_extras=True)
     fields = [f for f in dataclasses.fields(made) if f.init and not f.metadata.get("static")]
@@ -123,8 +123,12 @@ def own_part(section: str, kind: str, sources: tuple[Source, ...]) -> OwnPart:
     return replace(part, made=made, fields=tuple(f.name for f in fields), keys=keys)
 
 
-def _as_module(part: OwnPart, found: type) -> type:
-    """The class, with its fields as leaves of a tree for JAX."""
+def as_tree(part: OwnPart, found: type) -> type:
+    """The class, with its fields as leaves of a tree for JAX.
+
+    Raises:
+        OwnError: It is no class with fields.
+    """
     if issubclass(found, eqx.Module):
         return found
     if not dataclasses.is_dataclass(found):

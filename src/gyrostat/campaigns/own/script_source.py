@@ -3,22 +3,52 @@
 import ast
 import symtable
 import sys
-import textwrap
-from collections.abc import Iterator
+import types
+from collections.abc import Mapping
 from pathlib import Path
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
+from gyrostat.campaigns.own.definitions import Definition, Definitions, bound, text_of
+from gyrostat.campaigns.own.literals import PLAIN, NoLiteralError, literal
+from gyrostat.core.jax64 import jax
 from gyrostat.core.user_errors import OwnError
 
-LARGEST = 100_000
-"""Most numbers of an array that is copied."""
-PLAIN = (bool, int, float, complex, str, bytes, type(None))
+DATA = (*PLAIN, tuple, list, dict, set, frozenset)
+"""Types whose values are copied."""
+RESULTS = ("xarray", "gyrostat.campaigns", "gyrostat.simulation")
+"""Modules of results: what makes them is not executed again."""
 
 
-def extracted(place: str, made: Any) -> tuple[str, str, Path]:
-    """File name, text and folder of a definition of `__main__`.
+class Extract(NamedTuple):
+    """Definition of a script with the names that it uses.
+
+    Attributes:
+        file: Name of its file.
+        text: Text of this file.
+        folder: Folder of the script.
+        chosen: Name -> number of its definition that was chosen, of the likeliest first.
+        counts: Name -> number of its definitions.
+    """
+
+    file: str
+    text: str
+    folder: Path
+    chosen: Mapping[str, int]
+    counts: Mapping[str, int]
+
+    def other(self, names: tuple[str, ...]) -> Mapping[str, int] | None:
+        """Next choice of definitions if one of these names, the last first, has another one."""
+        for name in reversed(names):
+            following = self.chosen.get(name, 0) + 1
+            if following < self.counts.get(name, 0):
+                return {**self.chosen, name: following}
+        return None
+
+
+def extracted(place: str, made: Any, chosen: Mapping[str, int] | None = None) -> Extract:
+    """Definition of `__main__` as a text of its own.
 
     Imports and definitions that it uses are copied as text; numbers, texts and arrays by their
     values at this time.
@@ -26,29 +56,20 @@ def extracted(place: str, made: Any) -> tuple[str, str, Path]:
     Args:
         place: Name of the part, for messages.
         made: Class or function.
+        chosen: Name -> number of its definition, if it has several.
 
     Raises:
         OwnError: The definition, or a name that it uses, cannot be extracted.
     """
-    script = _Script(place, vars(sys.modules["__main__"]))
+    script = _Script(place, vars(sys.modules["__main__"]), chosen or {})
     script.take(made.__name__)
     file = script.known.get("__file__")
     name = Path(file).stem if file else "notebook"
     folder = Path(file).resolve().parent if file else Path.cwd()
     plain = "".join(c if c.isalnum() else "_" for c in name)
+    text = "\n".join([*script.definitions.future, *script.lines, ""])
     # two classes of a script need different names, and each has what it uses
-    return f"{plain}_{made.__name__}.py", "\n".join([*script.future, *script.lines, ""]), folder
-
-
-def _texts(known: dict[str, Any]) -> list[str]:
-    """Source of `__main__`: the cells of a notebook, or the file of a script."""
-    if "In" in known:
-        return [*map(str, known["In"])]
-    file = known.get("__file__")
-    try:
-        return [Path(file).read_text(encoding="utf-8")] if file else []
-    except (OSError, UnicodeDecodeError):
-        return []
+    return Extract(f"{plain}_{made.__name__}.py", text, folder, script.chosen, script.counts)
 
 
 class _Script:
@@ -56,24 +77,17 @@ class _Script:
 
     Attributes:
         known: Names of `__main__` with their values.
-        future: Imports from `__future__`.
+        definitions: Their definitions.
         lines: Text of imports and definitions, each after those that it needs.
+        chosen: See `Extract`.
+        counts: See `Extract`.
     """
 
-    def __init__(self, place: str, known: dict[str, Any]) -> None:
-        self.known, self.lines, self.future = known, [], []
+    def __init__(self, place: str, known: dict[str, Any], chosen: Mapping[str, int]) -> None:
+        self.known, self.definitions, self.chosen = known, Definitions(known), chosen
+        self.lines: list[str] = []
+        self.counts: dict[str, int] = {}
         self._place, self._taken = place, set()
-        self._found: dict[str, tuple[ast.stmt, str]] = {}
-        for text in _texts(known):
-            try:
-                tree = ast.parse(text)
-            except SyntaxError:
-                continue
-            for node in _statements(tree.body):
-                if isinstance(node, ast.ImportFrom) and node.module == "__future__":
-                    self.future = [ast.unparse(node)]
-                for name in _bound(node):
-                    self._found[name] = node, text
 
     def take(self, name: str) -> None:
         """Add a name, after the names that it needs.
@@ -84,85 +98,82 @@ class _Script:
         if name in self._taken:
             return
         self._taken.add(name)
-        node, text = self._found.get(name, (None, ""))
         value = self.known[name]
+        definitions = self.definitions.of(name)
+        definition = definitions[self.chosen.get(name, 0)] if definitions else None
+        node = definition.node if definition else None
         if isinstance(node, ast.Import | ast.ImportFrom):
-            alias = next(
-                a for a, bound in zip(node.names, _bound(node), strict=True) if bound == name
-            )
-            if isinstance(node, ast.Import):
-                self.lines.append(ast.unparse(ast.Import([alias])))
-            else:
-                self.lines.append(ast.unparse(ast.ImportFrom(node.module, [alias], node.level)))
-        elif isinstance(node, ast.FunctionDef | ast.ClassDef) or (
-            # a named tuple, a lambda, or a function made by a call
-            isinstance(node, ast.Assign)
-            and isinstance(node.value, ast.Call | ast.Lambda)
-            and callable(value)
-        ):
-            for needed in _needed(node):
-                if needed in self.known:
-                    self.take(needed)
-            self.lines.append(_text_of(node, text))
+            alias = node.names[bound(node).index(name)]
+            names = ast.Import([alias])
+            if isinstance(node, ast.ImportFrom):
+                names = ast.ImportFrom(node.module, [alias], node.level)
+            self.lines.append(ast.unparse(names))
+        elif type(value) in DATA or isinstance(value, np.ndarray | np.generic | jax.Array):
+            self._assign(name, value, definition)
+        elif self._import(name, value):
+            pass
+        elif isinstance(node, ast.FunctionDef | ast.ClassDef):
+            self.counts[name] = len(definitions)
+            self._copy(definition)
         else:
-            self.lines.append(f"{name} = {self._literal(name, value)}")
+            self.counts[name] = len(definitions)
+            self._assign(name, value, definition)
 
-    def _literal(self, name: str, value: Any) -> str:
-        """Expression of a value, exact to the last bit."""
-        if isinstance(value, float) and not np.isfinite(value):
-            return f"float({str(value)!r})"
-        if type(value) in PLAIN:
-            return repr(value)
-        if isinstance(value, tuple | list) and type(value) in (tuple, list):
-            inner = "".join(f"{self._literal(name, entry)}, " for entry in value)
-            return f"({inner})" if isinstance(value, tuple) else f"[{inner}]"
-        if type(value) is dict:
-            pairs = [
-                f"{self._literal(name, k)}: {self._literal(name, v)}" for k, v in value.items()
-            ]
-            return f"{{{', '.join(pairs)}}}"
-        kind = type(value).__module__.partition(".")[0]
-        if kind in ("numpy", "jax", "jaxlib") and getattr(value, "size", LARGEST + 1) <= LARGEST:
-            array = np.asarray(value)
-            if array.dtype.kind in "bif":
-                library = "numpy" if kind == "numpy" else "jax.numpy"
-                self.lines.append(f"import {library}")
-                text = self._literal(name, array.tolist())
-                return f"{library}.asarray({text}, dtype='{array.dtype}')"
-        raise OwnError(
-            f"{self._place}: found {name}, a {type(value).__name__} of the script, expected "
-            "numbers, arrays, functions, classes and imports; or put the class into a file of its "
-            "own and import it"
-        )
+    def _import(self, name: str, value: Any) -> bool:
+        """Add an import of what is of another module; returns whether it is."""
+        if isinstance(value, types.ModuleType) and sys.modules.get(value.__name__) is value:
+            self.lines.append(f"import {value.__name__} as {name}")
+            return value.__name__ != "__main__"
+        home, own = getattr(value, "__module__", None), getattr(value, "__name__", "")
+        if not isinstance(home, str) or home == "__main__" or not isinstance(own, str):
+            return False
+        if not own or getattr(sys.modules.get(home), own, None) is not value:
+            return False
+        self.lines.append(f"from {home} import {own} as {name}")
+        return True
 
+    def _assign(self, name: str, value: Any, definition: Definition | None) -> None:
+        """Add a value: by its content, or by its text."""
+        node = definition.node if definition else None
+        is_text = isinstance(node, ast.Assign | ast.AnnAssign)
+        # a named tuple, a lambda, or a function made by a call
+        if is_text and isinstance(value, type | types.FunctionType):
+            self._copy(definition)
+            return
+        count = len(self.lines)
+        try:
+            line = f"{name} = {literal(value, self)}"
+        except NoLiteralError:
+            del self.lines[count:]
+            if not is_text or type(value).__module__.startswith(RESULTS):
+                raise OwnError(
+                    f"{self._place}: found {name}, a {type(value).__name__} of the script, expected"
+                    " numbers, arrays, functions, classes and imports; or put the class into a file"
+                    " of its own and import it"
+                ) from None
+            self._copy(definition)
+        else:
+            self.lines.append(line)
 
-def _statements(body: list[ast.stmt]) -> Iterator[ast.stmt]:
-    """Statements of a module, also those inside if, try and with."""
-    for node in body:
-        yield node
-        for name in ("body", "orelse", "finalbody"):
-            if isinstance(node, ast.If | ast.Try | ast.With):
-                yield from _statements(getattr(node, name, []))
-        if isinstance(node, ast.Try):
-            for handler in node.handlers:
-                yield from _statements(handler.body)
+    def _copy(self, definition: Definition | None) -> None:
+        """Add the text of a definition, after the names that it needs."""
+        assert definition is not None
+        for needed in _needed(definition.node):
+            if needed in self.known:
+                self.take(needed)
+        self.lines.append(text_of(definition))
 
+    def import_module(self, name: str) -> None:
+        """See `gyrostat.campaigns.own.literals.Module`."""
+        self.lines.append(f"import {name}")
 
-def _bound(node: ast.stmt) -> list[str]:
-    """Names that a statement binds."""
-    if isinstance(node, ast.Import | ast.ImportFrom):
-        return [alias.asname or alias.name.partition(".")[0] for alias in node.names]
-    if isinstance(node, ast.FunctionDef | ast.ClassDef):
-        return [node.name]
-    targets = node.targets if isinstance(node, ast.Assign) else []
-    return [target.id for target in targets if isinstance(target, ast.Name)]
-
-
-def _text_of(node: ast.stmt, text: str) -> str:
-    """Lines of a statement, with its decorators."""
-    decorators = getattr(node, "decorator_list", [])
-    first = min([node.lineno, *(d.lineno for d in decorators)])
-    return textwrap.dedent("\n".join(text.splitlines()[first - 1 : node.end_lineno]))
+    def global_name(self, value: Any) -> str | None:
+        """See `gyrostat.campaigns.own.literals.Module`."""
+        name = value.__name__
+        if self.known.get(name) is not value:
+            return None
+        self.take(name)
+        return name
 
 
 def _needed(node: ast.stmt) -> list[str]:
