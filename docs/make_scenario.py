@@ -41,9 +41,9 @@ A number is in SI units and radians, or a text with a unit: `0.25`, `"250 ms"`, 
 `"3 µN·m"`. Units of gyros are written as data sheets print them: rates and biases in `deg/h`,
 `arcsec/s` or `dps`, angle random walks in `deg/√h`, `deg/sqrt(hr)`, `arcsec/√s` or as a density
 (of the two-sided spectrum, IEEE Std 952) in `deg/s/√Hz`, rate random walks in `deg/h/√h`, also as
-`sigma`, `low` and `high` of a dispersion. An unknown key is refused; the message suggests the most similar one. Paths are
-relative to the file. [Files to start from](#ready-scenarios) are in `examples/scenarios/`. A short
-scenario:
+`sigma`, `low` and `high` of a dispersion. An unknown key is refused; the message suggests the most
+similar one. Paths are relative to the file. [Files to start from](#ready-scenarios) are in
+`examples/scenarios/`. A short scenario:
 
 ```toml
 name = "my cubesat"

@@ -213,3 +213,59 @@ def test_refuses_an_orbit_that_leaves_the_earth():
 def test_refuses_a_frame_that_is_unknown():
     with pytest.raises(InputError, match="found the frame 'LVLH', expected one of GCRS"):
         OrbitFile.read(csv_of(TIMES, ELEMENTS.two_bodies(TIMES)), "LVLH")
+
+
+@pytest.mark.parametrize(
+    ("factors", "cause"),
+    [
+        ((1.0 / 60.0, 1.0, 1.0), r"times in minutes\?"),
+        ((1.0 / 3600.0, 1.0, 1.0), r"times in hours\?"),
+        ((1.0 / 86400.0, 1.0, 1.0), r"times in days\?"),
+        ((1e3, 1.0, 1.0), r"of a revolution .* times in ms\?"),
+        ((1.0, 1.0, 1e-3), r"velocities in km/s\?"),
+        ((1.0, 1e-3, 1.0), r"6\.\d+ km from the centre of the Earth"),
+        ((1.0, 1.0, 1.1), "which contradict the positions"),
+        ((1.0, 1.0, -1.0), "expected .* km by times and velocities"),
+    ],
+)
+@pytest.mark.parametrize("count", [4, 200])
+def test_refuses_units_that_contradict_each_other(factors, cause, count):
+    """Times, positions and velocities of one orbit, one of them in another unit."""
+    times = 60.0 * np.arange(count)
+    states = ELEMENTS.two_bodies(times)
+    time, position, velocity = factors
+    file = OrbitFile.read(
+        csv_of(time * times, States(position * states.position, velocity * states.velocity))
+    )
+    with pytest.raises(InputError, match=cause):
+        file.trajectory(EPOCH, float(time * times[-1]) / 2.0)
+
+
+def test_refuses_a_row_that_is_out_of_place():
+    times = 60.0 * np.arange(50)
+    states = ELEMENTS.two_bodies(times)
+    states.position[20] += [30e3, 0.0, 0.0]
+    with pytest.raises(InputError, match=r"from row 2[01] to row 2[12]"):
+        Ephemeris(times, states).trajectory(EPOCH, 600.0)
+
+
+@pytest.mark.parametrize("eccentricity", [0.0, 0.3, 0.7])
+@pytest.mark.parametrize("step", [1.0, 60.0, 600.0, 1500.0])
+@pytest.mark.parametrize("axis", [7e6, 42e6])
+def test_accepts_every_honest_table(eccentricity, step, axis):
+    """Also coarse ones, at any point of the orbit; the perigee is above the surface."""
+    elements = KeplerElements(axis / (1.0 - eccentricity), eccentricity, 1.2, 0.4, 0.3, 0.2)
+    times = step * np.arange(max(40, int(elements.period / step)))
+    Ephemeris(times, elements.two_bodies(times)).trajectory(EPOCH, step)
+
+
+def test_accepts_a_manoeuvre_between_two_rows():
+    """100 m/s along the velocity, a minute after the last row of the first orbit."""
+    before = 60.0 * np.arange(40)
+    start = ELEMENTS.two_bodies(before)
+    step = start.velocity[-1] * 100.0 / np.linalg.norm(start.velocity[-1])
+    after = start.position[-1] + 60.0 * (start.velocity[-1] + step)
+    rows = States(
+        np.vstack([start.position, after]), np.vstack([start.velocity, start.velocity[-1] + step])
+    )
+    Ephemeris(np.append(before, before[-1] + 60.0), rows).trajectory(EPOCH, 600.0)

@@ -13,6 +13,20 @@ from gyrostat.spacecraft.orbit.time_scales import Epoch, Times
 
 DEGREE, LARGEST_DEGREE = 7, 15
 """Default and largest degree of the interpolating polynomials."""
+LOWEST = 6.3e6
+"""Smallest distance from the centre of the Earth, m: below the surface everywhere."""
+FARTHEST = 2.0
+"""Largest step between rows times the local mean motion, rad: a third of a revolution."""
+SHARE = 0.02
+"""Share of a step's displacement that the velocities may leave unexplained, as a manoeuvre does."""
+UNITS = {
+    60.0: "times in minutes",
+    3600.0: "times in hours",
+    86400.0: "times in days",
+    1e3: "velocities in km/s",
+    1e-3: "positions in km, or times in ms",
+}
+"""Displacement over what times and velocities give -> likely cause."""
 
 
 @final
@@ -102,7 +116,8 @@ class Ephemeris:
             end: Last time, s.
 
         Raises:
-            InputError: The rows do not cover the run.
+            InputError: The rows do not cover the run, or times, positions and velocities contradict
+                each other.
         """
         times = self.times_after(epoch)
         if times[0] > 0.0 or times[-1] < end:
@@ -111,11 +126,58 @@ class Ephemeris:
                 f"epoch, expected them from 0 s to {end:.6g} s"
             )
         rows = to_gcrs(self.states, self.frame, epoch, times)
+        self._require_consistent(rows)
 
         def states(wanted: Times) -> States:
             return hermite(times, rows, self.degree, wanted)
 
         return Trajectory(states, (self._note(rows),))
+
+    def _require_consistent(self, rows: States) -> None:
+        """Compare the displacement of each step with the velocities at its ends.
+
+        r1 - r0 = h (v0 + v1) / 2 - h² (a1 - a0) / 12 plus a remainder of the displacement times
+        (n h)⁴ / 720, with the acceleration a of two bodies and the mean motion n (J. Stoer,
+        R. Bulirsch, section 3.2). A fifth of (n h)⁴ is allowed, with n of a circular orbit at the
+        lower end: a perigee between two rows has a larger n.
+
+        Raises:
+            InputError: A displacement is another one, or rows are too far apart to tell.
+        """
+        position, velocity, step = rows.position, rows.velocity, np.diff(self.times)[:, None]
+        distance = np.linalg.norm(position, axis=1, keepdims=True)
+        row = int(np.argmin(distance))
+        if distance[row] < LOWEST:
+            raise InputError(
+                f"{self.where}, row {row + 1}: found a position {distance[row, 0] / 1e3:.5g} km "
+                "from the centre of the Earth, expected one above the surface; positions are in m "
+                "in a CSV file, in km in an OEM file"
+            )
+        acceleration = -EARTH * position / distance**3
+        moved = np.diff(position, axis=0)
+        path = step * (velocity[1:] + velocity[:-1]) / 2.0
+        off = np.linalg.norm(moved - path + step**2 * np.diff(acceleration, axis=0) / 12.0, axis=1)
+        length = np.linalg.norm(moved, axis=1)
+        given = np.maximum(np.linalg.norm(path, axis=1), 1e-9)
+        ratio = float(np.median(length / given))
+        turned = (step * np.sqrt(EARTH / np.minimum(distance[1:], distance[:-1]) ** 3))[:, 0]
+        near = [cause for factor, cause in UNITS.items() if 0.8 < ratio / factor < 1.25]
+        remedy = f": {near[0]}?" if near else ""
+        row = int(np.argmax(turned))
+        if turned[row] > FARTHEST:
+            raise InputError(
+                f"{self.where}: found rows {row + 1} and {row + 2} {step[row, 0]:g} s apart, "
+                f"{turned[row] / (2.0 * np.pi):.2g} of a revolution at this height, expected less "
+                f"than a third{remedy}"
+            )
+        allowed = (SHARE + turned**4 / 5.0) * np.maximum(given, length.min())
+        row = int(np.argmax(off / allowed))
+        if off[row] > allowed[row]:
+            raise InputError(
+                f"{self.where}: found that the position changes by {length[row] / 1e3:.4g} km from "
+                f"row {row + 1} to row {row + 2}, expected {given[row] / 1e3:.4g} km by times and "
+                f"velocities{remedy or ', which contradict the positions'}"
+            )
 
     def _note(self, rows: States) -> str:
         """Interpolation error as a sentence, from rows that are left out."""
