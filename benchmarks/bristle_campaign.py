@@ -2,7 +2,7 @@
 
     python benchmarks/bristle_campaign.py [--runs 256] [--repeats 3]
 
-The cubesat of examples/scenarios/zero_crossing.toml, 400 s, four wheels that go through zero speed
+The cubesat of `zero_crossing_model.toml`, 400 s, four wheels that go through zero speed
 slowly, on one core. Both programs run in turns in one process, and the shortest processor time of
 each counts. The bristles bend by 0.01 or 0.001 rad under the Coulomb torque, with a damping ratio
 of 0.3, or of 0.0005, at which they ring.
@@ -25,7 +25,7 @@ def scenario(bend=None, ratio=None):
     """The example, with bristles of a deflection, rad, and damping ratio, or as it is."""
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        for file in ("cubesat.toml", "cubesat_wheel.toml", "zero_crossing.toml"):
+        for file in ("cubesat.toml", "cubesat_wheel.toml", "zero_crossing_model.toml"):
             (folder / file).write_text((EXAMPLES / file).read_text())
         if bend is not None:
             wheel = folder / "cubesat_wheel.toml"
@@ -33,7 +33,7 @@ def scenario(bend=None, ratio=None):
             damping = 2.0 * ratio * (stiffness * ROTOR) ** 0.5
             text = wheel.read_text().replace('"stribeck"', '"lugre"')
             wheel.write_text(f"{text}stiffness = {stiffness}\ndamping = {damping}\n")
-        return read_scenario(folder / "zero_crossing.toml")
+        return read_scenario(folder / "zero_crossing_model.toml")
 
 
 def elapsed(flown, runs):

@@ -2,7 +2,7 @@
 
 python benchmarks/campaign.py [--runs 20000] [--duration 40] [--period 0.25] [--engine lanes]
 
-The cubesat of examples/scenarios/zero_crossing.toml. Each campaign is a process of its own, so that
+The cubesat of `zero_crossing_model.toml`. Each campaign is a process of its own, so that
 peaks are its own; the first, a short one, compiles.
 """
 
@@ -28,7 +28,7 @@ def fly(runs, duration, period, engine, workers):
         folder = Path(name)
         for file in ("cubesat.toml", "cubesat_wheel.toml"):
             (folder / file).write_text((EXAMPLES / file).read_text())
-        text = (EXAMPLES / "zero_crossing.toml").read_text()
+        text = (EXAMPLES / "zero_crossing_model.toml").read_text()
         text = text.replace('"400 s"', str(duration)).replace('after = "60 s"', 'after = "20 s"')
         text = text.replace('control_period = "0.25 s"', f"control_period = {period}")
         (folder / "scenario.toml").write_text(text)

@@ -24,7 +24,7 @@ import gyrostat
 EXAMPLES = Path(__file__).parents[1] / "examples"
 COMMAND = str(Path(sys.executable).with_name("gyrostat"))
 READY = (
-    *("zero_crossing", "wheel_failure", "wheel_failure_found", "wheel_array", "carrara_kuga"),
+    *("zero_crossing_model", "wheel_failure", "wheel_failure_found", "wheel_array", "carrara_kuga"),
     *("carvalho_fenili", "moreira_lopes_kuga", "endo_sekiguchi_nonaka"),
 )
 PAPERS = ("carrara-kuga", "carvalho-fenili", "endo-sekiguchi-nonaka", "moreira-lopes-kuga")
@@ -33,7 +33,7 @@ RECOVERY = (
     *("--wheels", "180rpm,-210rpm,520rpm", "--rate", "1e-3,-2e-3,0"),
     *("--attitude", "0.9239,0,0,0.3827", "--target", "0.9239,0,0,0.3827"),
 )
-NOTEBOOK = "import gyrostat as gs; gs.simulate('zero_crossing.toml')"
+NOTEBOOK = "import gyrostat as gs; gs.simulate('zero_crossing_model.toml')"
 
 
 def seconds(words, cache, folder):
@@ -81,9 +81,9 @@ class Table:
 
 def variant(folder, count, old, new):
     """The scenario with another number."""
-    text = (folder / "zero_crossing.toml").read_text()
+    text = (folder / "zero_crossing_model.toml").read_text()
     if old not in text:
-        raise SystemExit(f"zero_crossing.toml: found no {old!r}")
+        raise SystemExit(f"zero_crossing_model.toml: found no {old!r}")
     path = folder / f"variant_{count}.toml"
     path.write_text(text.replace(old, new, 1))
     return path
@@ -102,7 +102,7 @@ def main():
         for path in (EXAMPLES / "scenarios").glob("*.toml"):
             (folder / path.name).write_text(path.read_text())
         cache, table = folder / "cache", Table(folder, given.repeats)
-        crossing = folder / "zero_crossing.toml"
+        crossing = folder / "zero_crossing_model.toml"
 
         def simulate(k, path=crossing):
             return [COMMAND, "simulate", path, "--out", f"run{k}.nc"]

@@ -3,7 +3,7 @@
     python benchmarks/crossing_zero_spacecraft.py [--runs 200] [--seed 3] [--only PART-OF-A-CASE]
     python benchmarks/crossing_zero_spacecraft.py --worst-case [--runs 2000]
 
-Each case is examples/scenarios/zero_crossing.toml with a change, and each row flies it under one
+Each case is `zero_crossing_model.toml` with a change, and each row flies it under one
 controller, with the same draws and noise. Seed 11 was used to tune; other seeds are for the proof.
 Printed are the 99.7 % percentile of the error over 60 s to 400 s (median, 95 % and largest of the
 runs, deg), the noise of a wheel's torque from sample to sample (µN·m) and, with `--worst-case`, the
@@ -21,7 +21,8 @@ import gyrostat as gs
 from gyrostat.campaigns import Scenario
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "scenarios"
-FILES = ("cubesat.toml", "cubesat_wheel.toml", "zero_crossing.toml")
+SCENARIO = "zero_crossing_model.toml"
+FILES = ("cubesat.toml", "cubesat_wheel.toml", SCENARIO)
 RATE_GAIN, TURN_GAIN, INTEGRAL = 0.8, 0.25, 0.1
 """Gains of `three_axis`, and the third pole of the PID law, 1/s."""
 TACHOMETER, PULSES = 'wheel_sigma = "2 µN·m·s"', "tachometer_pulses = 24"
@@ -81,25 +82,25 @@ def asymmetric(files: dict[str, str]) -> None:
     """Friction of its own for each direction, dispersed independently."""
     wheel = files["cubesat_wheel.toml"].replace('"stribeck"', '"directional"')
     files["cubesat_wheel.toml"] = wheel.replace(STRIBECK, both_directions(STRIBECK))
-    before, *every = files["zero_crossing.toml"].split("[[dispersion]]\n")
+    before, *every = files[SCENARIO].split("[[dispersion]]\n")
     found = []
     for each in every:
         if ".coulomb" in each or ".viscous" in each:
             found += [each.replace('"\n', f'_{way}"\n', 1) for way in ("positive", "negative")]
         else:
             found.append(each)
-    files["zero_crossing.toml"] = "[[dispersion]]\n".join([before, *found])
+    files[SCENARIO] = "[[dispersion]]\n".join([before, *found])
 
 
 def pulses(files: dict[str, str]) -> None:
     """Tachometers of 24 pulses a turn."""
-    files["zero_crossing.toml"] = files["zero_crossing.toml"].replace(TACHOMETER, PULSES)
+    files[SCENARIO] = files[SCENARIO].replace(TACHOMETER, PULSES)
 
 
 def delayed(files: dict[str, str]) -> None:
     """Commands one period late."""
-    text = files["zero_crossing.toml"]
-    files["zero_crossing.toml"] = text.replace("[run]\n", "[run]\ncommand_delay = 1\n")
+    text = files[SCENARIO]
+    files[SCENARIO] = text.replace("[run]\n", "[run]\ncommand_delay = 1\n")
 
 
 def bristles(files: dict[str, str]) -> None:
@@ -112,7 +113,7 @@ def bristles(files: dict[str, str]) -> None:
 
 def wider(files: dict[str, str]) -> None:
     """Coulomb torque with a standard deviation of 50 %."""
-    files["zero_crossing.toml"] = files["zero_crossing.toml"].replace('"20 %"', '"50 %"')
+    files[SCENARIO] = files[SCENARIO].replace('"20 %"', '"50 %"')
 
 
 def frictionless(files: dict[str, str]) -> None:
@@ -127,7 +128,7 @@ def frictionless(files: dict[str, str]) -> None:
 
 def at_rest(files: dict[str, str]) -> None:
     """No external torque, and wheels that start at rest."""
-    text = files["zero_crossing.toml"]
+    text = files[SCENARIO]
     for old, new in (
         ('["3 µN·m", "-3 µN·m", "1 µN·m"]', "[0.0, 0.0, 0.0]"),
         ('["150 rpm", "-250 rpm", "250 rpm", "-150 rpm"]', "0.0"),
@@ -136,7 +137,7 @@ def at_rest(files: dict[str, str]) -> None:
     ):
         assert old in text
         text = text.replace(old, new)
-    files["zero_crossing.toml"] = text
+    files[SCENARIO] = text
 
 
 CASES = {
@@ -177,7 +178,7 @@ def written(folder: Path, changes: Iterable) -> Path:
         change(files)
     for name, text in {**files, "pid.py": PID}.items():
         (folder / name).write_text(text, encoding="utf-8")
-    return folder / "zero_crossing.toml"
+    return folder / SCENARIO
 
 
 def scenario(path: Path, options: dict) -> Scenario:

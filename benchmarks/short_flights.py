@@ -34,7 +34,7 @@ target = [0.9659258, 0.0, 0.258819, 0.0]    # 30 deg about y
 # name -> scenario file, its changes
 FLIGHTS = {
     "crossing": (
-        "zero_crossing.toml",
+        "zero_crossing_model.toml",
         {
             'duration = "400 s"': 'duration = "10 s"',
             'after = "60 s"': 'after = "2 s"',

@@ -2,7 +2,7 @@
 
 python benchmarks/soak_drivers.py [--shuffles 200] [--runs 128] [--quick] [--campaign DIR]
 
-A campaign of examples/scenarios/zero_crossing.toml, shortened to 60 s, is flown in this process, or
+A campaign of `zero_crossing_model.toml`, shortened to 60 s, is flown in this process, or
 the table of a finished one is read. Then its draws are shuffled against its metrics, so that
 nothing drives anything; and keys of known correlation with one metric are planted among the
 shuffled ones. Exit code 1 where more shuffled campaigns name a driver than the 99 % limit at a
@@ -37,7 +37,7 @@ def flown(runs):
         folder = Path(name)
         for file in ("cubesat.toml", "cubesat_wheel.toml"):
             (folder / file).write_text((EXAMPLES / file).read_text())
-        text = (EXAMPLES / "zero_crossing.toml").read_text()
+        text = (EXAMPLES / "zero_crossing_model.toml").read_text()
         text = text.replace('"400 s"', '"60 s"').replace('after = "60 s"', 'after = "20 s"')
         (folder / "scenario.toml").write_text(text)
         scenario = read_scenario(folder / "scenario.toml")

@@ -341,7 +341,7 @@ def prepared(folder):
     work_once()
     for name in ("cubesat.toml", "cubesat_wheel.toml"):
         shutil.copy(EXAMPLES / name, folder)
-    text = (EXAMPLES / "zero_crossing.toml").read_text(encoding="utf-8")
+    text = (EXAMPLES / "zero_crossing_model.toml").read_text(encoding="utf-8")
     text = text.replace('"400 s"', '"40 s"').replace('after = "60 s"', 'after = "20 s"')
     text = text[: text.index("[[dispersion]]")] + DISPERSION
     (folder / "scenario.toml").write_text(text, encoding="utf-8")

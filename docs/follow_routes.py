@@ -29,11 +29,11 @@ ROUTES = {
         f"identify {EXAMPLES}/wheel_profile2.csv --inertia 1.5e-3 --speed-sigma 5rpm --out {{out}}"
     ),
     "a scenario through a campaign": (
-        f"campaign {EXAMPLES}/scenarios/zero_crossing.toml --runs 8 --seed 1 --workers 1 "
+        f"campaign {EXAMPLES}/scenarios/zero_crossing_model.toml --runs 8 --seed 1 --workers 1 "
         "--out {out}"
     ),
     "a wheel through simulate": (
-        f"simulate {EXAMPLES}/scenarios/zero_crossing.toml --out {{out}}/run.nc"
+        f"simulate {EXAMPLES}/scenarios/zero_crossing_model.toml --out {{out}}/run.nc"
     ),
     "a compensator through export": (
         f"export {EXAMPLES}/scenarios/table_wheel.toml --to c --what compensator --period 100ms "

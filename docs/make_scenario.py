@@ -195,6 +195,7 @@ Keys:
 """
 READY = {
     "zero_crossing": "An external torque drives a cubesat's four wheels through zero speed.",
+    "zero_crossing_model": "The same, with plainer friction compensation by a model alone.",
     "wheel_failure": (
         "One of four wheels fails. The controller is notified, allocates torque to the others and "
         "rotates the spacecraft."

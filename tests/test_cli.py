@@ -365,12 +365,12 @@ def test_a_wheel_that_cannot_exist_exits_1_and_is_refused_without_force(run, tmp
 
 @pytest.mark.parametrize("verb", ["simulate", "campaign"])
 def test_a_flight_with_a_wheel_marked_as_impossible_needs_force(run, tmp_path, verb):
-    for name in ("zero_crossing.toml", "cubesat.toml", "cubesat_wheel.toml"):
+    for name in ("zero_crossing_model.toml", "cubesat.toml", "cubesat_wheel.toml"):
         text = (EXAMPLE.parent / "scenarios" / name).read_text(encoding="utf-8")
         (tmp_path / name).write_text(text.replace("coulomb = 2.0e-05", "coulomb = -2.0e-05"))
     wheel = tmp_path / "cubesat_wheel.toml"
     wheel.write_text(wheel.read_text() + '\n[validity]\nimpossible = "coulomb is negative"\n')
-    words = (verb, tmp_path / "zero_crossing.toml", "--out", tmp_path / "out.nc")
+    words = (verb, tmp_path / "zero_crossing_model.toml", "--out", tmp_path / "out.nc")
     words += ("--runs", "2", "--seed", "1") if verb == "campaign" else ()
     code, _, err = run(*words)
     assert code == 2

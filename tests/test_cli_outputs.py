@@ -15,7 +15,7 @@ VERBS = {
     "bench": ("r.csv", "r.csv", (MODEL, "--duration", "20")),
     "holdable": ("report.html", "", (WHEELS, "--momentum", "0,0,0", *ATTITUDE)),
     "recover": ("run.nc", "", (WHEELS, "--failed", "x=seized", "--wheels", "0,0,0", *ATTITUDE)),
-    "simulate": ("r.html", "r.nc", (EXAMPLES / "scenarios" / "zero_crossing.toml",)),
+    "simulate": ("r.html", "r.nc", (EXAMPLES / "scenarios" / "zero_crossing_model.toml",)),
     "export": ("wheel.json", "", (MODEL, "--to", "json")),
     "reproduce": ("claims.json", "", ("carrara-kuga", "--quick")),
 }

@@ -90,7 +90,7 @@ def test_the_variables_limit_numpy_and_xla(tmp_path):
 def test_a_campaign_with_a_common_set_is_replayed_with_it(tmp_path):
     if not instructions.COMMON[V3].needed <= instructions._features():
         pytest.skip(f"processor without {V3}")
-    scenario = EXAMPLES / "zero_crossing.toml"
+    scenario = EXAMPLES / "zero_crossing_model.toml"
     start = ["campaign", str(scenario), "--runs", "4", "--worst", "0", "--out", "runs"]
     program = (
         "import sys; from gyrostat.cli import main\n"

@@ -44,7 +44,7 @@ def test_an_export_without_a_part_names_the_options_of_each_part(run):
 
 
 def test_the_export_of_a_scenario_or_a_data_sheet_needs_no_part(run):
-    scenario = EXAMPLES / "scenarios" / "zero_crossing.toml"
+    scenario = EXAMPLES / "scenarios" / "zero_crossing_model.toml"
     for words, last in (((scenario, "--to", "c"), "--out"), ((MODEL, "--to", "json"), "--out")):
         _, _, err = run("export", *words)
         assert err == f"error: export: missing {last} (see gyrostat export --help)\n"

@@ -37,14 +37,14 @@ sigma = "10 %"
 @pytest.fixture(scope="module")
 def scenario(tmp_path_factory):
     folder = tmp_path_factory.mktemp("flexible")
-    for name in ("zero_crossing.toml", "cubesat.toml", "cubesat_wheel.toml"):
+    for name in ("zero_crossing_model.toml", "cubesat.toml", "cubesat_wheel.toml"):
         text = (EXAMPLES / name).read_text()
         if name == "cubesat.toml":
             text = text.replace("inertia = [0.06", 'mass = "8 kg"\ninertia = [0.06') + APPENDAGES
-        if name == "zero_crossing.toml":
+        if name == "zero_crossing_model.toml":
             text += DISPERSION
         (folder / name).write_text(text)
-    return read_scenario(folder / "zero_crossing.toml")
+    return read_scenario(folder / "zero_crossing_model.toml")
 
 
 def test_the_plant_of_a_run_has_its_modes(scenario):

@@ -58,6 +58,8 @@ def gains(scenario: Scenario) -> tuple[float, float]:
 
 @pytest.mark.parametrize("path", sorted(EXAMPLES.glob("*.toml")), ids=lambda path: path.stem)
 def test_ready_scenarios_state_what_a_default_would_change(path):
+    if path.stem == "zero_crossing":  # shows the defaults
+        return
     controller = tomllib.loads(path.read_text()).get("controller", {})
     assert STATED.get(controller.get("kind"), set()) <= set(controller)
 
@@ -119,12 +121,10 @@ def test_a_stored_scenario_keeps_the_values_that_it_was_made_with(read):
 
 
 def test_a_file_that_states_nothing_points_as_well_as_is_known(tmp_path):
-    for name in ("cubesat.toml", "cubesat_wheel.toml", "zero_crossing.toml"):
-        text = (EXAMPLES / name).read_text()
-        lines = [line for line in text.splitlines() if not line.startswith(("torque_time", "band"))]
-        text = "\n".join(lines).replace('"friction_model"', '"estimating"')
-        (tmp_path / name).write_text(text)
-    runs = gs.campaign(tmp_path / "zero_crossing.toml", 64, tmp_path / "runs", seed=21, worst=0)
+    stated = tomllib.loads((EXAMPLES / "zero_crossing.toml").read_text())
+    assert set(stated["controller"]) == {"kind", "target"}
+    assert stated["compensator"] == {"kind": "estimating"}
+    runs = gs.campaign(EXAMPLES / "zero_crossing.toml", 64, tmp_path / "runs", seed=21, worst=0)
     assert np.all(runs.status.values == 0)
     # without an estimate of the external torque: 0.028 deg
     assert np.degrees(np.quantile(runs["error_p99.7"].values, 0.95)) < 0.009

@@ -10,7 +10,7 @@ from gyrostat.codegen.jax_versions import LOWEST, NEWEST, UnsupportedVersionErro
 from gyrostat.core.jax64 import jax
 
 ROOT = Path(__file__).parents[2]
-SCENARIO = ROOT / "examples" / "scenarios" / "zero_crossing.toml"
+SCENARIO = ROOT / "examples" / "scenarios" / "zero_crossing_model.toml"
 FOUND = "JAX: found version 0.99.1, expected 0.10 to 0.12 to generate C"
 
 
