@@ -34,6 +34,7 @@ from gyrostat.papers.carrara_kuga.table import limit_cycle
 from gyrostat.papers.reproduction import Run
 from gyrostat.simulation import Telemetry, bench_record
 from gyrostat.wheel import speed_response
+from gyrostat.wheel.friction.base import trial_values
 
 RPM = math.pi / 30.0
 NAMES = ("motor_constant", "viscous", "coulomb", "static")
@@ -198,7 +199,8 @@ def plain_iteration_succeeds(record, start):
     """
     x = np.array(start)
     for _ in range(30):
-        wheel = Column(*(1.5e-3 * x)).wheel()
+        with trial_values():  # also on the way to negative parameters
+            wheel = Column(*(1.5e-3 * x)).wheel()
         residual = record.speed - modelled_speed(wheel, record.time, record.current, 0.0)
         slope = slopes(jnp.asarray(x), record.time, record.current)
         rows = np.vstack([np.diag(1.0 / PRIOR), np.asarray(slope) / (5.0 * RPM)])

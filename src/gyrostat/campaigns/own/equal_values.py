@@ -193,8 +193,18 @@ def _reduced(value: Any) -> tuple[Any, ...] | None:
 def _is_compiled(kind: type) -> bool:
     """Whether instances have a state that Python does not show."""
     known = (object, *CONTAINERS, *PLAIN[:4], bytes, str)
-    heap = 1 << 9  # Py_TPFLAGS_HEAPTYPE: a class that Python code defines
-    return any(not base.__flags__ & heap and base not in known for base in kind.__mro__)
+    return any(base not in known and _is_in_c(base) for base in kind.__mro__)
+
+
+def _is_in_c(kind: type) -> bool:
+    """Whether a class has methods of its own in C; classes of extensions can be heap types."""
+    return any(
+        isinstance(entry, types.WrapperDescriptorType | types.MethodDescriptorType)
+        and entry.__objclass__ is kind
+        or isinstance(entry, types.BuiltinFunctionType)
+        and entry.__self__ is kind
+        for entry in vars(kind).values()
+    )
 
 
 def _state(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
