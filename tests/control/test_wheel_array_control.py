@@ -239,7 +239,7 @@ def test_targets_come_at_their_times():
         ({"detector": WheelFaultDetector(notified=np.nan)}, "notified"),
         ({"detector": WheelFaultDetector(failure_torque=0.0)}, "failure torque"),
         ({"unloading": MomentumUnloading(np.ones(3), 0.0)}, "gain of the momentum"),
-        ({"spacecraft": Spacecraft(np.eye(3), WheelArray(AXES, np.ones(4)))}, "torque_limit"),
+        ({"spacecraft": Spacecraft(9.0 * np.eye(3), WheelArray(AXES, np.ones(4)))}, "torque_limit"),
     ],
 )
 def test_a_controller_that_cannot_work_is_refused(changes, message):

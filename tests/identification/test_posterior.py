@@ -106,7 +106,10 @@ def test_the_coordinates_reach_every_possible_wheel_and_no_other():
 
 def test_without_the_sampler_one_line_says_so(record, monkeypatch):
     monkeypatch.setattr(posterior_sampler, "find_spec", lambda name: None)
-    with pytest.raises(gs.InputError, match=r"--posterior: found no blackjax, expected the packages of the extra posterior"):
+    with pytest.raises(
+        gs.InputError,
+        match=r"found no blackjax, expected the packages of the extra posterior",
+    ):
         gs.identify(record(), inertia=1.5e-3, posterior=True)
 
 

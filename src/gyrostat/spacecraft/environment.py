@@ -12,7 +12,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
-from gyrostat.core.checked import Checked, positive, signed, size
+from gyrostat.core.checked import Checked, positive, signed, size, within
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.rotations import to_body
@@ -21,6 +21,10 @@ from gyrostat.spacecraft.orbit.earth import EARTH, EARTH_RADIUS
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.wheel.array import listed, zeros
+
+_inclination = within(
+    "orbit: inclination", "0 to pi rad", lambda value: (value >= 0.0) & (value <= np.pi), "rad"
+)
 
 
 class CircularOrbit(Checked):
@@ -34,7 +38,7 @@ class CircularOrbit(Checked):
     """
 
     rate: Annotated[Scalar, positive("orbital rate", "rad/s")]
-    inclination: Annotated[Scalar, signed("size of the orbit's inclination", "rad")] = 0.0
+    inclination: Annotated[Scalar, _inclination] = 0.0
     ascending_node: Annotated[Scalar, signed("size of the orbit's ascending_node", "rad")] = 0.0
     latitude: Annotated[Scalar, signed("size of the orbit's latitude", "rad")] = 0.0
 

@@ -77,6 +77,27 @@ class Spacecraft(Checked):
     )
     surfaces: Surfaces | None = None
 
+    def check_own(self) -> None:
+        """Compare the inertia of the body with that of the rotors in it.
+
+        A rotor of spin inertia I about its axis a has at least I / 2 across it (thin disc), which
+        is part of the body's inertia: J - sum I (E - a a') / 2 is positive definite.
+
+        Raises:
+            InputError: It is not.
+        """
+        axes, rotors = np.asarray(self.wheels.axes), np.asarray(self.wheels.inertia)
+        inertia = np.asarray(self.inertia, dtype=float)
+        across = np.eye(3) - np.einsum("...iw,...jw->...wij", axes, axes)
+        rotor = np.sum(0.5 * (rotors * np.ones(axes.shape[-1]))[..., None, None] * across, axis=-3)
+        least = np.linalg.eigvalsh(inertia - rotor)[..., 0]
+        if np.any(least <= 0.0):
+            smallest = np.min(np.linalg.eigvalsh(inertia))
+            raise InputError(
+                f"body inertia: found the principal inertia {smallest:g} kg·m² with wheels of "
+                f"{np.max(rotors):g} kg·m², expected more than that of the wheels inside the body"
+            )
+
     def inertia_locked(self) -> Float[Array, "3 3"]:
         """Inertia with all rotors locked to the body, (3, 3), kg·m²."""
         axes = jnp.asarray(self.wheels.axes)

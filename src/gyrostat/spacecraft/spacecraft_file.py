@@ -135,7 +135,8 @@ def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> Spa
     )
     surfaces = read_surfaces(path, table)
     spacecraft = Spacecraft(jax.device_put(inertia), array, **_mass(path, body), surfaces=surfaces)
-    spacecraft.check()
+    with placed(str(path)):
+        spacecraft.check()
     found = SpacecraftFile(
         name_text(path, "body.name", body.get("name", "")),
         names,

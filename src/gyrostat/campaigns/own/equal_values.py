@@ -199,10 +199,11 @@ def _is_compiled(kind: type) -> bool:
 def _is_in_c(kind: type) -> bool:
     """Whether a class has methods of its own in C; classes of extensions can be heap types."""
     return any(
-        isinstance(entry, types.WrapperDescriptorType | types.MethodDescriptorType)
-        and entry.__objclass__ is kind
-        or isinstance(entry, types.BuiltinFunctionType)
-        and entry.__self__ is kind
+        (
+            isinstance(entry, types.WrapperDescriptorType | types.MethodDescriptorType)
+            and entry.__objclass__ is kind
+        )
+        or (isinstance(entry, types.BuiltinFunctionType) and entry.__self__ is kind)
         for entry in vars(kind).values()
     )
 

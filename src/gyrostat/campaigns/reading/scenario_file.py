@@ -12,6 +12,7 @@ import numpy as np
 
 from gyrostat.campaigns.components import ESTIMATOR_OF
 from gyrostat.campaigns.kinds import KINDS, component, fitting_estimator, measured
+from gyrostat.campaigns.metrics.results import check_window_names
 from gyrostat.campaigns.own.parts import OWN
 from gyrostat.campaigns.own.trial import try_shapes
 from gyrostat.campaigns.plans import designs_of, plans_of
@@ -175,6 +176,7 @@ def validated(scenario: Scenario) -> Scenario:
         InputError: A part refuses its parameters or cannot be used.
     """
     check_windows(scenario)
+    check_window_names(scenario)
     check_requirements(scenario)
     if scenario.sources:
         # tracing finds most mistakes in Python, before the first sample is compiled

@@ -37,6 +37,15 @@ class Trajectory(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
+def require_inclination(value: float) -> None:
+    """Check an inclination, rad; raises `InputError` outside of 0 to pi."""
+    if not 0.0 <= value <= np.pi:
+        raise InputError(
+            f"orbit: inclination: found {value:g} rad ({np.degrees(value):.6g} deg), expected 0 to "
+            "pi rad (180 deg)"
+        )
+
+
 @final
 @dataclass(frozen=True)
 class KeplerElements:
@@ -71,7 +80,8 @@ class KeplerElements:
             raise InputError(
                 f"orbit: found the eccentricity {self.eccentricity:g}, expected 0 to below 1"
             )
-        for name in ("inclination", "ascending_node", "perigee", "true_anomaly"):
+        require_inclination(self.inclination)
+        for name in ("ascending_node", "perigee", "true_anomaly"):
             magnitude(f"orbit: {name}", getattr(self, name), "rad")
         lowest = self.semi_major_axis * (1.0 - self.eccentricity) - EARTH_RADIUS
         if lowest <= 0.0:
@@ -163,7 +173,8 @@ class CircularElements:
             InputError: The altitude is not above 0, or an angle is not finite.
         """
         require("orbit: altitude", self.altitude, "m", positive=True)
-        for name in ("inclination", "ascending_node", "latitude"):
+        require_inclination(self.inclination)
+        for name in ("ascending_node", "latitude"):
             magnitude(f"orbit: {name}", getattr(self, name), "rad")
 
     @property

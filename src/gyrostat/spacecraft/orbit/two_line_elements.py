@@ -20,6 +20,25 @@ MOST_DAYS = 30.0
 """Largest time between the run and the epoch of the elements, days."""
 LENGTH = 69
 """Characters of a line."""
+_FIELDS = {
+    1: {
+        "satellite number": (2, 7),
+        "epoch": (18, 32),
+        "first derivative of the mean motion": (33, 43),
+        "second derivative of the mean motion": (44, 52),
+        "drag term": (53, 61),
+    },
+    2: {
+        "satellite number": (2, 7),
+        "inclination": (8, 16),
+        "ascending node": (17, 25),
+        "eccentricity": (26, 33),
+        "argument of perigee": (34, 42),
+        "mean anomaly": (43, 51),
+        "mean motion": (52, 63),
+    },
+}
+"""Line -> field -> its columns. The library reads what stands before a blank inside a field."""
 _NUMBERS = ("epochdays", "bstar", "inclo", "nodeo", "ecco", "argpo", "mo", "no_kozai")
 
 
@@ -51,6 +70,7 @@ class TwoLineElements:
                     f"{self.where}, line {number}: found {line!r}, expected {LENGTH} characters "
                     f"that begin with {number}"
                 )
+            _require_fields(line, f"{self.where}, line {number}", _FIELDS[number])
             found, wanted = line[-1], str(checksum(line))
             if found != wanted:
                 raise InputError(
@@ -160,6 +180,20 @@ class TwoLineElements:
             reason = library("sgp4.api").SGP4_ERRORS.get(code, f"error {code}")
             when = "" if time is None else f" at {time:g} s"
             raise InputError(f"{self.where}: found {reason!r}{when} by SGP4, expected an orbit")
+
+
+def _require_fields(line: str, where: str, fields: dict[str, tuple[int, int]]) -> None:
+    """Check that each field of a line is one word in ASCII; raises `InputError`."""
+    if not line.isascii():
+        odd = next(c for c in line if not c.isascii())
+        raise InputError(f"{where}: found the character {odd!r}, expected ASCII only")
+    for name, (first, last) in fields.items():
+        text = line[first:last]
+        if len(text.split()) != 1:
+            raise InputError(
+                f"{where}, columns {first + 1} to {last}: found {text!r} as {name}, expected a "
+                "number without blanks inside"
+            )
 
 
 def checksum(line: str) -> int:
