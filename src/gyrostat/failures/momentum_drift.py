@@ -80,3 +80,13 @@ def feasible_attitudes(
     """
     rests = [nearest_attitude(Case.of(spacecraft, each, failed), target) for each in momenta]
     return np.array([np.full(4, np.nan) if rest is None else rest.attitude for rest in rests])
+
+
+def rates_of(attitudes: Matrix, period: float) -> Vector:
+    """Rate of turn of a history of attitudes, (samples,), rad/s; at least two samples.
+
+    Args:
+        attitudes: Attitudes, (samples, 4), without a change of sign.
+        period: Time between two samples, s.
+    """
+    return 2.0 * np.linalg.norm(np.gradient(attitudes, period, axis=0), axis=1)

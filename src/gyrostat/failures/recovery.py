@@ -18,7 +18,12 @@ from gyrostat.core.stored_trees import stored_tree_function
 from gyrostat.core.types import Vector
 from gyrostat.failures.braking import BrakeGain, earliest_settling, with_brakes, without_brakes
 from gyrostat.failures.feasibility import Holdable, holdable
-from gyrostat.failures.momentum_drift import MomentumDrift, feasible_attitudes, momentum_drift
+from gyrostat.failures.momentum_drift import (
+    MomentumDrift,
+    feasible_attitudes,
+    momentum_drift,
+    rates_of,
+)
 from gyrostat.failures.query import vector
 from gyrostat.failures.recovery_plan import Loss, RecoveryPlan, plan_recovery
 from gyrostat.simulation import Status
@@ -52,7 +57,8 @@ class Recovery:
         gains: Index of each failed wheel that turns and is not braked -> what braking it with the
             torque limit of its motor would bring. Empty without such a limit.
         drift: Drift of the feasible attitude; None without external torque. With it, `error` is the
-            angle to the attitude that is feasible at the momentum of each sample.
+            angle to the attitude that is feasible at the momentum of each sample, and settled means
+            a rate at most `RATE` above that of this attitude.
     """
 
     plan: RecoveryPlan
@@ -235,28 +241,31 @@ def recover(
     timing |= {"start": start, "stored": True}
     flown = simulated(plant, controller, SpacecraftSensor(plant), **timing)
     attitudes, aim = flown.variables["attitude"].values, plan.answer.attitude
+    turning: Any = 0.0
     if drift is None:
         errors = np.asarray(_errors(attitudes, aim))
     else:
         momenta = np.asarray(flown.variables["momentum"].values)
         feasible = feasible_attitudes(spacecraft, momenta, kept, aim)
+        turning = rates_of(feasible, control_period)
         errors = np.asarray(_errors_to_each(attitudes, feasible))
     about = {"units": "rad", "long_name": "angle to the feasible attitude"}
     error = Signal(("time",), errors, about)
     flown = replace(flown, variables={**flown.variables, "error": error})
-    settle = settling_time(flown.arrays())
+    settle = settling_time(flown.arrays(), turning)
     reason = "" if settle is not None else _why_not(flown.arrays())
     return Recovery(plan, flown, settle, reason, earliest, other, gains, drift)
 
 
-def settling_time(flight: Mapping[Any, Any]) -> float | None:
+def settling_time(flight: Mapping[Any, Any], turning: Any = 0.0) -> float | None:
     """Time after which error and body rate stay small to the end of a run, s, or None.
 
     Args:
         flight: Histories of the run: name -> array, or what can be converted to one.
+        turning: Rate at which the feasible attitude turns, (samples,) or one value, rad/s.
     """
     rate = np.linalg.norm(np.asarray(flight["rate"]), axis=1)
-    out = ~((np.asarray(flight["error"]) < ANGLE) & (rate < RATE))
+    out = ~((np.asarray(flight["error"]) < ANGLE) & (rate < RATE + turning))
     if out[-1]:
         return None
     return float(flight["time"][len(out) - np.argmax(out[::-1]) if out.any() else 0])
@@ -269,4 +278,6 @@ def _why_not(flight: Mapping[str, Any]) -> str:
     if status != Status.COMPLETE:
         return f"the run ended at {until:g} s: the body rate is above the limit of the simulation"
     left = float(np.degrees(flight["error"][-1]))
+    if np.isnan(left):
+        return f"no attitude is feasible at the end, {until:g} s: the total momentum has changed"
     return f"not settled at the end, {until:g} s: {left:.3g} deg from the target attitude"

@@ -120,12 +120,8 @@ class MomentumRecovery(Checked):
             measured = total.updated(attitude, self._measured(measurement), self.momentum_time)
             # without the speed of a failed wheel the momentum is not measured
             unknown = self._is_unknown(measurement)
-            total = MomentumEstimate(
-                *(
-                    jnp.where(unknown, *pair)
-                    for pair in zip(total.predicted(), measured, strict=True)
-                )
-            )
+            pairs = zip(total.predicted(), measured, strict=True)
+            total = MomentumEstimate(*(jnp.where(unknown, *pair) for pair in pairs))
             law = replace(law, total_momentum=total.momentum)
         body = rotations.to_body(attitude, law.total_momentum)
         followed, following = None, None
