@@ -48,6 +48,10 @@ def recover(
     ] = None,
     duration: Annotated[str, typer.Option(help="Simulated time, s or with a unit.")] = "600",
     period: Annotated[str, typer.Option(help="Control period, s or with a unit.")] = "0.5",
+    external_torque: Annotated[
+        str | None,
+        typer.Option(help="Constant external torque X,Y,Z, body axes, N·m or with units."),
+    ] = None,
     scalar_last: ScalarLast = False,
     force: Force = False,
     json_output: Json = False,

@@ -9,6 +9,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
 
+from gyrostat.control import MomentumRecovery
 from gyrostat.core.arrays import Quaternion, Vector3
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
@@ -17,6 +18,13 @@ from gyrostat.core.stored_trees import stored_tree_function
 from gyrostat.core.types import Vector
 from gyrostat.failures.braking import BrakeGain, earliest_settling, with_brakes, without_brakes
 from gyrostat.failures.feasibility import Holdable, holdable
+from gyrostat.failures.momentum_drift import (
+    MomentumDrift,
+    feasible_attitudes,
+    momentum_drift,
+    rates_of,
+)
+from gyrostat.failures.query import vector
 from gyrostat.failures.recovery_plan import Loss, RecoveryPlan, plan_recovery
 from gyrostat.simulation import Status
 from gyrostat.simulation.labelled import Labelled, Signal
@@ -28,6 +36,8 @@ if TYPE_CHECKING:
 
 ANGLE, RATE = np.radians(0.05), 1e-4
 """Error, rad, and body rate, rad/s: settled if both stay below these values."""
+MOMENTUM_TIME = 20.0
+"""Time constant of the momentum estimate under an external torque, s."""
 
 
 @dataclass(frozen=True)
@@ -46,6 +56,9 @@ class Recovery:
         without_brakes: The same recovery with no wheel braked; None if none is.
         gains: Index of each failed wheel that turns and is not braked -> what braking it with the
             torque limit of its motor would bring. Empty without such a limit.
+        drift: Drift of the feasible attitude; None without external torque. With it, `error` is the
+            angle to the attitude that is feasible at the momentum of each sample, and settled means
+            a rate at most `RATE` above that of this attitude.
     """
 
     plan: RecoveryPlan
@@ -55,6 +68,7 @@ class Recovery:
     earliest: Mapping[int, float] = field(default_factory=dict)
     without_brakes: "Recovery | None" = None
     gains: Mapping[int, BrakeGain] = field(default_factory=dict)
+    drift: MomentumDrift | None = None
 
     @property
     def is_too_short(self) -> bool:
@@ -87,6 +101,7 @@ class Recovery:
             "holdable": self.plan.answer.to_dict(),
             "earliest": by_name(self.earliest),
             "gains": by_name({wheel: asdict(gain) for wheel, gain in self.gains.items()}),
+            "external_torque": None if self.drift is None else asdict(self.drift),
             "without_brakes": None if other is None else other.to_dict(names),
         }
 
@@ -127,6 +142,14 @@ def _errors(attitudes: Float[Array, "samples 4"], target: Quaternion) -> Any:
     return jax.vmap(error_angle, in_axes=(0, None))(attitudes, target)
 
 
+@stored_tree_function
+def _errors_to_each(
+    attitudes: Float[Array, "samples 4"], targets: Float[Array, "samples 4"]
+) -> Any:
+    """Angles between attitudes and their targets, (samples,), rad."""
+    return jax.vmap(error_angle)(attitudes, targets)
+
+
 def recover(
     spacecraft: Spacecraft,
     start: GyrostatState,
@@ -136,6 +159,7 @@ def recover(
     duration: float = 600.0,
     control_period: float = 0.5,
     known: Spacecraft | None = None,
+    external_torque: ArrayLike = (0.0, 0.0, 0.0),
 ) -> Recovery:
     """Simulate a spacecraft from the failure of wheels to the nearest feasible attitude.
 
@@ -149,6 +173,7 @@ def recover(
         duration: Duration, s, a whole number of control periods.
         control_period: Control period, s.
         known: Model of the spacecraft that the controller uses; None: the true spacecraft.
+        external_torque: Constant external torque, body axes, (3,), N·m.
 
     Raises:
         InputError: An invalid spacecraft, wheel index or time.
@@ -199,33 +224,48 @@ def recover(
             gains[wheel] = BrakeGain(
                 torque, None if stopped.attitude is None else stopped.angle, time
             )
-    plant = Gyrostat(with_brakes(spacecraft, losses), failures)
+    torque = vector(external_torque, 3, "external torque", "N·m")
+    plant = Gyrostat(with_brakes(spacecraft, losses), failures, external_torque=torque)
+    drift = momentum_drift(spacecraft, start.momentum, kept, plan.answer, torque, duration)
     timing: Any = {"duration": duration, "control_period": control_period}
     other = None
     if any(loss.is_braked for loss in losses.values()):
         unbraked = without_brakes(losses)
-        other = recover(spacecraft, start, unbraked, target=target, known=known, **timing)
+        given = {"known": known, "external_torque": torque, **timing}
+        other = recover(spacecraft, start, unbraked, target=target, **given)
     if plan.controller is None or plan.answer.attitude is None:
-        return Recovery(plan, None, None, plan.reason, earliest, other, gains)
+        return Recovery(plan, None, None, plan.reason, earliest, other, gains, drift)
+    controller = plan.controller
+    if drift is not None and isinstance(controller, MomentumRecovery):
+        controller = replace(controller, momentum_time=MOMENTUM_TIME)
     timing |= {"start": start, "stored": True}
-    flown = simulated(plant, plan.controller, SpacecraftSensor(plant), **timing)
-    errors = np.asarray(_errors(flown.variables["attitude"].values, plan.answer.attitude))
+    flown = simulated(plant, controller, SpacecraftSensor(plant), **timing)
+    attitudes, aim = flown.variables["attitude"].values, plan.answer.attitude
+    turning: Any = 0.0
+    if drift is None:
+        errors = np.asarray(_errors(attitudes, aim))
+    else:
+        momenta = np.asarray(flown.variables["momentum"].values)
+        feasible = feasible_attitudes(spacecraft, momenta, kept, aim)
+        turning = rates_of(feasible, control_period)
+        errors = np.asarray(_errors_to_each(attitudes, feasible))
     about = {"units": "rad", "long_name": "angle to the feasible attitude"}
     error = Signal(("time",), errors, about)
     flown = replace(flown, variables={**flown.variables, "error": error})
-    settle = settling_time(flown.arrays())
+    settle = settling_time(flown.arrays(), turning)
     reason = "" if settle is not None else _why_not(flown.arrays())
-    return Recovery(plan, flown, settle, reason, earliest, other, gains)
+    return Recovery(plan, flown, settle, reason, earliest, other, gains, drift)
 
 
-def settling_time(flight: Mapping[Any, Any]) -> float | None:
+def settling_time(flight: Mapping[Any, Any], turning: Any = 0.0) -> float | None:
     """Time after which error and body rate stay small to the end of a run, s, or None.
 
     Args:
         flight: Histories of the run: name -> array, or what can be converted to one.
+        turning: Rate at which the feasible attitude turns, (samples,) or one value, rad/s.
     """
     rate = np.linalg.norm(np.asarray(flight["rate"]), axis=1)
-    out = ~((np.asarray(flight["error"]) < ANGLE) & (rate < RATE))
+    out = ~((np.asarray(flight["error"]) < ANGLE) & (rate < RATE + turning))
     if out[-1]:
         return None
     return float(flight["time"][len(out) - np.argmax(out[::-1]) if out.any() else 0])
@@ -238,4 +278,6 @@ def _why_not(flight: Mapping[str, Any]) -> str:
     if status != Status.COMPLETE:
         return f"the run ended at {until:g} s: the body rate is above the limit of the simulation"
     left = float(np.degrees(flight["error"][-1]))
+    if np.isnan(left):
+        return f"no attitude is feasible at the end, {until:g} s: the total momentum has changed"
     return f"not settled at the end, {until:g} s: {left:.3g} deg from the target attitude"

@@ -12,6 +12,7 @@ from gyrostat.core.outputs import new_files
 from gyrostat.core.text import triple
 from gyrostat.failures import BrakeGain, Loss, Recovery
 from gyrostat.failures.attitude_text import turn_and_angles
+from gyrostat.failures.momentum_drift import MomentumDrift
 from gyrostat.failures.recovery import ANGLE, RATE
 from gyrostat.failures.steps import NextStep
 from gyrostat.reports.chart import held, time_chart
@@ -122,6 +123,8 @@ def rows_of(
             ("nearest attitude (scalar first)", triple(answer.attitude, 9)),
             ("nearest attitude in words", turn_and_angles(answer.attitude)),
         ]
+    if found.drift is not None:
+        rows += drift_rows(found.drift)
     for wheel, time in found.earliest.items():
         bound = f"under any controller, not settled before about {time:.3g} s"
         rows.append((_slowing(file.wheel_names[wheel], losses[wheel]), bound))
@@ -135,9 +138,16 @@ def rows_of(
         rows.append(("law", type(found.plan.controller).__name__))
     if found.histories is not None:
         flight = found.histories.arrays()
+        beyond = " to the end" if found.drift is None else " above the rate of the drift to the end"
         rows += [
-            ("error at the end", degrees(float(flight["error"][-1]))),
-            ("criterion for settled", f"below {degrees(ANGLE)} and {RATE:g} rad/s to the end"),
+            (
+                "error at the end" if found.drift is None else "error to what is feasible then",
+                degrees(float(flight["error"][-1])),
+            ),
+            (
+                "criterion for settled",
+                f"below {degrees(ANGLE)} and {RATE:g} rad/s{beyond}",
+            ),
             ("largest wheel torque", f"{float(np.max(np.abs(flight['torque']))):.3g} N·m"),
             (
                 "largest wheel momentum",
@@ -145,6 +155,17 @@ def rows_of(
             ),
         ]
     return rows + unloading_rows(answer.unload)
+
+
+def drift_rows(drift: MomentumDrift) -> list[tuple[str, str]]:
+    """External torque and what it makes of the feasible attitude, as pairs of name and entry."""
+    size = float(np.linalg.norm(drift.torque))
+    changed = f"the total momentum changes by {drift.momentum:.3g} N·m·s in the simulated time"
+    if drift.angle is None:
+        reached = "no attitude is feasible at the end"
+    else:
+        reached = f"the feasible attitude drifts by about {degrees(drift.angle)} until the end"
+    return [("external torque", f"{size:.3g} N·m: {changed}"), ("drift to be expected", reached)]
 
 
 def _slowing(name: str, loss: Loss) -> str:

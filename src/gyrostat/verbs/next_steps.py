@@ -29,6 +29,7 @@ class Query:
         target: Options that give the target -> their values; None for those that are not given.
         out: Folder of this verb's results.
         brake: Name of each braked wheel -> its brake as given.
+        external_torque: External torque as given; None if none was.
     """
 
     spacecraft: str | Path
@@ -37,6 +38,7 @@ class Query:
     target: Mapping[str, Any]
     out: Path
     brake: Mapping[str, Any] = field(default_factory=dict)
+    external_torque: Any = None
 
     def command(self, verb: str, words: Words, folder: str) -> str:
         """Command line of a verb for the same spacecraft, quoted for a shell.
@@ -148,6 +150,7 @@ def after_recover(
         periods = math.ceil(max(2.0 * duration, latest + duration) / period)
         words = [*_failed(query.failed), *_named("--brake", query.brake)]
         words += [*query.state_words(), *query.target_words()]
+        words += _option("--external-torque", query.external_torque)
         words += ["--duration", f"{periods * period:.12g}"]
         if period != DEFAULT_PERIOD:
             words += ["--period", f"{period:.12g}"]

@@ -11,6 +11,7 @@ from gyrostat.verbs.arguments import (
     Say,
     in_si,
     named,
+    numbers,
     one_attitude,
     silent,
     spacecraft_file,
@@ -40,6 +41,7 @@ def recover(
     euler: str | Iterable[Quantity] | None = None,
     duration: Quantity = 600.0,
     period: Quantity = 0.5,
+    external_torque: str | Iterable[Quantity] | None = None,
     scalar_last: bool = False,
     force: bool = False,
     say: Say = silent,
@@ -66,6 +68,7 @@ def recover(
         euler: Target attitude, 3-1-3 angles (3,), rad.
         duration: Duration of the simulation, s.
         period: Control period, s.
+        external_torque: Constant external torque, body axes, (3,), N·m; zero by default.
         scalar_last: Whether quaternions have their scalar part last.
         force: Whether to replace files that gyrostat did not write.
         say: Function that receives each message for the user.
@@ -99,6 +102,9 @@ def recover(
     source = TelemetryOptions(attitude, attitude_euler, rate, wheels, telemetry, scalar_last)
     now, doubts = source.read(file)
     doubts += target_doubts(target, euler, scalar_last=scalar_last)
+    disturbing = np.zeros(3)
+    if external_torque is not None:
+        disturbing = numbers(external_torque, 3, "torque", "--external-torque")
     losses = losses_of(failures, file, now, brake)
     start = state_of(file.spacecraft, now.attitude, now.rate, now.wheel_speed)
     lost = ", ".join(
@@ -108,7 +114,13 @@ def recover(
     say(f"simulating {file.name or _source(spacecraft)} from the failure of {lost}")
     length, step = in_si(duration, "time", "--duration"), in_si(period, "time", "--period")
     found = simulate(
-        file.spacecraft, start, losses, target=aim, duration=length, control_period=step
+        file.spacecraft,
+        start,
+        losses,
+        target=aim,
+        duration=length,
+        control_period=step,
+        external_torque=disturbing,
     )
     flown = found.histories
     if flown is not None:
@@ -125,7 +137,10 @@ def recover(
         from gyrostat.verbs.next_steps import Query, after_recover
 
         words = named(failed, "--failed", bare=True)
-        query = Query(spacecraft, words, source, options, Path(out), named(brake, "--brake"))
+        query = Query(
+            *(spacecraft, words, source, options, Path(out), named(brake, "--brake")),
+            external_torque=external_torque,
+        )
         total = now.total_momentum(file.spacecraft)
         by_name = {file.wheel_names[k]: value for k, value in kept.items()}
         steps = after_recover(query, found, total, by_name, duration=length, period=step)

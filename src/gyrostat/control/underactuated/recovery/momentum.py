@@ -4,7 +4,7 @@ from dataclasses import replace
 from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 from numpy.typing import ArrayLike
 
 from gyrostat.control.allocation.working_wheels import SPAN, WorkingWheels
@@ -13,6 +13,7 @@ from gyrostat.control.attitude.three_axis_law import ThreeAxisLaw
 from gyrostat.control.attitude.wheel_rate_loop import RateLoopMemory, WheelRateLoop
 from gyrostat.control.guidance.guide import AT_REST, Guide
 from gyrostat.control.underactuated.momentum_angles import momentum_frame
+from gyrostat.control.underactuated.recovery.momentum_estimate import MomentumEstimate
 from gyrostat.control.underactuated.two_wheel_law import NO_WAY, TwoWheelLaw, Way
 from gyrostat.core import rotations
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
@@ -33,11 +34,13 @@ class MomentumRecoveryMemory(NamedTuple):
         wheels: Memory of the rate loop.
         way: Present path to the target.
         external: Estimate of the external torque; None if it is not estimated.
+        total: Estimate of the total momentum; None if it is not estimated.
     """
 
     wheels: RateLoopMemory
     way: Way
     external: ExternalTorqueMemory | None = None
+    total: MomentumEstimate | None = None
 
 
 class MomentumRecovery(Checked):
@@ -63,6 +66,9 @@ class MomentumRecovery(Checked):
         guide: Reference at the sample, see `toward`; None for a target at rest.
         torque_time: Time constant of the estimate of the external torque, which the wheels take up,
             s; None: no estimate, and an external torque causes a constant attitude error.
+        momentum_time: Time constant of the estimate of the total momentum, which an external torque
+            changes, s. The target follows it, and the wheels take up the estimated torque. None:
+            the total momentum of the law is constant.
     """
 
     law: TwoWheelLaw | ThreeAxisLaw
@@ -71,6 +77,7 @@ class MomentumRecovery(Checked):
     rotor_inertia: Float[Array, " wheels"]
     guide: Guide | None = None
     torque_time: Annotated[Scalar | None, limit("torque time", "s")] = None
+    momentum_time: Annotated[Scalar | None, limit("momentum time", "s")] = None
 
     def toward(self, guide: Guide) -> Self:
         """Law that follows a reference.
@@ -89,7 +96,10 @@ class MomentumRecovery(Checked):
         """Initial memory."""
         none = Way(*(jnp.asarray(angle) for angle in NO_WAY))
         external = None if self.torque_time is None else ExternalTorqueMemory.start(period)
-        return MomentumRecoveryMemory(self.law.wheels.start(period), none, external)
+        total = None
+        if self.momentum_time is not None:
+            total = MomentumEstimate.start(self.law.total_momentum, period)
+        return MomentumRecoveryMemory(self.law.wheels.start(period), none, external, total)
 
     def __call__(
         self, memory: MomentumRecoveryMemory, measurement: Any
@@ -105,6 +115,14 @@ class MomentumRecovery(Checked):
         held = self._held(measurement)
         relative = self.rotor_inertia * measurement.wheel_speed
         attitude, inertia = measurement.attitude, jnp.asarray(loop.inertia)
+        total = memory.total
+        if total is not None and self.momentum_time is not None:
+            measured = total.updated(attitude, self._measured(measurement), self.momentum_time)
+            # without the speed of a failed wheel the momentum is not measured
+            unknown = self._is_unknown(measurement)
+            pairs = zip(total.predicted(), measured, strict=True)
+            total = MomentumEstimate(*(jnp.where(unknown, *pair) for pair in pairs))
+            law = replace(law, total_momentum=total.momentum)
         body = rotations.to_body(attitude, law.total_momentum)
         followed, following = None, None
         if self.guide is not None:
@@ -125,6 +143,9 @@ class MomentumRecovery(Checked):
             wanted, change = wanted + followed.carried, change + followed.change
             # the rate loop turns the momentum at the measured rate
             following = followed.torque - jnp.cross(body, followed.carried)
+        if total is not None:
+            disturbing = rotations.to_body(measurement.attitude, total.torque)
+            following = disturbing if following is None else following + disturbing
         external = memory.external
         if external is not None and self.torque_time is not None:
             absolute = relative + self.rotor_inertia * (loop.axes.T @ measurement.rate)
@@ -132,7 +153,7 @@ class MomentumRecovery(Checked):
             external = external.updated(measurement.attitude, whole, self.torque_time)
             following = external.torque if following is None else following + external.torque
         wheels, command = loop(memory.wheels, measurement, body, wanted, change, following)
-        return MomentumRecoveryMemory(wheels, way, external), command
+        return MomentumRecoveryMemory(wheels, way, external, total), command
 
     def predicted(
         self, memory: MomentumRecoveryMemory, measurement: Any, command: WheelTorqueCommand
@@ -145,17 +166,30 @@ class MomentumRecovery(Checked):
             command: Safe command that is sent.
         """
         wheels = self.law.wheels.predicted(memory.wheels, measurement, command)
-        external = memory.external
+        external, total = memory.external, memory.total
         return memory._replace(
-            wheels=wheels, external=None if external is None else external.missed()
+            wheels=wheels,
+            external=None if external is None else external.missed(),
+            total=None if total is None else total.predicted(),
         )
+
+    def _is_unknown(self, measurement: Any) -> Bool[Array, ""]:
+        """Whether the speed of a failed wheel is not measured."""
+        failed = jnp.any(self.failed_axes != 0.0, axis=0)
+        return jnp.any(failed & ~measurement.wheel_measured)
+
+    def _measured(self, measurement: Any) -> Vector3:
+        """Total momentum from body rate and tachometers, body axes, (3,), N·m·s."""
+        loop, rate = self.law.wheels, measurement.rate
+        axes = loop.axes + self.failed_axes
+        absolute = self.rotor_inertia * (measurement.wheel_speed + axes.T @ rate)
+        return jnp.asarray(loop.inertia) @ rate + axes @ absolute
 
     def _held(self, measurement: Any) -> Scalar:
         axes = self.failed_axes
         absolute = self.rotor_inertia * (measurement.wheel_speed + axes.T @ measurement.rate)
-        unknown = jnp.any(jnp.any(axes != 0.0, axis=0) & ~measurement.wheel_measured)
         planned = rotations.to_body(self.law.target, self.law.total_momentum)
-        return self.normal @ jnp.where(unknown, planned, axes @ absolute)
+        return self.normal @ jnp.where(self._is_unknown(measurement), planned, axes @ absolute)
 
     @classmethod
     def plan(
