@@ -1,5 +1,6 @@
 """Environments and external torques that a scenario can name, one entry each."""
 
+from math import pi
 from typing import Any
 
 from gyrostat.campaigns.components import Component, Options
@@ -52,7 +53,7 @@ def _harmonic(options: Options, **given: Any) -> HarmonicTorque:
 _EXTERNAL = {"external_torque": vector("torque", "Constant external torque, in body axes.")}
 ORBIT = {
     "altitude": positive("length", None, "Altitude above the equatorial radius of the Earth."),
-    "inclination": Key("angle", 0.0, "Inclination to the inertial x-y plane."),
+    "inclination": size("angle", 0.0, "Inclination to the inertial x-y plane.", most=pi),
     "ascending_node": Key("angle", 0.0, "Ascending node, from inertial x towards y."),
     "latitude": Key("angle", 0.0, "Initial argument of latitude, from the ascending node."),
 }

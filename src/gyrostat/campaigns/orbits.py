@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from math import tau
+from math import pi, tau
 from typing import Any
 
 import numpy as np
@@ -37,7 +37,7 @@ _INDICES: dict[str, Key] = {
     "ut1_utc": Key("time", 0.0, "UT1 - UTC.", least=-0.9, most=0.9),
 }
 _PLANE: dict[str, Key] = {
-    "inclination": Key("angle", 0.0, "Inclination to the equator of the GCRS."),
+    "inclination": size("angle", 0.0, "Inclination to the equator of the GCRS.", most=pi),
     "ascending_node": Key("angle", 0.0, "Right ascension of the ascending node."),
 }
 

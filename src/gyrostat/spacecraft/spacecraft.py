@@ -53,6 +53,35 @@ def check_inertia(inertia: ArrayLike) -> None:
             )
 
 
+def check_rotors(inertia: ArrayLike, wheels: WheelArray) -> None:
+    """Validate that the inertia of a body with wheels contains that of its rotors.
+
+    The second moments of mass S = tr(J) / 2 - J of the spacecraft without its rotors are positive
+    semidefinite. An axisymmetric rotor of spin inertia I has at least I / 2 across its axis. As J
+    does not contain I, tr(J) / 2 - J - sum of (I / 2) a a^T must be positive definite, with the
+    axes a: a cube with one wheel along each axis has more inertia than a wheel.
+
+    Args:
+        inertia: Inertia without that of each rotor about its spin axis, (3, 3), kg·m².
+        wheels: Wheels of the body.
+
+    Raises:
+        InputError: The inertia is not above that of the rotors.
+    """
+    matrix, axes = np.asarray(inertia, dtype=float), np.asarray(wheels.axes, dtype=float)
+    rotors = (axes * np.asarray(wheels.inertia, dtype=float)) @ axes.T
+    twice = np.trace(matrix) * np.eye(3) - 2.0 * matrix
+    values, vectors = np.linalg.eigh(twice - rotors)
+    if values[0] <= 0.0:
+        along = vectors[:, 0]
+        found, least = along @ twice @ along, along @ rotors @ along
+        raise InputError(
+            f"body inertia: found {found:.4g} kg·m² for tr(J) - 2 n·J n along n = "
+            f"[{', '.join(f'{x:.3g}' for x in along)}], expected more than the {least:.4g} kg·m² "
+            "of the wheels: the body is lighter than its own rotors, or a unit is wrong"
+        )
+
+
 of_a_body = Rule("inertia of a rigid body, kg·m²", check_inertia)
 
 

@@ -37,6 +37,20 @@ class Trajectory(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
+def check_inclination(inclination: float) -> None:
+    """Validate the inclination of an orbit, rad.
+
+    Raises:
+        InputError: It is not finite, or outside 0 to pi.
+    """
+    magnitude("orbit: inclination", inclination, "rad")
+    if not 0.0 <= inclination <= np.pi:
+        raise InputError(
+            f"orbit: found the inclination {inclination:g} rad, {np.degrees(inclination):g} deg, "
+            "expected 0 to 180 deg"
+        )
+
+
 @final
 @dataclass(frozen=True)
 class KeplerElements:
@@ -64,14 +78,16 @@ class KeplerElements:
         """Validate the elements.
 
         Raises:
-            InputError: An element is not finite, the orbit is no ellipse, or it meets the Earth.
+            InputError: An element is not finite, the orbit is no ellipse or meets the Earth, or the
+                inclination is outside 0 to pi.
         """
         require("orbit: semi_major_axis", self.semi_major_axis, "m", positive=True)
         if not 0.0 <= self.eccentricity < 1.0:
             raise InputError(
                 f"orbit: found the eccentricity {self.eccentricity:g}, expected 0 to below 1"
             )
-        for name in ("inclination", "ascending_node", "perigee", "true_anomaly"):
+        check_inclination(self.inclination)
+        for name in ("ascending_node", "perigee", "true_anomaly"):
             magnitude(f"orbit: {name}", getattr(self, name), "rad")
         lowest = self.semi_major_axis * (1.0 - self.eccentricity) - EARTH_RADIUS
         if lowest <= 0.0:
@@ -160,10 +176,12 @@ class CircularElements:
         """Validate the elements.
 
         Raises:
-            InputError: The altitude is not above 0, or an angle is not finite.
+            InputError: The altitude is not above 0, an angle is not finite, or the inclination is
+                outside 0 to pi.
         """
         require("orbit: altitude", self.altitude, "m", positive=True)
-        for name in ("inclination", "ascending_node", "latitude"):
+        check_inclination(self.inclination)
+        for name in ("ascending_node", "latitude"):
             magnitude(f"orbit: {name}", getattr(self, name), "rad")
 
     @property
