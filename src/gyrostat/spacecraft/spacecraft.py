@@ -53,7 +53,7 @@ def check_inertia(inertia: ArrayLike) -> None:
             )
 
 
-def check_rotors(inertia: ArrayLike, wheels: WheelArray) -> None:
+def check_rotors(inertia: ArrayLike, axes: ArrayLike, rotors: ArrayLike) -> None:
     """Validate that the inertia of a body with wheels contains that of its rotors.
 
     The second moments of mass S = tr(J) / 2 - J of the spacecraft without its rotors are positive
@@ -63,18 +63,19 @@ def check_rotors(inertia: ArrayLike, wheels: WheelArray) -> None:
 
     Args:
         inertia: Inertia without that of each rotor about its spin axis, (3, 3), kg·m².
-        wheels: Wheels of the body.
+        axes: Spin axes of unit length, one column for each wheel, (3, wheels).
+        rotors: Inertia of each rotor about its spin axis, (wheels,), kg·m².
 
     Raises:
         InputError: The inertia is not above that of the rotors.
     """
-    matrix, axes = np.asarray(inertia, dtype=float), np.asarray(wheels.axes, dtype=float)
-    rotors = (axes * np.asarray(wheels.inertia, dtype=float)) @ axes.T
+    matrix, columns = np.asarray(inertia, dtype=float), np.asarray(axes, dtype=float)
+    spin = (columns * np.asarray(rotors, dtype=float)) @ columns.T
     twice = np.trace(matrix) * np.eye(3) - 2.0 * matrix
-    values, vectors = np.linalg.eigh(twice - rotors)
+    values, vectors = np.linalg.eigh(twice - spin)
     if values[0] <= 0.0:
         along = vectors[:, 0]
-        found, least = along @ twice @ along, along @ rotors @ along
+        found, least = along @ twice @ along, along @ spin @ along
         raise InputError(
             f"body inertia: found {found:.4g} kg·m² for tr(J) - 2 n·J n along n = "
             f"[{', '.join(f'{x:.3g}' for x in along)}], expected more than the {least:.4g} kg·m² "

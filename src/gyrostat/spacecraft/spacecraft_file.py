@@ -134,7 +134,7 @@ def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> Spa
         **_friction(path, rows, [wheel["model"] for wheel in wheels]),
     )
     with placed(f"{path}: key body.inertia"):
-        check_rotors(inertia, array)
+        check_rotors(inertia, array.axes, array.inertia)
     surfaces = read_surfaces(path, table)
     spacecraft = Spacecraft(jax.device_put(inertia), array, **_mass(path, body), surfaces=surfaces)
     spacecraft.check()

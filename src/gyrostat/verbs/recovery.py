@@ -80,6 +80,7 @@ def recover(
     """
     import numpy as np
 
+    from gyrostat.campaigns.unlikely import unlikely_spacecraft
     from gyrostat.core.outputs import check_outputs
     from gyrostat.failures import recover as simulate
     from gyrostat.failures import state_of
@@ -99,6 +100,7 @@ def recover(
     source = TelemetryOptions(attitude, attitude_euler, rate, wheels, telemetry, scalar_last)
     now, doubts = source.read(file)
     doubts += target_doubts(target, euler, scalar_last=scalar_last)
+    doubts += unlikely_spacecraft(file)
     losses = losses_of(failures, file, now, brake)
     start = state_of(file.spacecraft, now.attitude, now.rate, now.wheel_speed)
     lost = ", ".join(
