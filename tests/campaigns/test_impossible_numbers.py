@@ -18,7 +18,12 @@ INERTIA = "inertia = [0.06, 0.12, 0.14]"
 @pytest.mark.parametrize(
     ("file", "old", "new", "words"),
     [
-        ("cubesat.toml", INERTIA, "inertia = [9e-6, 9e-6, 9e-6]", "that of the wheels inside"),
+        (
+            "cubesat.toml",
+            INERTIA,
+            "inertia = [9e-6, 9e-6, 9e-6]",
+            "the body is lighter than its own rotors",
+        ),
         ("cubesat.toml", INERTIA, "inertia = [0.06, 0.12, 0.19]", "larger than the sum of"),
         ("cubesat.toml", INERTIA, "inertia = [0.0, 0.12, 0.14]", "expected above 0"),
         ("cubesat.toml", INERTIA, "inertia = [0.06, -0.12, 0.14]", "expected above 0"),
@@ -72,13 +77,13 @@ def with_checksum(line):
 @pytest.mark.parametrize(
     ("number", "columns", "text", "words"),
     [
-        (1, (18, 32), "26320 51782528", "as epoch, expected a number without blanks"),
-        (1, (53, 61), " 116 6-4", "as drag term"),
-        (2, (8, 16), " 51 6416", "columns 9 to 16: found ' 51 6416' as inclination"),
-        (2, (17, 25), "        ", "as ascending node"),
-        (2, (26, 33), "000 703", "as eccentricity"),
-        (2, (52, 63), "15.7212 391", "as mean motion"),
-        (2, (8, 16), " 51.64١6", "found the character '١', expected ASCII only"),
+        (1, (18, 32), "26320 51782528", "found the epoch .* without a blank inside"),
+        (1, (53, 61), " 116 6-4", "the drag term"),
+        (2, (8, 16), " 51 6416", "columns 9 to 16: found the inclination ' 51 6416'"),
+        (2, (17, 25), "        ", "the right ascension of the node"),
+        (2, (26, 33), "000 703", "the eccentricity"),
+        (2, (52, 63), "15.7212 391", "the mean motion"),
+        (2, (8, 16), " 51.64١6", "found '١', expected ASCII"),
     ],
 )
 def test_fields_of_elements_are_single_words_in_ascii(number, columns, text, words):

@@ -85,7 +85,8 @@ def check(
     found = call(verbs.check, locals())
     if json_output:
         parts = {name: part.content() for name, part in found.parts.items()}
-        print(json.dumps({"components": found, "parts": parts}, indent=1, ensure_ascii=False))
+        content = {"components": found, "parts": parts, "unlikely": found.unlikely}
+        print(json.dumps(content, indent=1, ensure_ascii=False))
 
 
 def campaign(

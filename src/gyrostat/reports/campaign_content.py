@@ -9,6 +9,7 @@ from gyrostat.campaigns.drivers import find_drivers
 from gyrostat.campaigns.effects import Effects, Inputs, find_effects, inputs_of
 from gyrostat.campaigns.metrics.results import metrics_of, percentile_name
 from gyrostat.campaigns.summary import percentile_of
+from gyrostat.campaigns.unlikely import unlikely_numbers
 from gyrostat.core.text import or_none
 from gyrostat.reports import requirements
 from gyrostat.reports.campaign_run import told
@@ -84,6 +85,7 @@ def campaign_content(
         "seed": known.seed,
         "runs": known.runs,
         "ended": ended,
+        "unlikely": unlikely_numbers(scenario),
         "not_complete": [
             {
                 "run": int(k),

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.campaigns.orbits import planned_orbit
 from gyrostat.campaigns.scenario import Scenario
+from gyrostat.campaigns.unlikely import unlikely_numbers
 from gyrostat.core.outputs import new_files
 from gyrostat.core.text import plain
 from gyrostat.reports.replay import replay_data
@@ -77,6 +78,7 @@ def run_page(
         "campaign_run.html",
         title=title,
         scenario=scenario,
+        unlikely=unlikely_numbers(scenario),
         verdict=run_verdict(values),
         fine=values["status"] == 0,
         rows=metric_rows(scenario, values),

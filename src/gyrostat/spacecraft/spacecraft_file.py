@@ -46,7 +46,7 @@ from gyrostat.core.units import si_unit
 from gyrostat.spacecraft.flexible.appendages import APPENDAGES
 from gyrostat.spacecraft.flexible.modes import FlexibleModes
 from gyrostat.spacecraft.flexible_file import Appendage, modes_of, read_appendages
-from gyrostat.spacecraft.spacecraft import Spacecraft, check_inertia
+from gyrostat.spacecraft.spacecraft import Spacecraft, check_inertia, check_rotors
 from gyrostat.spacecraft.surfaces_file import SURFACES, named_tables, read_surfaces
 from gyrostat.wheel import WheelArray, WheelModel, read_model, read_wheel_sheet
 from gyrostat.wheel.friction_laws import read_law
@@ -133,6 +133,8 @@ def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> Spa
         **{limit: np.array([wheel[limit] for wheel in wheels]) for limit in _LIMITS},
         **_friction(path, rows, [wheel["model"] for wheel in wheels]),
     )
+    with placed(f"{path}: key body.inertia"):
+        check_rotors(inertia, array.axes, array.inertia)
     surfaces = read_surfaces(path, table)
     spacecraft = Spacecraft(jax.device_put(inertia), array, **_mass(path, body), surfaces=surfaces)
     with placed(str(path)):

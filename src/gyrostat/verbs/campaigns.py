@@ -16,7 +16,7 @@ from gyrostat.verbs.arguments import (
     to_stderr,
     whole_numbers,
 )
-from gyrostat.verbs.scenario_check import scenario_of
+from gyrostat.verbs.scenario_check import say_unlikely, scenario_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -110,6 +110,7 @@ def campaign(
     if not found.dispersions:
         place = scenario if isinstance(scenario, str | Path) else found.name
         raise InputError(f"{place}: key dispersion: found none, expected at least one dispersion")
+    say_unlikely(found, say)
     question = None
     if rare is not None or worst_case is not None:
         from gyrostat.verbs import searches

@@ -85,6 +85,7 @@ def feasible(
         InputError: A spacecraft, wheel or direction cannot be used, or existing files would be
             replaced.
     """
+    from gyrostat.campaigns.unlikely import unlikely_spacecraft
     from gyrostat.core.outputs import check_outputs
     from gyrostat.failures import holdable
     from gyrostat.failures.query import unit_quaternion
@@ -112,6 +113,7 @@ def feasible(
     state, doubts = source.read(file) if source.is_given else (None, [])
     changed = differing(failures, file, state)
     doubts += target_doubts(target, euler, scalar_last=scalar_last)
+    doubts += unlikely_spacecraft(file)
     doubts += _changed(changed, failures, file)
     if state is not None:
         total = state.total_momentum(file.spacecraft)

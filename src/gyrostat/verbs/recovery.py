@@ -83,6 +83,7 @@ def recover(
     """
     import numpy as np
 
+    from gyrostat.campaigns.unlikely import unlikely_spacecraft
     from gyrostat.core.outputs import check_outputs
     from gyrostat.failures import recover as simulate
     from gyrostat.failures import state_of
@@ -102,6 +103,7 @@ def recover(
     source = TelemetryOptions(attitude, attitude_euler, rate, wheels, telemetry, scalar_last)
     now, doubts = source.read(file)
     doubts += target_doubts(target, euler, scalar_last=scalar_last)
+    doubts += unlikely_spacecraft(file)
     disturbing = np.zeros(3)
     if external_torque is not None:
         disturbing = numbers(external_torque, 3, "torque", "--external-torque")

@@ -19,9 +19,11 @@ class CheckedScenario(dict[str, str]):
         parts: Section -> what your part in it can be compiled for: `native` and `export` are None,
             or have the operation, file, line and text that keep it from the native engine or from
             an export to C.
+        unlikely: Lines on numbers that are possible, but unlikely.
     """
 
     parts: "dict[str, Support]"
+    unlikely: list[str]
 
 
 def check(
@@ -62,6 +64,7 @@ def check(
     if not isinstance(scenario, str | Path) and not changes:
         validated(found)
     named = CheckedScenario(components_of(found))
+    named.unlikely = say_unlikely(found, say)
     named.parts = supports_of(found, designs_of(found)) if found.sources else {}
     for section, kind in named.items():
         start = f"{section}."
@@ -78,6 +81,16 @@ def check(
     for line in requirement_lines(found):
         say(line)
     return named
+
+
+def say_unlikely(scenario: "Scenario", say: Say) -> list[str]:
+    """Report the numbers of a scenario that are possible, but unlikely, and return the lines."""
+    from gyrostat.campaigns.unlikely import unlikely_numbers
+
+    lines = unlikely_numbers(scenario)
+    for line in lines:
+        say(line)
+    return lines
 
 
 def friction_at_rest(scenario: "Scenario") -> str:

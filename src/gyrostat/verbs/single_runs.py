@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Say, check_device, silent
-from gyrostat.verbs.scenario_check import scenario_of
+from gyrostat.verbs.scenario_check import say_unlikely, scenario_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -94,6 +94,7 @@ def simulated(
     from gyrostat.campaigns.own.trial import say_bad_commands
 
     found = scenario_of(scenario, force=force, changes=changes or {})
+    say_unlikely(found, say)
     say(f"simulating {found.name}: {found.duration:g} s")
     engine = chosen_engine(engine, found, device, say, verify=verify)
     flown = fly(found, seed, None, keep=[0], engine=engine)

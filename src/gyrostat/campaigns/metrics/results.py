@@ -12,7 +12,6 @@ from gyrostat.campaigns.metrics.schema import (
     WINDOW_RESULTS,
 )
 from gyrostat.campaigns.scenario import Scenario, Window
-from gyrostat.core.errors import InputError
 
 
 class Metric(NamedTuple):
@@ -27,17 +26,6 @@ class Metric(NamedTuple):
     unit: str
     meaning: str
     window: str | None = None
-
-
-def check_window_names(scenario: Scenario) -> None:
-    """Check that no window has the name of a metric; raises `InputError`."""
-    metrics = metrics_of(scenario)
-    for window in scenario.windows:
-        if window.name in metrics:
-            raise InputError(
-                f"key metrics.window[{window.name}].name: found the name of a metric, expected "
-                "another name"
-            )
 
 
 def metrics_of(scenario: Scenario) -> dict[str, Metric]:

@@ -11,8 +11,8 @@ from pathlib import Path
 import numpy as np
 
 from gyrostat.campaigns.components import ESTIMATOR_OF
+from gyrostat.campaigns.impossible import check_possible
 from gyrostat.campaigns.kinds import KINDS, component, fitting_estimator, measured
-from gyrostat.campaigns.metrics.results import check_window_names
 from gyrostat.campaigns.own.parts import OWN
 from gyrostat.campaigns.own.trial import try_shapes
 from gyrostat.campaigns.plans import designs_of, plans_of
@@ -101,7 +101,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
     """Scenario from a file; its parts have not been tried."""
     top = opened(path, "a scenario file", SECTIONS)
     craft = read_spacecraft(path.parent / _spacecraft(top), force=force)
-    values: dict[str, float] = dict(_spacecraft_values(craft))
+    values: dict[str, float] = dict(spacecraft_values(craft))
     run = top.table("run", (*RUN, "step", "command_delay"))
     values |= run.numbers(RUN)
     count, substeps = _steps(run, values)
@@ -142,7 +142,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         wheels=craft.wheel_names,
         axes=tuple(map(tuple, np.asarray(craft.spacecraft.wheels.axes).T.tolist())),
         friction=friction,
-        surfaces=_surfaces(craft),
+        surfaces=surface_rows(craft),
         **chosen,
         attitude=start.unit("attitude", 4, (1.0, 0.0, 0.0, 0.0)),
         target=top.table("controller", None).unit("target", 4, (1.0, 0.0, 0.0, 0.0)),
@@ -175,8 +175,8 @@ def validated(scenario: Scenario) -> Scenario:
     Raises:
         InputError: A part refuses its parameters or cannot be used.
     """
+    check_possible(scenario)
     check_windows(scenario)
-    check_window_names(scenario)
     check_requirements(scenario)
     if scenario.sources:
         # tracing finds most mistakes in Python, before the first sample is compiled
@@ -214,7 +214,8 @@ def _spacecraft(top: Table) -> str:
     return found
 
 
-def _spacecraft_values(file: SpacecraftFile) -> dict[str, float]:
+def spacecraft_values(file: SpacecraftFile) -> dict[str, float]:
+    """Numbers of a spacecraft file: full keys of a scenario -> values, SI."""
     wheels, inertia = file.spacecraft.wheels, np.asarray(file.spacecraft.inertia)
     found = {
         f"body.inertia.{end}": float(inertia[AXES.index(end[0]), AXES.index(end[1])])
@@ -240,7 +241,7 @@ def _spacecraft_values(file: SpacecraftFile) -> dict[str, float]:
     return found
 
 
-def _surfaces(craft: SpacecraftFile) -> tuple[tuple[float, ...], ...]:
+def surface_rows(craft: SpacecraftFile) -> tuple[tuple[float, ...], ...]:
     """Facets as rows; see `Scenario.surfaces`."""
     made = craft.spacecraft.surfaces
     return () if made is None else tuple(map(tuple, made.rows().tolist()))

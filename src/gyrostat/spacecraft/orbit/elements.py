@@ -37,12 +37,17 @@ class Trajectory(NamedTuple):
     notes: tuple[str, ...] = ()
 
 
-def require_inclination(value: float) -> None:
-    """Check an inclination, rad; raises `InputError` outside of 0 to pi."""
-    if not 0.0 <= value <= np.pi:
+def check_inclination(inclination: float) -> None:
+    """Validate the inclination of an orbit, rad.
+
+    Raises:
+        InputError: It is not finite, or outside 0 to pi.
+    """
+    magnitude("orbit: inclination", inclination, "rad")
+    if not 0.0 <= inclination <= np.pi:
         raise InputError(
-            f"orbit: inclination: found {value:g} rad ({np.degrees(value):.6g} deg), expected 0 to "
-            "pi rad (180 deg)"
+            f"orbit: found the inclination {inclination:g} rad, {np.degrees(inclination):g} deg, "
+            "expected 0 to 180 deg"
         )
 
 
@@ -73,14 +78,15 @@ class KeplerElements:
         """Validate the elements.
 
         Raises:
-            InputError: An element is not finite, the orbit is no ellipse, or it meets the Earth.
+            InputError: An element is not finite, the orbit is no ellipse or meets the Earth, or the
+                inclination is outside 0 to pi.
         """
         require("orbit: semi_major_axis", self.semi_major_axis, "m", positive=True)
         if not 0.0 <= self.eccentricity < 1.0:
             raise InputError(
                 f"orbit: found the eccentricity {self.eccentricity:g}, expected 0 to below 1"
             )
-        require_inclination(self.inclination)
+        check_inclination(self.inclination)
         for name in ("ascending_node", "perigee", "true_anomaly"):
             magnitude(f"orbit: {name}", getattr(self, name), "rad")
         lowest = self.semi_major_axis * (1.0 - self.eccentricity) - EARTH_RADIUS
@@ -170,10 +176,11 @@ class CircularElements:
         """Validate the elements.
 
         Raises:
-            InputError: The altitude is not above 0, or an angle is not finite.
+            InputError: The altitude is not above 0, an angle is not finite, or the inclination is
+                outside 0 to pi.
         """
         require("orbit: altitude", self.altitude, "m", positive=True)
-        require_inclination(self.inclination)
+        check_inclination(self.inclination)
         for name in ("ascending_node", "latitude"):
             magnitude(f"orbit: {name}", getattr(self, name), "rad")
 

@@ -4,7 +4,9 @@ D. A. Vallado, P. Crawford, R. Hujsak, T. S. Kelso, "Revisiting Spacetrack Repor
 2006-6753). An orbit from a TLE is good to about 1 km at its epoch and 1 to 3 km a day more.
 """
 
+import re
 import warnings
+from collections.abc import Iterable
 from dataclasses import dataclass
 from typing import Any, final
 
@@ -20,25 +22,26 @@ MOST_DAYS = 30.0
 """Largest time between the run and the epoch of the elements, days."""
 LENGTH = 69
 """Characters of a line."""
+_DECIMAL = r" *[+-]?[0-9]*\.?[0-9]+ *"
+_EXPONENT = r" *[+-]?\.?[0-9]+[+-][0-9]"
 _FIELDS = {
-    1: {
-        "satellite number": (2, 7),
-        "epoch": (18, 32),
-        "first derivative of the mean motion": (33, 43),
-        "second derivative of the mean motion": (44, 52),
-        "drag term": (53, 61),
-    },
-    2: {
-        "satellite number": (2, 7),
-        "inclination": (8, 16),
-        "ascending node": (17, 25),
-        "eccentricity": (26, 33),
-        "argument of perigee": (34, 42),
-        "mean anomaly": (43, 51),
-        "mean motion": (52, 63),
-    },
+    1: (
+        ("epoch", 18, 32, r"[0-9 ][0-9] *[0-9]+\.[0-9]* *"),
+        ("first derivative of the mean motion", 33, 43, _DECIMAL),
+        ("second derivative of the mean motion", 44, 52, _EXPONENT),
+        ("drag term", 53, 61, _EXPONENT),
+    ),
+    2: (
+        ("inclination", 8, 16, _DECIMAL),
+        ("right ascension of the node", 17, 25, _DECIMAL),
+        ("eccentricity", 26, 33, " *[0-9]+"),
+        ("argument of perigee", 34, 42, _DECIMAL),
+        ("mean anomaly", 43, 51, _DECIMAL),
+        ("mean motion", 52, 63, _DECIMAL),
+    ),
 }
-"""Line -> field -> its columns. The library reads what stands before a blank inside a field."""
+"""Number of the line -> name, first and last column and pattern of each number that SGP4 uses."""
+_INCLINATION = slice(8, 16)
 _NUMBERS = ("epochdays", "bstar", "inclo", "nodeo", "ecco", "argpo", "mo", "no_kozai")
 
 
@@ -61,8 +64,8 @@ class TwoLineElements:
         """Validate the lines.
 
         Raises:
-            InputError: A line has a wrong length, number or checksum, or the lines are those of two
-                objects.
+            InputError: A line has a wrong length, number or checksum, a field is no number, or the
+                lines are those of two objects.
         """
         for number, line in enumerate((self.line1, self.line2), 1):
             if len(line) != LENGTH or not line.startswith(f"{number} "):
@@ -70,12 +73,18 @@ class TwoLineElements:
                     f"{self.where}, line {number}: found {line!r}, expected {LENGTH} characters "
                     f"that begin with {number}"
                 )
-            _require_fields(line, f"{self.where}, line {number}", _FIELDS[number])
+            _check_fields(f"{self.where}, line {number}", line, _FIELDS[number])
             found, wanted = line[-1], str(checksum(line))
             if found != wanted:
                 raise InputError(
                     f"{self.where}, line {number}: found the checksum {found}, expected {wanted}"
                 )
+        inclination = float(self.line2[_INCLINATION])
+        if not 0.0 <= inclination <= 180.0:
+            raise InputError(
+                f"{self.where}, line 2: found the inclination {inclination:g} deg, expected 0 to "
+                "180 deg"
+            )
         if self.line1[2:7] != self.line2[2:7]:
             raise InputError(
                 f"{self.where}: found the objects {self.line1[2:7]} and {self.line2[2:7]}, "
@@ -182,17 +191,26 @@ class TwoLineElements:
             raise InputError(f"{self.where}: found {reason!r}{when} by SGP4, expected an orbit")
 
 
-def _require_fields(line: str, where: str, fields: dict[str, tuple[int, int]]) -> None:
-    """Check that each field of a line is one word in ASCII; raises `InputError`."""
-    if not line.isascii():
-        odd = next(c for c in line if not c.isascii())
-        raise InputError(f"{where}: found the character {odd!r}, expected ASCII only")
-    for name, (first, last) in fields.items():
-        text = line[first:last]
-        if len(text.split()) != 1:
+def _check_fields(place: str, line: str, fields: Iterable[tuple[str, int, int, str]]) -> None:
+    """Validate the characters and the fields of a line.
+
+    Args:
+        place: Place for error messages.
+        line: Line.
+        fields: Name, first and last column from 0, and pattern of each number.
+
+    Raises:
+        InputError: A character is not ASCII, or a field is no number, such as one with a blank
+            inside.
+    """
+    other = [character for character in line if not character.isascii()]
+    if other:
+        raise InputError(f"{place}: found {other[0]!r}, expected ASCII characters")
+    for name, start, end, pattern in fields:
+        if not re.fullmatch(pattern, line[start:end]):
             raise InputError(
-                f"{where}, columns {first + 1} to {last}: found {text!r} as {name}, expected a "
-                "number without blanks inside"
+                f"{place}, columns {start + 1} to {end}: found the {name} {line[start:end]!r}, "
+                "expected a number without a blank inside"
             )
 
 
