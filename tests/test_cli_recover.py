@@ -108,3 +108,30 @@ def test_bad_input_is_one_line(run, tmp_path, words, found):
     assert len(lines) == 1
     assert found in lines[0]
     assert not out.exists()
+
+
+def test_the_drift_under_an_external_torque_is_said(run, tmp_path):
+    torque = ("--external-torque", "10uN·m,5uN·m,0")
+    code, _, err = run(
+        *("recover", CRAFT, "--failed", "x=frozen", *NOW, *WANTED, *torque, "--out", tmp_path)
+    )
+    assert code == 0
+    content = json.loads((tmp_path / "recover.json").read_text())
+    drift = content["external_torque"]
+    assert drift["torque"] == pytest.approx([1e-5, 5e-6, 0.0])
+    assert drift["momentum"] == pytest.approx(np.hypot(1e-5, 5e-6) * 600.0)
+    # x is the normal of the working wheels, so that 1e-5 N·m tilts the momentum across it
+    y, z = content["holdable"]["momentum_in_body"][1:]
+    assert drift["angle"] == pytest.approx(1e-5 * 600.0 / np.hypot(y, z), rel=0.05)
+    shown = f"drifts by about {np.degrees(drift['angle']):.4g} deg until the end"
+    assert shown in err
+    assert shown in (tmp_path / "report.html").read_text()
+
+
+@pytest.mark.parametrize("torque", ["1e-5,0", "1e-5,0,a", "nan,0,0", "1 Nms,0,0"])
+def test_an_external_torque_of_another_form_is_refused(run, tmp_path, torque):
+    words = ("--failed", "x=frozen", *NOW, *WANTED, "--external-torque", torque)
+    code, _, err = run("recover", CRAFT, *words, "--out", tmp_path / "out")
+    assert code == 2
+    assert "error: --external-torque" in err
+    assert not (tmp_path / "out").exists()

@@ -224,9 +224,11 @@ def recover(
             gains[wheel] = BrakeGain(
                 torque, None if stopped.attitude is None else stopped.angle, time
             )
-    torque = vector(external_torque, 3, "external torque", "N·m")
+    torque: Any = vector(external_torque, 3, "external torque", "N·m")
     plant = Gyrostat(with_brakes(spacecraft, losses), failures, external_torque=torque)
-    drift = momentum_drift(spacecraft, start.momentum, kept, plan.answer, torque, duration)
+    drift = momentum_drift(
+        spacecraft, np.asarray(start.momentum), kept, plan.answer, torque, duration
+    )
     timing: Any = {"duration": duration, "control_period": control_period}
     other = None
     if any(loss.is_braked for loss in losses.values()):
