@@ -1,4 +1,4 @@
-"""Numbers of a scenario that cannot exist together; those of one key are validated by its schema."""
+"""Numbers of a scenario that cannot exist together, and names that clash."""
 
 from collections import Counter
 
