@@ -72,8 +72,13 @@ REFUSED = (
 )
 UNLIKELY = (
     (CRAFT, INERTIA, INERTIA + '\nmass = "8000 kg"', "body.mass"),
-    (CRAFT, INERTIA, INERTIA + '\nmass = 8e-6', "body.mass"),
-    (CRAFT, INERTIA, INERTIA + '\nmass = "8 kg"\ncentre_of_mass = [1000.0, 0, 0]', "centre_of_mass"),
+    (CRAFT, INERTIA, INERTIA + "\nmass = 8e-6", "body.mass"),
+    (
+        CRAFT,
+        INERTIA,
+        INERTIA + '\nmass = "8 kg"\ncentre_of_mass = [1e3, 0, 0]',
+        "centre_of_mass",
+    ),
     (CRAFT, INERTIA, INERTIA + "\ncentre_of_mass = [0, 0, 2000.0]", "centre_of_mass"),
     (CRAFT, "", MODE.format("0.5 Hz", 1.5), "flexible.wing.damping"),
     (CRAFT, "", MODE.format("0.5 Hz", 50), "flexible.wing.damping"),
