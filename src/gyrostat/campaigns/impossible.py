@@ -1,4 +1,4 @@
-"""Numbers of a scenario that cannot exist together; its schema validates those of one key."""
+"""Numbers of a scenario that cannot exist together, and names that clash."""
 
 from collections import Counter
 

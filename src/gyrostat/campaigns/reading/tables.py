@@ -189,7 +189,9 @@ class Table:
         if not isinstance(found, str) or not found.rstrip().endswith("%"):
             return None
         try:
-            share = float(found.rstrip().removesuffix("%")) / 100.0
+            # float reads the digits of every script
+            text = found.rstrip().removesuffix("%")
+            share = float(text) / 100.0 if text.isascii() else math.nan
         except ValueError:
             share = math.nan
         if not math.isfinite(share):
