@@ -44,7 +44,7 @@ REFUSED = (
     (CRAFT, "1 mN·m", "-1 mN·m", "torque_limit"),
     (CRAFT, '"10 mN·m·s"', '"0 N·m·s"', "momentum_limit"),
     (CRAFT, '"10 mN·m·s"', '"10 mN·m"', "momentum_limit"),
-    (CRAFT, "", MODE.format("1 MHz", 0.0), "flexible.wing.frequency"),
+    (CRAFT, "", MODE.format("1e6 Hz", 0.0), "flexible.wing.frequency"),
     (CRAFT, "", MODE.format("100 Hz", 0.0), "flexible.wing.frequency"),
     (CRAFT, "", MODE.format("0 Hz", 0.0), "frequency"),
     (CRAFT, "", MODE.format("1 Hz", -0.1), "damping"),

@@ -339,4 +339,4 @@ def test_few_lines_beside_a_controller_fly_a_thousand_runs(monkeypatch):
     ((scenario, runs),) = flown
     assert runs == 1000
     assert scenario.values["controller.kp"] == 0.004
-    assert scenario.compensator == "friction_model"
+    assert scenario.compensator == "estimating"

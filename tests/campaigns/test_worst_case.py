@@ -178,7 +178,7 @@ def test_a_rare_failure_in_a_folder(scenario, fake_flights, tmp_path):
     found = gs.campaign(
         scenario, 4100, tmp_path, rare="error_max > 1", worst=0, seed=3, say=said.append
     )
-    assert "20000 of 1e-6" in said[0]
+    assert any("20000 of 1e-6" in line for line in said)
     assert found.low < 1e-4 < found.high
     content = json.loads((tmp_path / "report.json").read_text())
     assert content["doubts"] == [*found.doubts]
