@@ -9,6 +9,7 @@ Inside the package every quantity is in SI units and radians, in float64.
 
 import os
 
+from gyrostat.core.handed_down import hand_down
 from gyrostat.core.lazy import lazy_names
 
 if os.name == "nt":
@@ -18,5 +19,6 @@ if os.name == "nt":
     )
 
 __version__ = "0.1.0"
+hand_down(replaced="gyrostat.campaigns.own.changes")
 __getattr__, __dir__, _NAMES = lazy_names(__name__)
 __all__ = ["__version__", *_NAMES]  # pyright: ignore[reportUnsupportedDunderAll]

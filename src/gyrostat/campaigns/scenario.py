@@ -17,6 +17,7 @@ from dataclasses import asdict, dataclass
 from typing import Any, Self
 
 from gyrostat.campaigns.requirement import Requirement
+from gyrostat.core.handed_down import handed_down
 from gyrostat.core.user_modules import Source
 
 INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
@@ -218,9 +219,7 @@ class Scenario(Components):
         Raises:
             InputError: There is no such section, key or attribute, or a value is not allowed.
         """
-        from gyrostat.campaigns.own.changes import replaced  # it imports this module
-
-        return replaced(self, changes)
+        return handed_down("replaced")(self, changes)
 
     def text(self) -> str:
         """Scenario as JSON text; `from_text` restores it exactly."""

@@ -14,6 +14,7 @@ import numpy as np
 from gyrostat.campaigns.kinds import numbers_of
 from gyrostat.campaigns.scenario import AXES, INERTIA, Dispersion, Scenario
 from gyrostat.campaigns.schema import CENTRE_OF_MASS, Key
+from gyrostat.campaigns.spacecraft_values import spacecraft_values, surface_rows
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.text import plain
 from gyrostat.core.types import Matrix, Vector
@@ -98,8 +99,6 @@ def unlikely_numbers(scenario: Scenario) -> list[str]:
 
 def unlikely_spacecraft(file: SpacecraftFile) -> list[str]:
     """Lines on the numbers of a spacecraft file that are unlikely."""
-    from gyrostat.campaigns.reading.scenario_file import spacecraft_values, surface_rows
-
     axes = np.asarray(file.spacecraft.wheels.axes).T.tolist()
     law = type(file.spacecraft.wheels.friction)
     values, rows = spacecraft_values(file), surface_rows(file)

@@ -31,8 +31,9 @@ from gyrostat.campaigns.reading.read_reference import (
 from gyrostat.campaigns.reading.read_requirements import check_requirements, read_requirements
 from gyrostat.campaigns.reading.tables import Table, opened
 from gyrostat.campaigns.requirement import INDICES, KNOWLEDGE
-from gyrostat.campaigns.scenario import AXES, INERTIA, Part, Scenario
-from gyrostat.campaigns.schema import CENTRE_OF_MASS, RUN, START, guard_keys
+from gyrostat.campaigns.scenario import Part, Scenario
+from gyrostat.campaigns.schema import RUN, START, guard_keys
+from gyrostat.campaigns.spacecraft_values import spacecraft_values, surface_rows
 from gyrostat.campaigns.timeline import check_windows
 from gyrostat.campaigns.wheel_keys import WHEEL, WHEEL_PARTS
 from gyrostat.control.measurement_guard import ON_BAD
@@ -212,39 +213,6 @@ def _spacecraft(top: Table) -> str:
     if "\0" in found:
         raise InputError(f"{top.path}: key spacecraft.file: found a zero byte, expected a path")
     return found
-
-
-def spacecraft_values(file: SpacecraftFile) -> dict[str, float]:
-    """Numbers of a spacecraft file: full keys of a scenario -> values, SI."""
-    wheels, inertia = file.spacecraft.wheels, np.asarray(file.spacecraft.inertia)
-    found = {
-        f"body.inertia.{end}": float(inertia[AXES.index(end[0]), AXES.index(end[1])])
-        for end in INERTIA
-    }
-    craft = file.spacecraft
-    if craft.mass is not None:
-        found["body.mass"] = float(craft.mass)
-    if craft.centre_of_mass is not None:
-        centre = np.asarray(craft.centre_of_mass, dtype=float).tolist()
-        found |= dict(zip(CENTRE_OF_MASS.ends("body.centre_of_mass"), centre, strict=True))
-    numbers = {
-        "inertia": wheels.inertia,
-        "torque_limit": wheels.torque_limit,
-        "momentum_limit": wheels.momentum_limit,
-        **wheels.friction.parameters(),
-    }
-    for name, entry in numbers.items():
-        each = np.broadcast_to(np.asarray(entry, dtype=float), (wheels.count,))
-        found |= {f"wheel.{w}.{name}": float(each[k]) for k, w in enumerate(file.wheel_names)}
-    for part in file.appendages:
-        found |= {f"{part.kind}.{part.name}.{name}": v for name, v in part.values.items()}
-    return found
-
-
-def surface_rows(craft: SpacecraftFile) -> tuple[tuple[float, ...], ...]:
-    """Facets as rows; see `Scenario.surfaces`."""
-    made = craft.spacecraft.surfaces
-    return () if made is None else tuple(map(tuple, made.rows().tolist()))
 
 
 def _steps(run: Table, values: dict[str, float]) -> tuple[int, int]:
