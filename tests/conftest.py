@@ -83,6 +83,19 @@ SHARING = (
 )
 
 
+def load(path):
+    spec = importlib.util.spec_from_file_location(path.stem, path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+def pytest_configure(config):
+    """The fixtures of small_campaign.py are for the tests of several rooms."""
+    module = load(Path(__file__).with_name("small_campaign.py"))
+    config.pluginmanager.register(module, "small campaign")
+
+
 def pytest_collection_modifyitems(items):
     """The longest files first: none of them is begun when the other workers are done."""
     places = {name: place for place, name in enumerate(LONGEST)}
@@ -159,13 +172,6 @@ def run(monkeypatch, capsys):
 @pytest.fixture(scope="session")
 def module_at():
     """Load a module by its path; the tests are no package that could be imported from."""
-
-    def load(path):
-        spec = importlib.util.spec_from_file_location(path.stem, path)
-        module = importlib.util.module_from_spec(spec)
-        spec.loader.exec_module(module)
-        return module
-
     return load
 
 

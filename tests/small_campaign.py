@@ -1,4 +1,4 @@
-"""A small campaign with everything in it, flown once by one worker for all tests of this folder."""
+"""A plugin of pytest: a small campaign with everything in it, flown once by one worker."""
 
 import contextlib
 import os
@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
-EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
+EXAMPLES = Path(__file__).parents[1] / "examples" / "scenarios"
 SCENARIO = """
 name = "small"
 [run]
