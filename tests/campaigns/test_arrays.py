@@ -7,7 +7,8 @@ import numpy as np
 import pytest
 
 import gyrostat as gs
-from gyrostat.campaigns.build import build, plan
+from gyrostat.campaigns.build import build
+from gyrostat.campaigns.designs import plan
 from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.campaigns.structure import structure_of
 from gyrostat.core import rotations

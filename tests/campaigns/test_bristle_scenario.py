@@ -4,7 +4,8 @@ import numpy as np
 import pytest
 
 from gyrostat.campaigns import Scenario
-from gyrostat.campaigns.build import build, plan
+from gyrostat.campaigns.build import build
+from gyrostat.campaigns.designs import plan
 from gyrostat.campaigns.draws import draw
 from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.campaigns.structure import structure_of

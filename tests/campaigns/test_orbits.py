@@ -9,7 +9,8 @@ import numpy as np
 import pytest
 
 from gyrostat.campaigns import Scenario
-from gyrostat.campaigns.build import build, plan
+from gyrostat.campaigns.build import build
+from gyrostat.campaigns.designs import plan
 from gyrostat.campaigns.orbits import planned_orbit
 from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.reading.scenario_file import _read, read_scenario

@@ -5,7 +5,8 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gyrostat.campaigns.build import build, plan
+from gyrostat.campaigns.build import build
+from gyrostat.campaigns.designs import plan
 from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.campaigns.structure import structure_of
 from gyrostat.core.errors import InputError

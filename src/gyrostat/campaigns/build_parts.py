@@ -1,4 +1,4 @@
-"""Build the further parts of a scenario: lists of parts, modes and events."""
+"""Build the further parts of a scenario: lists of parts and modes of appendages."""
 
 from typing import Any
 
@@ -6,12 +6,7 @@ from gyrostat.campaigns.kinds import OF_SPACECRAFT, component
 from gyrostat.campaigns.sensing import Values, arrays_of, options_of
 from gyrostat.campaigns.structure import Structure
 from gyrostat.core.user_modules import is_own
-from gyrostat.spacecraft import (
-    ChangingPlant,
-    FlexibleModes,
-    PlantChange,
-    Spacecraft,
-)
+from gyrostat.spacecraft import FlexibleModes, Spacecraft
 
 
 def named_parts(structure: Structure, values: Values, section: str, **given: Any) -> dict[str, Any]:
@@ -53,16 +48,3 @@ def modes_of_run(
         if part.section in OF_SPACECRAFT
     ]
     return FlexibleModes.joined(*made) if made else None
-
-
-def with_events(structure: Structure, values: Values, plant: Any, known: Any) -> Any:
-    """Add the own events of a scenario to the plant; without any, the plant is unchanged."""
-    changes = []
-    for event in structure.events:
-        if is_own(event.kind):
-            place = f"event.{event.name}"
-            made = component("event", event.kind, structure.sources)
-            own = arrays_of(values, place, made.keys)
-            change = made.make(own, place=place, spacecraft=known)
-            changes.append(PlantChange(event.name, values[f"{place}.time"], change))
-    return ChangingPlant(plant, tuple(changes)) if changes else plant

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gyrostat.campaigns.build import phase_starts
+from gyrostat.campaigns.designs import phase_starts
 from gyrostat.campaigns.kinds import numbers_of
 from gyrostat.campaigns.orbits import check_own_orbits, has_own_orbits
 from gyrostat.campaigns.scenario import INERTIA, Dispersion, Scenario

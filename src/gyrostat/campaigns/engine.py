@@ -16,7 +16,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.campaigns.build import Plans
+from gyrostat.campaigns.designs import Plans
 from gyrostat.campaigns.draws import draw, noise_keys
 from gyrostat.campaigns.metrics.observer import Seen, concluded, ended
 from gyrostat.campaigns.metrics.percentiles import collectors

@@ -14,7 +14,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gyrostat.campaigns.build import Plans
+from gyrostat.campaigns.designs import Plans
 from gyrostat.campaigns.fingerprint import FLAGS, engine_record
 from gyrostat.campaigns.kinds import is_shipped
 from gyrostat.campaigns.metrics.observer import Seen

@@ -9,7 +9,8 @@ from typing import Any
 import equinox as eqx
 import numpy as np
 
-from gyrostat.campaigns.build import Plans, build, plan
+from gyrostat.campaigns.build import build
+from gyrostat.campaigns.designs import Plans, plan
 from gyrostat.campaigns.fingerprint import FLAGS, engine_record
 from gyrostat.campaigns.kinds import is_shipped
 from gyrostat.campaigns.own.trial import check_first_sample, first_sample

@@ -5,7 +5,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gyrostat.campaigns.build import phase_starts, phases_of
+from gyrostat.campaigns.designs import phase_starts, phases_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.structure import structure_of
 from gyrostat.reports.replay_world import world_data

@@ -5,7 +5,8 @@ from typing import Any
 
 import numpy as np
 
-from gyrostat.campaigns.build import Plans, Setup, build
+from gyrostat.campaigns.build import Setup, build
+from gyrostat.campaigns.designs import Plans
 from gyrostat.campaigns.kinds import components_of
 from gyrostat.campaigns.own.recording import Call
 from gyrostat.campaigns.own.repeated import try_parts
