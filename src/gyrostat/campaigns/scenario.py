@@ -5,10 +5,9 @@ A component is named by its kind: a name such as "three_axis" for a component of
 scenario (`Scenario.sources`). `gyrostat.campaigns.kinds.component` finds both.
 
 All numbers are in one mapping of keys, such as "wheel.a.coulomb", to SI values; a dispersion
-replaces some of them in each run. The dimension and the bounds of each are given by
-`gyrostat.campaigns.kinds.numbers_of`. The other fields are the structure of the scenario: they
-determine which numbers exist and what is compiled. A scenario is stored and sent to other processes
-as text.
+replaces some of them in each run. `gyrostat.campaigns.kinds.numbers_of` gives the dimension
+and the bounds of each. The other fields are the structure of the scenario: they determine which
+numbers exist and what is compiled. A scenario is stored and sent to other processes as text.
 """
 
 import hashlib
