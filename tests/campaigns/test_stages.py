@@ -24,10 +24,11 @@ class Recorded:
 
 def read_too_early(stages, scenario):
     """Pairs of a stage, and a field that it reads and a later stage sets without a look at it."""
+    structure, plans = structure_of(scenario), designs_of(scenario)
     reads, sets = [], []
 
     def build(values):
-        run = Assembly(structure_of(scenario), values, designs_of(scenario))
+        run = Assembly(structure, values, plans)
         for stage in stages:
             recorded = Recorded(run)
             fields = stage(recorded)
