@@ -196,7 +196,8 @@ def _plant(structure: Structure, values: Values, options: Values, plans: Plans, 
     torques = named_parts(structure, values, "environment.torque", **given)
     actuators = named_parts(structure, values, "actuator", **given)
     every = environment_torques(own) | torques
-    budget = Budget(craft, every, actuators) if structure.budget else None
+    period = values["run.control_period"]
+    budget = Budget(craft, every, actuators, period) if structure.budget else None
     own["environment"] = (*own.get("environment", ()), *torques.values())
     own["actuators"] = actuators
     own["modes"] = modes_of_run(structure, values, craft)
