@@ -6,17 +6,9 @@ from gyrostat.campaigns.compensators import COMPENSATORS
 from gyrostat.campaigns.components import ESTIMATORS, SENSORS
 from gyrostat.campaigns.environments import ENVIRONMENTS
 from gyrostat.campaigns.kinds import KINDS, PARTS
-from gyrostat.campaigns.metrics.schema import (
-    BUDGET,
-    GAINED,
-    METRICS,
-    PERCENTILE,
-    REQUIREMENT,
-    RESULTS,
-    WINDOW,
-    WINDOW_PERCENTILE,
-    WINDOW_RESULTS,
-)
+from gyrostat.campaigns.metrics.budget import BUDGET, gained
+from gyrostat.campaigns.metrics.kinds import METRICS, RUN_METRICS, WINDOW, WINDOW_METRICS
+from gyrostat.campaigns.metrics.schema import PERCENTILE, REQUIREMENT, WINDOW_PERCENTILE
 from gyrostat.campaigns.orbits import ORBITS
 from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS
 from gyrostat.campaigns.requirement import INDICES, INTERPRETATIONS
@@ -566,15 +558,22 @@ def page():
     lines += section("metrics", METRICS)
     window = section("[metrics.window]", WINDOW, WINDOW_TEXT)
     lines += [*window, METRIC_TEXT, METRICS_OUT, "| metric | unit | meaning |", "|---|---|---|"]
-    results = {"error_pNN": PERCENTILE, **RESULTS, f"{GAINED}.NAME": BUDGET}
-    lines += [*(f"| `{n}` | {u} | {m} |" for n, (u, m) in results.items()), ""]
-    lines += [WINDOW_OUT, "| metric | unit | requested by | meaning |", "|---|---|---|---|"]
-    unit, meaning = WINDOW_PERCENTILE
-    results = {"error_pNN": (unit, "", meaning), **WINDOW_RESULTS}
-    results["dwell.NAME"] = ("1", "dwell_below", "The same of the wheel with this name.")
+    results = {"error_pNN": PERCENTILE}
+    for kind in RUN_METRICS:
+        results |= kind.columns
+    results[gained("NAME")] = BUDGET
     lines += [
-        f"| `{n}` | {u} | {f'`{key}`' if key else 'always'} | {m} |"
-        for n, (u, key, m) in results.items()
+        *(f"| `{n}` | {column.unit} | {column.meaning} |" for n, column in results.items()),
+        "",
+    ]
+    lines += [WINDOW_OUT, "| metric | unit | requested by | meaning |", "|---|---|---|---|"]
+    asked = [("error_pNN", WINDOW_PERCENTILE, "")]
+    asked += [(n, c, kind.asked_by) for kind in WINDOW_METRICS for n, c in kind.columns.items()]
+    each = WINDOW_PERCENTILE._replace(unit="1", meaning="The same of the wheel with this name.")
+    asked += [("dwell.NAME", each, "dwell_below")]
+    lines += [
+        f"| `{n}` | {column.unit} | {f'`{key}`' if key else 'always'} | {column.meaning} |"
+        for n, column, key in asked
     ]
     lines += ["", DEFINITIONS, "", *requirement()]
     lines += [DISPERSIONS + "\n".join(dispersed())]

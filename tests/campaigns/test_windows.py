@@ -9,8 +9,9 @@ import pytest
 from scipy.signal import butter, sosfilt, sosfilt_zi
 from scipy.spatial.transform import Rotation
 
-from gyrostat.campaigns.metrics.results import window_metrics
+from gyrostat.campaigns.metrics.results import kinds_of_window, window_metrics
 from gyrostat.campaigns.metrics.sample import Sample
+from gyrostat.campaigns.metrics.window_metric import WindowStart
 from gyrostat.campaigns.metrics.windows import WindowObserver, concluded, pointing_error
 from gyrostat.campaigns.scenario import Event, Part, Window
 from gyrostat.control.guidance import AttitudeReference, Mode
@@ -81,8 +82,9 @@ def observed(window, numbers, vectors, *, rate=None, speed=None, flow=None, slew
     rows = (jnp.arange(count), quaternions(vectors), rate, speed, flow, *mode)
     run = program(window, tuple(dict(slews)))
     seen, errors = run({key: jnp.asarray(value) for key, value in values.items()}, rows)
-    found = concluded(jax.tree.map(np.asarray, seen))
-    assert set(found) == set(window_metrics(window, numbers, WHEELS, window.boresight))
+    start = WindowStart(window, WHEELS, window.boresight, numbers)
+    found = concluded(kinds_of_window(start), jax.tree.map(np.asarray, seen))
+    assert set(found) == set(window_metrics(start))
     return {name: float(value) for name, value in found.items()}, np.asarray(errors)
 
 

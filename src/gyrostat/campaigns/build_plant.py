@@ -53,9 +53,10 @@ def add_body(run: Assembly) -> dict[str, Any]:
     own["environment"] = (*own.get("environment", ()), *torques.values())
     own["actuators"] = actuators
     own["modes"] = modes_of_run(structure, values, craft)
+    period = values["run.control_period"]
     return {
         "plant": Gyrostat(craft, failures_of(structure, values), **own),
-        "budget": Budget(craft, every, actuators) if structure.budget else None,
+        "budget": Budget(craft, every, actuators, period) if structure.budget else None,
     }
 
 

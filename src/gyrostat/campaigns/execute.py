@@ -9,7 +9,6 @@ from gyrostat.campaigns.description import Campaign, DamagedError
 from gyrostat.campaigns.executors import Opener, carry_out, kept_open
 from gyrostat.campaigns.fingerprint import FLAGS, engine_record, refuse_other
 from gyrostat.campaigns.jobs import Job, executor_for, work
-from gyrostat.campaigns.metrics.results import metrics_of, percentile_name
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.store import Store
 from gyrostat.core.engines import engine_named, say_slower
@@ -111,6 +110,8 @@ def run_campaign(
         InputError: The folder has another campaign, another engine or files of unknown origin, or
             cannot be written; a drawn value is not allowed; or the workers fail repeatedly.
     """
+    from gyrostat.campaigns.metrics.results import metrics_of, percentile_name
+
     check_seed(seed)
     if not 1 <= runs <= MOST_RUNS or block < 1:
         raise InputError(f"runs: found {runs}, expected 1 to {MOST_RUNS}")

@@ -16,7 +16,7 @@ from gyrostat.campaigns.components import (
 from gyrostat.campaigns.controllers import CONTROLLERS
 from gyrostat.campaigns.environments import EITHER_ORBIT, ENVIRONMENTS, TORQUES
 from gyrostat.campaigns.magnetic_controllers import MAGNETIC_CONTROLLERS, UNLOADINGS
-from gyrostat.campaigns.metrics.schema import METRICS, WINDOW
+from gyrostat.campaigns.metrics.kinds import METRICS, WINDOW
 from gyrostat.campaigns.orbits import ORBITS
 from gyrostat.campaigns.own.parts import own_component
 from gyrostat.campaigns.references import ERROR, MODES, POSITION_ERROR, REFERENCES, SLEWS

@@ -3,7 +3,6 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.store import Store
 
@@ -29,6 +28,7 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
     import xarray as xr
 
     from gyrostat.campaigns.kinds import numbers_of
+    from gyrostat.campaigns.metrics.results import metrics_of
     from gyrostat.simulation import status_attributes
 
     store = Store(Path(folder))

@@ -1,16 +1,11 @@
 """Names, units and meanings of the metrics of a scenario."""
 
-from collections.abc import Collection
 from typing import NamedTuple
 
-from gyrostat.campaigns.metrics.schema import (
-    BUDGET,
-    GAINED,
-    PERCENTILE,
-    RESULTS,
-    WINDOW_PERCENTILE,
-    WINDOW_RESULTS,
-)
+from gyrostat.campaigns.metrics.budget import BUDGET, gained
+from gyrostat.campaigns.metrics.kinds import RUN_METRICS, WINDOW_METRICS
+from gyrostat.campaigns.metrics.schema import PERCENTILE, WINDOW_PERCENTILE
+from gyrostat.campaigns.metrics.window_metric import WindowMetric, WindowStart
 from gyrostat.campaigns.scenario import Scenario, Window
 
 
@@ -31,13 +26,13 @@ class Metric(NamedTuple):
 def metrics_of(scenario: Scenario) -> dict[str, Metric]:
     """Every metric of a scenario, by name and in the order of the table of runs."""
     percentiles = [percentile_name(percent) for percent in scenario.percentiles]
-    found = {name: Metric(*PERCENTILE) for name in percentiles}
-    found |= {name: Metric(*entry) for name, entry in RESULTS.items()}
+    columns = dict.fromkeys(percentiles, PERCENTILE)
+    for kind in RUN_METRICS:
+        columns |= kind.columns
+    found = {name: Metric(column.unit, column.meaning) for name, column in columns.items()}
     for window in scenario.windows:
-        prefix = f"window.{window.name}."
-        keys = {key.removeprefix(prefix) for key in scenario.values if key.startswith(prefix)}
-        own = {name: Metric(*WINDOW_PERCENTILE, window.name) for name in percentiles}
-        own |= window_metrics(window, keys, scenario.wheels, scenario.boresight)
+        own = {name: Metric(*WINDOW_PERCENTILE[:2], window.name) for name in percentiles}
+        own |= window_metrics(window_start(scenario, window))
         found |= {f"{window.name}.{name}": metric for name, metric in own.items()}
     found |= {each.metric: Metric(each.unit, each.meaning) for each in scenario.requirements}
     return found | _own_metrics(scenario) | _budget(scenario)
@@ -51,7 +46,7 @@ def _budget(scenario: Scenario) -> dict[str, Metric]:
     names += ["gravity_gradient", "harmonic"] if scenario.environment == "orbit" else []
     names += [part.name for part in scenario.parts if part.section == "environment.torque"]
     names += [f"actuator.{part.name}" for part in scenario.parts if part.section == "actuator"]
-    return {f"{GAINED}.{name}": Metric(*BUDGET) for name in names}
+    return {gained(name): Metric(BUDGET.unit, BUDGET.meaning) for name in names}
 
 
 def _own_metrics(scenario: Scenario) -> dict[str, Metric]:
@@ -69,29 +64,26 @@ def percentile_name(percent: float) -> str:
     return f"error_p{percent:g}"
 
 
-def window_metrics(
-    window: Window,
-    keys: Collection[str],
-    wheels: Collection[str],
-    boresight: tuple[float, ...] | None,
-) -> dict[str, Metric]:
-    """Metrics of a window except percentiles, without the name of the window.
-
-    Args:
-        window: Window.
-        keys: Keys of its numbers.
-        wheels: Names of the wheels.
-        boresight: Boresight of the window, or that of the scenario.
-    """
-    asked = {"", *keys}
-    asked |= {"boresight"} if boresight is not None else set()
-    asked |= {"propellant"} if window.propellant is not None else set()
-    found = {
-        name: Metric(unit, meaning, window.name)
-        for name, (unit, key, meaning) in WINDOW_RESULTS.items()
-        if key in asked
+def window_metrics(window: WindowStart) -> dict[str, Metric]:
+    """Metrics of a window except percentiles, without the name of the window."""
+    return {
+        name: Metric(column.unit, column.meaning, window.window.name)
+        for kind in kinds_of_window(window)
+        for name, column in kind.columns_of(window).items()
     }
-    if "dwell" in found:
-        each = "Fraction of time in which the speed of this wheel is in the band."
-        found |= {f"dwell.{wheel}": Metric("1", each, window.name) for wheel in wheels}
-    return found
+
+
+def kinds_of_window(window: WindowStart) -> list[type[WindowMetric]]:
+    """Metrics that a window asks for."""
+    asked = {"", *window.values}
+    asked |= {"boresight"} if window.boresight is not None else set()
+    asked |= {"propellant"} if window.window.propellant is not None else set()
+    return [kind for kind in WINDOW_METRICS if kind.asked_by in asked]
+
+
+def window_start(scenario: Scenario, window: Window) -> WindowStart:
+    """Window of a scenario with the numbers that it gives."""
+    prefix = f"window.{window.name}."
+    own = {k.removeprefix(prefix): v for k, v in scenario.values.items() if k.startswith(prefix)}
+    boresight = window.boresight or scenario.boresight
+    return WindowStart(window, scenario.wheels, boresight, own)

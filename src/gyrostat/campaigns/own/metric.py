@@ -30,29 +30,24 @@ class RunMetric(Protocol):
 class OwnMetric(Own):
     """Metric of a user, a `RunMetric`, in the loop of a run."""
 
-    def start(self) -> Any:
-        """Memory before the first sample; 0 if the part has no method `start`."""
-        if not hasattr(self.inner, "start"):
-            return jnp.zeros(())
-        return self.begun()
+    def start(self) -> tuple[Any, Scalar]:
+        """Memory before the first sample, 0 if the part has no method `start`; and its result."""
+        memory = self.begun() if hasattr(self.inner, "start") else jnp.zeros(())
+        return memory, jnp.zeros(())
 
-    def __call__(self, memory: Any, sample: Sample) -> Any:
-        """Memory after a sample.
-
-        Raises:
-            InputError: The part raised an exception, or returned something else than its memory.
-        """
-        after = self.called("__call__", memory, sample)
-        return same_memory(self.name, memory, after)
-
-    def result_if(self, is_last: Bool[Array, ""], memory: Any) -> Scalar:
-        """Metric of a run, from the memory after its last sample; 0 after another sample.
+    def __call__(
+        self, memory: tuple[Any, Scalar], sample: Sample, is_last: Bool[Array, ""]
+    ) -> tuple[Any, Scalar]:
+        """Memory after a sample, and the metric after the last one, 0 after another sample.
 
         Raises:
-            InputError: The part raised an exception, or returned something else than a number.
+            InputError: The part raised an exception, or returned something else than its memory
+                or a number.
         """
+        before, _ = memory
+        after = same_memory(self.name, before, self.called("__call__", before, sample))
 
         def result() -> Scalar:
-            return numbers(self.name, "result", self.called("result", memory), ())
+            return numbers(self.name, "result", self.called("result", after), ())
 
-        return jax.lax.cond(is_last, result, lambda: jnp.zeros(()))
+        return after, jax.lax.cond(is_last, result, lambda: jnp.zeros(()))

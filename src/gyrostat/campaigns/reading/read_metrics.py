@@ -6,14 +6,14 @@ from math import inf, pi
 from pathlib import Path
 from typing import Any
 
+from gyrostat.campaigns.metrics.kinds import METRICS, WINDOW, WINDOW_METRICS
 from gyrostat.campaigns.metrics.results import percentile_name
-from gyrostat.campaigns.metrics.schema import METRICS, WINDOW
+from gyrostat.campaigns.metrics.window_metric import WindowStart
 from gyrostat.campaigns.reading.read_events import within_run
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Event, Part, Scenario, Window
 from gyrostat.campaigns.schema import positive
 from gyrostat.campaigns.timeline import event_times, modes
-from gyrostat.core.validation import MOST_PERIODS
 
 TEXTS = ("name", "event", "mode", "boresight", "propellant")
 """Keys of a window that are no numbers."""
@@ -117,8 +117,9 @@ def _window(
     row.known((*TEXTS, *WINDOW))
     given = {key: entry for key, entry in WINDOW.items() if key in row.row}
     given |= {key: WINDOW[key] for key in ("from", "until")}
-    if "dwell_below" in given:
-        given["dwell_above"] = WINDOW["dwell_above"]
+    for kind in WINDOW_METRICS:
+        if kind.asked_by in given:
+            given |= {key: each for key, each in kind.keys.items() if each.default is not None}
     own = row.numbers(given, "")
     event, mode = (_origin(row, kind, known) for kind, known in origins.items())
     if event is not None and mode is not None:
@@ -131,10 +132,10 @@ def _window(
         row.text("propellant", None) if "propellant" in row.row else None,
     )
     key = None if event is None else origins["event"][event]
-    _check_times(row, own, 0.0 if key is None else values[key], values)
-    _check_bands(row, own, values["run.control_period"])
-    if "exposure" in own and (window.boresight or boresight) is None:
-        raise row.refuse("boresight", None, "the direction that is exposed, [x, y, z]")
+    length = _length(row, own, 0.0 if key is None else values[key], values)
+    of = WindowStart(window, (), window.boresight or boresight, own, values["run.control_period"])
+    for kind in WINDOW_METRICS:
+        kind.check(of, length, row)
     values |= {f"window.{name}.{key}": value for key, value in own.items()}
     return window
 
@@ -148,37 +149,16 @@ def _origin(row: Table, kind: str, known: Mapping[str, str | None]) -> str | Non
     return row.one_of(kind, known)
 
 
-def _check_times(
-    row: Table, own: dict[str, float], origin: float, values: dict[str, float]
-) -> None:
-    """Validate start, end and exposure of a window; raises `InputError`."""
+def _length(row: Table, own: dict[str, float], origin: float, values: dict[str, float]) -> float:
+    """Length of a window, s.
+
+    Raises:
+        InputError: It ends before its start, or is not within the run.
+    """
     within_run(row, "from", origin + own["from"], values)
     left = values["run.duration"] - origin
     if own["until"] < own["from"]:
         raise row.refuse("until", own["until"], f"a time after its start, {own['from']:g} s")
     if left < own["until"] < inf:
         raise row.refuse("until", own["until"], f"at most {left:g} s, the end of the run")
-    length = min(own["until"], left) - own["from"]
-    if own.get("exposure", 0.0) > length:
-        raise row.refuse(
-            "exposure", own["exposure"], f"at most the length of the window, {length:g} s"
-        )
-    if "exposure" in own:
-        period = values["run.control_period"]
-        row.multiple("exposure", own["exposure"], "control period", period, MOST_PERIODS)
-
-
-def _check_bands(row: Table, own: dict[str, float], period: float) -> None:
-    """Validate the bands of jitter and dwell; raises `InputError`."""
-    half = 0.5 / period
-    for end in ("jitter_above", "jitter_below"):
-        if own.get(end, 0.0) >= half:
-            raise row.refuse(end, own[end], f"below {half:g} Hz, half of the sample frequency")
-    for name in ("jitter", "dwell"):
-        above, below = own.get(f"{name}_above"), own.get(f"{name}_below")
-        if name == "jitter" and above is None and below is not None:
-            raise row.refuse("jitter_above", None, "the lower end of the band")
-        if name == "dwell" and above is not None and below is None:
-            raise row.refuse("dwell_below", None, "the upper end of the band")
-        if above is not None and below is not None and above >= below:
-            raise row.refuse(f"{name}_below", below, f"more than {name}_above, {above:g}")
+    return min(own["until"], left) - own["from"]

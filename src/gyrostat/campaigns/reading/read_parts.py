@@ -5,7 +5,7 @@ import re
 from collections.abc import Collection, Iterator
 
 from gyrostat.campaigns.kinds import PARTS, component
-from gyrostat.campaigns.metrics.schema import RESULTS
+from gyrostat.campaigns.metrics.kinds import RUN_METRICS
 from gyrostat.campaigns.own.parts import OWN
 from gyrostat.campaigns.reading.read_own import own_kind
 from gyrostat.campaigns.reading.tables import Table
@@ -17,7 +17,10 @@ _MEASURED = (*TrackerGyroMeasurement._fields, *SpacecraftMeasurement._fields, "t
 TAKEN = {
     "sensor": (tuple(dict.fromkeys(_MEASURED)), ("attitude_", "wheel_")),
     "actuator": (("torque", "external_torque"), ()),
-    "metric": (("run", "status", "ended", *RESULTS), ()),
+    "metric": (
+        ("run", "status", "ended", *(name for kind in RUN_METRICS for name in kind.columns)),
+        (),
+    ),
 }
 """Section -> names of fields that exist already, and beginnings of names that belong to others."""
 

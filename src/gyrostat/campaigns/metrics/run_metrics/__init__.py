@@ -1,0 +1,1 @@
+"""Metrics of every run: a class in a file of this folder is a metric."""

@@ -1,0 +1,1 @@
+"""Metrics of a window: a class in a file of this folder is a metric."""
