@@ -211,7 +211,7 @@ def _note_file(path: Any, *, listed: bool = False) -> None:
         with contextlib.suppress(ValueError, NotImplementedError):
             whole = os.path.abspath(importlib.util.source_from_cache(whole))
     is_code = whole.endswith((".py", ".pyc"))
-    if is_library_file(whole) or (imported and not is_code):
+    if is_library_file(whole) or whole == os.devnull or (imported and not is_code):
         return
     if any(part in code.co_filename for code in between for part in _CACHES):
         return
@@ -221,24 +221,22 @@ def _note_file(path: Any, *, listed: bool = False) -> None:
     short = Path(whole).relative_to(start).as_posix() if inside else name
     if inside and (short in declared or (declared and listed)):
         return
-    if imported and is_code:
+    if is_code:
         _note(
-            f"imports {short}",
+            f"{'imports' if imported else 'reads'} {short}",
             f"the statement import {Path(whole).stem}, which makes it part of the scenario",
         )
         return
-    relative = not os.path.isabs(short) and ".." not in Path(short).parts
-    entry = short if relative else os.path.basename(whole)
     if listed:
         _note(f"lists the folder {short}", 'the names of its files, data = ["FILE", ...]')
         return
-    beside = (
-        "" if relative else f" in the folder of the scenario, Path(__file__).parent / {entry!r}"
-    )
+    relative = not os.path.isabs(short) and ".." not in Path(short).parts
+    entry = short if relative else os.path.basename(whole)
+    copy = "" if relative else f"a copy beside the module, Path(__file__).parent / {entry!r}, and "
     _note(
         f"reads {short}",
-        f'data = ["{entry}"] beside python, or as an attribute of the class: it makes the file '
-        f"part of the scenario{beside}",
+        f'{copy}data = ["{entry}"] beside python, or in the body of the class: the file is part '
+        "of the scenario",
     )
 
 

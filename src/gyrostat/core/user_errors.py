@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 import linecache
+import re
 import sys
 import traceback
 from collections.abc import Iterator
@@ -95,8 +96,11 @@ def _mistake(part: str, error: BaseException) -> OwnError:
     name = type(error).__name__
     if isinstance(error, SyntaxError):
         place, text = f", line {error.lineno}", error.msg
-    found = f"{name} ({text})" if text else name
-    return OwnError(f"{part}{place}: found {found}, expected Python that runs without an exception")
+    found = re.sub(rf"{PREFIX}\w+/", "", f"{name} ({text})" if text else name)
+    expected = "Python that runs without an exception"
+    if isinstance(error, FileNotFoundError):
+        expected = 'a file of the scenario: data = ["FILE", ...] beside python'
+    return OwnError(f"{part}{place}: found {found}, expected {expected}")
 
 
 def _place(part: str, error: BaseException) -> tuple[str, str]:
