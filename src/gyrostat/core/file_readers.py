@@ -85,7 +85,7 @@ class WatchedReaders(importlib.abc.MetaPathFinder):
 def real(value: Any) -> Any:
     """Function or class of a package itself, if the value is what replaces it; or the value."""
     is_marked = isinstance(value, type | FunctionType) and "_gyrostat_reader" in vars(value)
-    return value.__wrapped__ if is_marked else value
+    return vars(value)["__wrapped__"] if is_marked else value
 
 
 def mark(replacement: Any) -> None:
@@ -106,12 +106,13 @@ def _reporting(reader: Any, report: Report) -> Any:
         found.__module__ = reader.__module__
     else:
 
-        def found(*arguments: Any, **options: Any) -> Any:
+        @functools.wraps(reader)
+        def read(*arguments: Any, **options: Any) -> Any:
             for path in _paths(arguments, options):
                 report(path)
             return reader(*arguments, **options)
 
-        functools.update_wrapper(found, reader)
+        found = read
     mark(found)
     return found
 
