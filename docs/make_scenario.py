@@ -64,7 +64,8 @@ OWN = (
     "",
     "none",
     '`"FILE.py:NAME"`, [a class of your own](your_own_parts.md), whose fields are keys here. '
-    "A scenario that names Python runs it.",
+    'A scenario that names Python runs it. Beside it, `data = ["FILE", ...]` names '
+    "[files that it reads](your_own_parts.md#data-files).",
 )
 """Row of the key that names a user-defined part."""
 EXTRA = {

@@ -62,6 +62,7 @@ LONGEST = (
     *("campaigns/test_own_world", "papers/test_carrara_kuga", "test_cli", "campaigns/test_faults"),
     *("spacecraft/test_added_parts", "campaigns/test_own_metrics", "spacecraft/test_gyrostat"),
     *("campaigns/test_own_controllers", "identification/test_diagnosis"),
+    *("campaigns/test_own_data",),
     *("campaigns/test_example_scenarios", "campaigns/test_magnetic_scenarios"),
     *("identification/test_comparison", "spacecraft/test_flexible", "simulation/test_in_lanes"),
     *("papers/test_endo_sekiguchi_nonaka", "control/test_following", "control/test_optimal_laws"),

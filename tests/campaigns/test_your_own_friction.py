@@ -10,6 +10,7 @@ from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.schema import event_keys
 from gyrostat.campaigns.wheel_keys import WHEEL_ALL
 from gyrostat.core.errors import InputError
+from gyrostat.wheel import read_model, write_model
 from gyrostat.wheel.friction.contract import RESERVED
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
@@ -95,6 +96,39 @@ def test_copy_of_stribeck_flies_as_the_shipped_law(folder):
     assert set(own) == set(shipped)
     for name in ("wheel.b.coulomb", "error_max", "error_rms"):
         assert own[name].values == pytest.approx(shipped[name].values, rel=1e-9), name
+
+
+@pytest.mark.parametrize("use", [use_inline, use_model])
+def test_data_of_the_law_travel_with_it(folder, use):
+    use(folder)
+    (folder / "factor.csv").write_text("2.0")
+    head = 'import numpy as np\nFACTOR = float(np.loadtxt("factor.csv"))\n'
+    (folder / "mine.py").write_text(head + LAW.replace("self.viscous *", "FACTOR * self.viscous *"))
+    with pytest.raises(InputError, match=r"mine\.py:Copy, line 2: found .*factor\.csv"):
+        gs.read_scenario(folder / "scenario.toml")
+    old, file = {
+        use_inline: ('python = "mine.py:Copy",', "cubesat.toml"),
+        use_model: ('model = "mine.py:Copy"', "cubesat_wheel.toml"),
+    }[use]
+    data = ' data = ["factor.csv"],' if use is use_inline else '\ndata = ["factor.csv"]'
+    spacecraft(folder, old, old + data, file)
+    scenario = gs.read_scenario(folder / "scenario.toml")
+    assert [source.path for source in scenario.sources] == ["factor.csv", "mine.py"]
+    if use is use_inline:
+        return
+    out = folder / "copy" / "model.toml"
+    out.parent.mkdir()
+    write_model(out, read_model(folder / "cubesat_wheel.toml"))
+    assert (out.parent / "factor.csv").read_bytes() == b"2.0"
+    assert 'data = ["factor.csv"]' in out.read_text()
+    law = read_model(out).friction
+    torque = law(viscous=1.0, coulomb=0.0, static=0.0, stribeck_speed=1.0).torque(3.0, 1.0)
+    assert float(torque) == pytest.approx(6.0)
+    files = gs.export(out, folder / "fmu", to="fmu", what="wheel", period=0.01)
+    assert [path.name for path in files] == ["wheel.fmu"]
+    (out.parent / "factor.csv").write_text("3.0")
+    with pytest.raises(InputError, match=r"factor\.csv: found a text that was edited since"):
+        read_model(out)
 
 
 @pytest.mark.parametrize("use", [use_inline, use_model])

@@ -51,7 +51,7 @@ def planned_reference(
             )
     if kind == "fixed":
         return None
-    if kind == "table" and not scenario.texts:
+    if kind == "table" and all(text.path != "reference" for text in scenario.texts):
         raise InputError("key reference.file: found none, expected a CSV file")
     slews = [event.name for event in scenario.events if event.kind == "slew"]
     if slews:

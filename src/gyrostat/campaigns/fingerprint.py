@@ -21,6 +21,8 @@ _CPU = ["--xla_cpu_multi_thread_eigen=false", "--xla_backend_optimization_level=
 if version("jaxlib").startswith("0.10."):
     _CPU.append("--xla_cpu_use_fusion_emitters=false")
 FLAGS: dict[str, str] = {"cpu": " ".join(_CPU), "gpu": ""}
+PACKAGES = ("jax", "jaxlib", "numpy", "scipy", "equinox")
+"""Packages whose versions are in the fingerprint."""
 _PLATFORM = {"cpu": "cpu", "gpu": "cuda"}
 
 
@@ -36,7 +38,7 @@ def engine_record(device: str, flags: str, engine: str = "jax") -> dict[str, str
     found["python"] = platform.python_version()
     if engine == "native":
         found["compiler"] = " ".join([compiler_version(), *COMPILER_FLAGS])
-    for package in ("jax", "jaxlib", "numpy", "scipy", "equinox"):
+    for package in PACKAGES:
         try:
             found[package] = version(package)
         except PackageNotFoundError:  # simulation will fail as well

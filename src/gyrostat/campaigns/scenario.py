@@ -123,8 +123,8 @@ class Components:
             validated.
         reference: Kind of the reference attitude.
         parts: Further components, in the order of the file.
-        sources: Python files of user-defined parts and the local modules that they import, sorted
-            by path.
+        sources: Python files of user-defined parts, the local modules that they import, and their
+            data files, sorted by path.
         windows: Windows with metrics of their own.
         orbit: Kind of the orbit.
         unloading: Kind of the unloading of the wheels.
@@ -171,7 +171,8 @@ class Scenario(Components):
         dispersions: Dispersions, independent of each other.
         values: Key -> number, SI, with the keys in alphabetical order.
         texts: Texts that are no numbers, by their place: the tables of the reference attitude, by
-            content, such as "reference.mode.NAME"; of the orbit, "orbit.epoch" and its elements.
+            content, such as "reference.mode.NAME"; of the orbit, "orbit.epoch" and its elements;
+            the versions of the packages that user-defined parts import, "package.NAME".
         requirements: Pointing requirements.
         field_of_view: Full angle of the field of view about the boresight, which the replay
             shows, rad; None: not shown.

@@ -23,6 +23,7 @@ __all__ = [
     "name_text",
     "number",
     "quantity",
+    "read_content",
     "read_text",
     "read_toml",
     "refuse_unknown",
@@ -47,19 +48,29 @@ def read_text(path: Path, kind: str, largest: int = LARGEST_FILE) -> str:
         InputError: The file is not a regular file, cannot be read, is too large or is not UTF-8.
     """
     try:
+        return read_content(path, kind, largest).decode("utf-8-sig")
+    except UnicodeDecodeError as error:
+        raise InputError(f"{path}: found no UTF-8 text ({error.reason}), expected {kind}") from None
+
+
+def read_content(path: Path, kind: str, largest: int) -> bytes:
+    """Read the bytes of a file that the user names; see `read_text`.
+
+    Raises:
+        InputError: The file is not a regular file, cannot be read or is too large.
+    """
+    try:
         # a pipe or device is not opened: reading from it may block forever
         status = path.stat()
         if stat.S_ISREG(status.st_mode):
             with path.open("rb") as stream:
                 content = stream.read(largest + 1)
             if len(content) <= largest:
-                return content.decode("utf-8-sig")
+                return content
             raise InputError(f"{path}: found more than {largest:.3g} bytes, expected {kind}")
     except OSError as error:
         reason = (error.strerror or "an error").lower()
         raise InputError(f"{path}: found {reason}, expected {kind}") from None
-    except UnicodeDecodeError as error:
-        raise InputError(f"{path}: found no UTF-8 text ({error.reason}), expected {kind}") from None
     except ValueError as error:  # a zero byte in the name
         if isinstance(error, InputError):
             raise

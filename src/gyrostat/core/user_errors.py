@@ -3,6 +3,7 @@
 import contextlib
 import dataclasses
 import linecache
+import re
 import sys
 import traceback
 from collections.abc import Iterator
@@ -10,6 +11,7 @@ from typing import Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.undeclared_reads import UndeclaredReadError, watched_reads
 from gyrostat.core.user_modules import PREFIX
 
 UNKNOWN = "a value that is only known in the run"
@@ -55,22 +57,28 @@ class OwnError(InputError):
 
 
 @contextlib.contextmanager
-def reported(part: str) -> Iterator[None]:
+def reported(part: str, package: str = "") -> Iterator[None]:
     """Report any exception in a user's Python as a mistake of a part; it prints to stderr.
 
     stdout is for results, such as those of `--json`.
 
     Args:
         part: Name of the part, such as "controller mission.py:EarthPointer".
+        package: Private package of the part, or a module of it, whose data files it can read by
+            their paths.
 
     Raises:
-        OwnError: An exception was raised inside.
+        OwnError: An exception was raised inside, or something was read that is not declared.
     """
     try:
-        with contextlib.redirect_stdout(sys.stderr):
+        with contextlib.redirect_stdout(sys.stderr), watched_reads(package):
             yield
     except OwnError:
         raise
+    except UndeclaredReadError as error:
+        file = "" if f" {error.read.file}:" in part else f" {error.read.file}"
+        message = str(error).removeprefix(error.read.file)
+        raise OwnError(f"{part},{file}{message}") from None
     except InputError as error:
         raise OwnError(f"{part}: {error}") from error
     except (Exception, SystemExit) as error:
@@ -88,8 +96,11 @@ def _mistake(part: str, error: BaseException) -> OwnError:
     name = type(error).__name__
     if isinstance(error, SyntaxError):
         place, text = f", line {error.lineno}", error.msg
-    found = f"{name} ({text})" if text else name
-    return OwnError(f"{part}{place}: found {found}, expected Python that runs without an exception")
+    found = re.sub(rf"{PREFIX}\w+/", "", f"{name} ({text})" if text else name)
+    expected = "Python that runs without an exception"
+    if isinstance(error, FileNotFoundError):
+        expected = 'a file of the scenario: data = ["FILE", ...] beside python'
+    return OwnError(f"{part}{place}: found {found}, expected {expected}")
 
 
 def _place(part: str, error: BaseException) -> tuple[str, str]:

@@ -1,10 +1,12 @@
-"""Python files of user-defined parts: collected by content, and loaded from their content.
+"""Files of user-defined parts: collected by content, and loaded from their content.
 
-The files that a scenario names, and the modules below its folder that they import, are part of the
-scenario. Every process loads them from their texts, as modules of a private package that is named
-by their digest, so that a campaign runs the same code everywhere, even if a file changes.
+The Python files that a scenario names, the modules below its folder that they import, and the data
+files of the parts are part of the scenario. Every process loads the modules from their texts, as
+modules of a private package that is named by the digest of all files, so that a campaign runs the
+same code everywhere, even if a file changes. Data files are copied into a private folder.
 """
 
+import base64
 import builtins
 import contextlib
 import hashlib
@@ -17,31 +19,79 @@ from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import lru_cache
 from itertools import count
-from pathlib import PurePosixPath
+from pathlib import Path, PurePosixPath
 from types import CodeType, ModuleType
-from typing import Any
+from typing import Any, NamedTuple, Self
 
+from gyrostat.core.data_folder import data_folder
 from gyrostat.core.errors import InputError
+
+BINARY = "base64:"
+"""Start of the text of a data file that is no UTF-8 text."""
 
 
 @dataclass(frozen=True)
 class Source:
-    """Text that belongs to a scenario, such as a Python file of user-defined parts, by its content.
+    """File or text that belongs to a scenario, such as a user's Python file, by its content.
 
     Attributes:
         path: Path relative to the folder of the scenario, with "/" between folders; or the place in
             the scenario.
-        text: Content.
+        text: Content; of a data file see `of_data`.
     """
 
     path: str
     text: str
 
+    @classmethod
+    def of_data(cls, path: str, content: bytes) -> Self:
+        """Data file: its text if it is UTF-8, otherwise its bytes in base 64 after `BINARY`."""
+        try:
+            text = content.decode()
+        except UnicodeDecodeError:
+            text = BINARY
+        if text.startswith(BINARY):
+            text = BINARY + base64.b64encode(content).decode()
+        return cls(path, text)
+
+    @property
+    def is_module(self) -> bool:
+        """Whether it is a Python module, not a data file."""
+        return self.path.endswith(".py")
+
+    @property
+    def content(self) -> bytes:
+        """Bytes of the file."""
+        if not self.is_module and self.text.startswith(BINARY):
+            return base64.b64decode(self.text.removeprefix(BINARY))
+        return self.text.encode()
+
+
+class _Package(NamedTuple):
+    """Private package.
+
+    Attributes:
+        modules: Files by the names of their modules below the package.
+        sources: All files.
+    """
+
+    modules: Mapping[str, Source]
+    sources: tuple[Source, ...]
+
+    def folder(self) -> Path | None:
+        """Folder with copies of the data files; None if there are none.
+
+        Raises:
+            InputError: A copy was changed.
+        """
+        data = [source for source in self.sources if not source.is_module]
+        return data_folder({source.path: source.content for source in data}) if data else None
+
 
 PREFIX = "gyrostat_own_"
 """Start of the names of the private packages."""
-_PACKAGES: dict[str, Mapping[str, Source]] = {}
-"""Name of a private package -> its files, by the names of their modules below the package."""
+_PACKAGES: dict[str, _Package] = {}
+"""Private packages by name."""
 _NUMBERS = count(1)
 
 
@@ -93,7 +143,8 @@ def package_of(sources: tuple[Source, ...]) -> str:
     """Name of the private package of these files, which can then be imported."""
     digest = hashlib.sha256(repr([(s.path, s.text) for s in sources]).encode()).hexdigest()[:16]
     name = f"{PREFIX}{digest}"
-    _PACKAGES[name] = {module_name(source.path): source for source in sources}
+    modules = {module_name(source.path): source for source in sources if source.is_module}
+    _PACKAGES[name] = _Package(modules, sources)
     if not any(isinstance(finder, _Finder) for finder in sys.meta_path):
         sys.meta_path.append(_Finder())
     return name
@@ -137,15 +188,33 @@ def loaded_again(sources: tuple[Source, ...], kind: str) -> Iterator[Any]:
         yield _named(name, kind)
     finally:
         del _PACKAGES[name]
-        for module in [m for m in sys.modules if m == name or m.startswith(f"{name}.")]:
-            del sys.modules[module]
+        unload(name)
 
 
 def packaged(module: str) -> tuple[str, tuple[Source, ...]] | None:
     """Path and all files of a module of a private package; None for any other module."""
     package, _, inner = module.partition(".")
-    files = _PACKAGES.get(package)
-    return None if files is None else (files[inner].path, tuple(files.values()))
+    found = _PACKAGES.get(package)
+    return None if found is None else (found.modules[inner].path, found.sources)
+
+
+def unload(package: str) -> None:
+    """Forget the loaded modules of a private package; the next `load` executes them again."""
+    for module in [m for m in sys.modules if m == package or m.startswith(f"{package}.")]:
+        del sys.modules[module]
+
+
+def folder_of(package: str) -> tuple[Path, tuple[str, ...]] | None:
+    """Folder of the data files of a private package, and their paths in it; None without any.
+
+    Raises:
+        InputError: A file in the folder was changed.
+    """
+    found = _PACKAGES.get(package)
+    folder = None if found is None else found.folder()
+    if found is None or folder is None:
+        return None
+    return folder, tuple(source.path for source in found.sources if not source.is_module)
 
 
 class _Finder:
@@ -156,11 +225,11 @@ class _Finder:
     ) -> importlib.machinery.ModuleSpec | None:
         """Specification of a module of a private package; None for any other module."""
         package, _, inner = fullname.partition(".")
-        modules = _PACKAGES.get(package)
-        if modules is None:
+        found = _PACKAGES.get(package)
+        if found is None:
             return None
-        source, start = modules.get(inner), f"{inner}." if inner else ""
-        folder = not inner or any(name.startswith(start) for name in modules)
+        source, start = found.modules.get(inner), f"{inner}." if inner else ""
+        folder = not inner or any(name.startswith(start) for name in found.modules)
         if source is None and not folder:
             return None
         return importlib.machinery.ModuleSpec(fullname, _Loader(package, source), is_package=folder)
@@ -180,7 +249,9 @@ class _Loader(importlib.abc.Loader):
         if self._source is None:
             return
         code = _compiled(self._package, self._source)
-        module.__file__ = code.co_filename
+        folder = _PACKAGES[self._package].folder()
+        # a part reads its data beside `__file__`
+        module.__file__ = str(folder / self._source.path) if folder else code.co_filename
         vars(module)["__builtins__"] = _builtins(self._package)
         exec(code, vars(module))
 
@@ -196,7 +267,7 @@ def _compiled(package: str, source: Source) -> CodeType:
 @lru_cache(maxsize=64)
 def _builtins(package: str) -> dict[str, Any]:
     """Built-in names of own modules: absolute imports find the modules of the scenario first."""
-    tops = {name.partition(".")[0] for name in _PACKAGES[package]}
+    tops = {name.partition(".")[0] for name in _PACKAGES[package].modules}
 
     def own_import(
         name: str,

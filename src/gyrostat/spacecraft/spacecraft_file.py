@@ -209,7 +209,8 @@ def _own_friction(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel:
             "and the parameters"
         )
     law = read_law(path, f"{key}.{'kind' if 'kind' in table else 'python'}", table)
-    values = {n: v for n, v in table.items() if n not in ("kind", "python")}
+    taken = ("python", "data") if "python" in table else ("kind",)
+    values = {n: v for n, v in table.items() if n not in taken}
     refuse_unknown(path, f"{key}.", values, law.dimensions())
     lacking = [name for name in law.dimensions() if name not in values]
     if lacking:

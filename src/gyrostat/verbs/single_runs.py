@@ -145,6 +145,8 @@ def replayed(folder: "str | Path | xr.Dataset", run: int, *, say: Say, command: 
     from gyrostat.campaigns import replay as simulate_again
     from gyrostat.campaigns.fingerprint import refuse_other
     from gyrostat.campaigns.jobs import executor_for
+    from gyrostat.campaigns.own.packages import other_packages
+    from gyrostat.campaigns.scenario import Scenario
     from gyrostat.reports.campaign import write_replay
 
     path = Path(folder if isinstance(folder, str | Path) else folder.attrs["folder"])
@@ -154,6 +156,8 @@ def replayed(folder: "str | Path | xr.Dataset", run: int, *, say: Say, command: 
     if run not in range(runs):
         raise InputError(f"run: found {run}, expected 0 to {runs - 1}")
     refuse_other(known.engine, str(path))
+    for found in other_packages(Scenario.from_text(known.scenario)):
+        say(f"warning: {path}: found {found}, with which the campaign was started")
     with store.locked():
         store.mend(known)
         opener, _, fly_job = executor_for(known, 1)

@@ -7,8 +7,9 @@ from pathlib import Path
 from typing import Any
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.user_data import data_names, with_data
 from gyrostat.core.user_errors import reported
-from gyrostat.core.user_modules import Source, is_own, kind_from, load, packaged
+from gyrostat.core.user_modules import Source, is_own, kind_from, load, package_of, packaged
 from gyrostat.core.user_sources import sources_below
 from gyrostat.wheel.friction import FRICTION_MODELS, WHEEL_FRICTION, Friction, LuGre
 from gyrostat.wheel.friction.contract import check_law
@@ -82,7 +83,11 @@ def required(law: Any, where: str) -> Law:
 
 
 def law_below(
-    folder: Path, kind: str, where: str, digests: Mapping[str, str] | None = None
+    folder: Path,
+    kind: str,
+    where: str,
+    digests: Mapping[str, str] | None = None,
+    data: Mapping[str, str] | None = None,
 ) -> tuple[Law, tuple[Source, ...]]:
     """Law of a Python file below a folder, and the texts of the file and its local imports.
 
@@ -90,7 +95,8 @@ def law_below(
         folder: Folder of the file that names the law.
         kind: "FILE.py:CLASS", relative to the folder.
         where: Place to name in the error message.
-        digests: Path -> digest that its text must have; None if they are not known.
+        digests: Path -> digest that its content must have; None if they are not known.
+        data: Path of a data file -> place where it is declared; None: those of the digests.
 
     Raises:
         InputError: A file is missing or was edited, or the class is no friction law.
@@ -98,7 +104,10 @@ def law_below(
     for path in digests or ():
         if not (folder / path).is_file():
             raise InputError(f"{where}: found no file {folder / path}, expected the text of {kind}")
+    if data is None:
+        data = {path: where for path in digests or () if not path.endswith(".py")}
     sources = sources_below(folder, {kind.partition(":")[0]: where})
+    sources = with_data(folder, sources, [kind], data)
     for source in sources:
         if digests is not None and digests.get(source.path) != digest(source):
             raise InputError(
@@ -115,7 +124,7 @@ def read_law(path: Path, key: str, table: Mapping[str, Any], digests: object = N
     Args:
         path: Path of the file.
         key: Full key; its last part is the key of the table.
-        table: Table with the name of the law, or "FILE.py:CLASS".
+        table: Table with the name of the law, or "FILE.py:CLASS" and its data files.
         digests: Path -> digest that the texts of a user's law must have; None if not known.
 
     Raises:
@@ -126,7 +135,10 @@ def read_law(path: Path, key: str, table: Mapping[str, Any], digests: object = N
     if kind is not None:
         if digests is not None and not isinstance(digests, dict):
             raise InputError(f"{path}: key sources: found a value, expected a table")
-        return law_below(path.parent, kind, where, digests)[0]
+        data = None
+        if "data" in table:
+            data = data_names(f"{path}: key {key.rpartition('.')[0]}.data", table["data"])
+        return law_below(path.parent, kind, where, digests, data)[0]
     if digests is not None:
         raise InputError(f"{path}: key sources: found it, expected none with this {key}")
     forms = {"kind": WHEEL_FRICTION, "python": ()}.get(key.rpartition(".")[2], WHEEL_FRICTION)
@@ -143,7 +155,7 @@ def loaded_law(kind: str, sources: tuple[Source, ...], where: str = "friction") 
     Raises:
         InputError: The file cannot be executed, or the class is no friction law.
     """
-    with reported(f"{where} {kind}"):
+    with reported(f"{where} {kind}", package_of(sources)):
         law = load(sources, kind)
     return required(law, f"{where} {kind}")
 
@@ -160,13 +172,13 @@ def law_texts(law: Law) -> tuple[str, tuple[Source, ...]] | None:
 
 
 def digest(source: Source) -> str:
-    """SHA-256 digest of a text."""
-    return hashlib.sha256(source.text.encode()).hexdigest()
+    """SHA-256 digest of a file."""
+    return hashlib.sha256(source.content).hexdigest()
 
 
 def write_texts(folder: Path, sources: Collection[Source]) -> None:
-    """Write the texts of a law below a folder."""
+    """Write the files of a law below a folder."""
     for source in sources:
         path = folder / source.path
         path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(source.text, encoding="utf-8", newline="")
+        path.write_bytes(source.content)

@@ -26,6 +26,8 @@ The friction law can be a class of a Python file beside this one, `model = "mine
 
 [sources]                 # SHA-256 digests of the file and its local imports, optional
 "mine.py" = "0f3a..."
+
+Data files that it reads are `data = ["table.csv"]` in [friction], with digests in [sources].
 """
 
 import json
@@ -41,7 +43,7 @@ from gyrostat.core.files import write_whole
 from gyrostat.core.toml_file import number, read_toml, refuse_unknown
 from gyrostat.core.types import Matrix
 from gyrostat.core.units import si_unit
-from gyrostat.core.user_modules import Source
+from gyrostat.core.user_modules import Source, is_own
 from gyrostat.wheel.friction import Friction
 from gyrostat.wheel.friction.base import check_concrete
 from gyrostat.wheel.friction_laws import (
@@ -163,6 +165,8 @@ def write_model(
     text = ["# A wheel identified by gyrostat, SI units", "", "[wheel]"]
     text += lines(_WHEEL, model.values)
     text += ["", "[friction]", f"model = {_quoted(name)}"]
+    data = [source.path for source in sources if not source.is_module]
+    text += [f"data = [{', '.join(map(_quoted, data))}]"] if data else []
     text += lines(model.friction.dimensions(), model.values)
     if sources:
         text += ["", "[sources]  # SHA-256 digests of the friction law"]
@@ -199,8 +203,10 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
         if not isinstance(table[section], dict):
             raise InputError(f"{path}: key {section}: found a value, expected a table")
     friction = dict(table.get("friction", {}))
-    name = friction.pop("model", None)
-    model = read_law(path, "friction.model", {"model": name}, table.get("sources"))
+    named = {"model": friction.pop("model", None)}
+    if is_own(str(named["model"])) and "data" in friction:
+        named["data"] = friction.pop("data")
+    model = read_law(path, "friction.model", named, table.get("sources"))
     dimensions = {**_WHEEL, **model.dimensions()}
     wheel, sigma = table.get("wheel", {}), table.get("sigma", {})
     refuse_unknown(path, "validity.", table.get("validity", {}), ("impossible",))

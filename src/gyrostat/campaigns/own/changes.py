@@ -10,6 +10,7 @@ import numpy as np
 from gyrostat.campaigns.kinds import KINDS, component, components_of, fitting_estimator, numbers_of
 from gyrostat.campaigns.own.change_parts import LISTS, is_list, own_list, with_list
 from gyrostat.campaigns.own.objects import own_object
+from gyrostat.campaigns.own.packages import with_packages
 from gyrostat.campaigns.own.parts import OWN
 from gyrostat.campaigns.reading.read_metrics import with_windows
 from gyrostat.campaigns.reading.read_requirements import with_requirements
@@ -65,7 +66,7 @@ def replaced(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
             "expected dispersions of the keys of the new one, or dispersions=() for none"
         )
     with placed(scenario.name):
-        return validated(scenario)
+        return validated(with_packages(scenario))
 
 
 def _with_component(

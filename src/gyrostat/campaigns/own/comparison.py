@@ -17,6 +17,7 @@ from typing import Any
 from gyrostat.campaigns.own.code_equality import EVALUATING, READING, names_of, same_code
 from gyrostat.campaigns.own.difference import DifferentError, Place, shown
 from gyrostat.campaigns.own.equal_values import rule_of
+from gyrostat.core.file_readers import real
 from gyrostat.core.jax64 import jax
 from gyrostat.core.local_modules import is_local
 
@@ -89,6 +90,7 @@ class Comparison:
 
     def compare(self, place: Place, live: Any, loaded: Any) -> None:
         """Compare two objects; raises `DifferentError`."""
+        live, loaded = real(live), real(loaded)
         pair = id(live), id(loaded)
         if pair in self._pairs:
             return

@@ -53,7 +53,7 @@ class OwnControl(Own):
 
     def check_period(self, period: float) -> None:
         """Validate the control period, s; raises `InputError`."""
-        with reported(self.name):
+        with reported(self.name, self._module):
             check_period(period, self.inner)
 
     def toward(self, guide: Guide) -> "OwnControl":

@@ -23,8 +23,9 @@ from gyrostat.campaigns.own.parts import RESERVED, OwnPart, as_tree, own_part
 from gyrostat.campaigns.own.script_source import extracted
 from gyrostat.campaigns.scenario import Source
 from gyrostat.core.local_modules import is_library_file
+from gyrostat.core.user_data import with_data
 from gyrostat.core.user_errors import OwnError, reported
-from gyrostat.core.user_modules import loaded_again, module_name, packaged
+from gyrostat.core.user_modules import loaded_again, module_name, package_of, packaged
 from gyrostat.core.user_sources import sources_below
 
 MOST_CHOICES = 50
@@ -133,8 +134,10 @@ def _source(section: str, place: str, made: Any, given: Any) -> tuple[str, tuple
     first: tuple[_Text, DifferentError] | None = None
     for _ in range(MOST_CHOICES):
         extract = extracted(place, made, chosen)
+        kind = f"{extract.file}:{made.__name__}"
         sources = sources_below(extract.folder, {}, {extract.file: extract.text})
-        text = _Text(f"{extract.file}:{made.__name__}", sources, extract.folder, "__main__")
+        sources = with_data(extract.folder, sources, [kind], {})
+        text = _Text(kind, sources, extract.folder, "__main__")
         try:
             _require_equal(section, place, text, made, given)
         except DifferentError as different:
@@ -173,8 +176,9 @@ def _of_file(place: str, made: Any) -> _Text:
     depth = made.__module__.count(".") + (path.name == "__init__.py")
     folder = path.resolve().parents[depth]
     inside = path.resolve().relative_to(folder).as_posix()
-    sources = sources_below(folder, {inside: place})
-    return _Text(f"{inside}:{made.__name__}", sources, folder, made.__module__)
+    kind = f"{inside}:{made.__name__}"
+    sources = with_data(folder, sources_below(folder, {inside: place}), [kind], {})
+    return _Text(kind, sources, folder, made.__module__)
 
 
 def _require_equal(section: str, place: str, text: _Text, made: Any, given: Any) -> None:
@@ -186,10 +190,10 @@ def _require_equal(section: str, place: str, text: _Text, made: Any, given: Any)
     """
     part = OwnPart(f"{section} {text.kind}", None, (), {})
     with contextlib.ExitStack() as stack:
-        with reported(part.name):
+        with reported(part.name, package_of(text.sources)):
             again = stack.enter_context(loaded_again(text.sources, text.kind))
         package, _, own = again.__module__.partition(".")
-        names = [module_name(source.path) for source in text.sources]
+        names = [module_name(source.path) for source in text.sources if source.is_module]
         texts = {name: f"{package}.{name}" for name in names}
         root = str(Path(sys.modules[again.__module__].__file__ or "").parents[own.count(".")])
         texts |= {text.module: again.__module__, str(text.folder): root}
@@ -197,7 +201,7 @@ def _require_equal(section: str, place: str, text: _Text, made: Any, given: Any)
         comparison.require_equal(made.__name__, made, again)
         if given is not made:
             kind = as_tree(part, again)
-            with reported(part.name):
+            with reported(part.name, again.__module__):
                 remade = _remade(kind, given)
             for name in sorted({*vars(given), *vars(remade)}):
                 one, other = (getattr(each, name, "nothing") for each in (given, remade))

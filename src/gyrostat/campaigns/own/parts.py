@@ -28,10 +28,10 @@ from gyrostat.core.arrays import Vector3
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import SI_UNIT
 from gyrostat.core.user_errors import OwnError, reported
-from gyrostat.core.user_modules import load
+from gyrostat.core.user_modules import load, package_of
 from gyrostat.spacecraft import Spacecraft
 
-TAKEN = ("kind", "python", "target", "name")
+TAKEN = ("kind", "python", "data", "target", "name")
 """Keys of the tables of a scenario file, which no field can have as its name."""
 DIMENSION_OF = {unit: dimension for dimension, unit in SI_UNIT.items()}
 """SI unit -> its dimension: a key in N·m accepts a text with any unit of torque."""
@@ -76,7 +76,7 @@ class OwnPart:
         if not inspect.isclass(self.made):
             return jax.tree_util.Partial(self.made)
         numbers = {name: jnp.asarray(options[name], dtype=float) for name in self.keys}
-        with reported(self.name):
+        with reported(self.name, self.made.__module__):
             return self.made(**numbers, **{n: v for n, v in given.items() if n in self.fields})
 
     def refuse(self, found: str, expected: str) -> OwnError:
@@ -109,7 +109,7 @@ def own_part(section: str, kind: str, sources: tuple[Source, ...]) -> OwnPart:
         InputError: It cannot be loaded, or a field of the class is not a number.
     """
     part = OwnPart(f"{section} {kind}", None, (), {})
-    with reported(part.name):
+    with reported(part.name, package_of(sources)):
         found = load(sources, kind)
     if not inspect.isclass(found):
         if not callable(found):

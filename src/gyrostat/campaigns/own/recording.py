@@ -65,14 +65,14 @@ def recording() -> Iterator[list[Call]]:
 
 
 def record(
-    part: str, method: str, made: Any, call: Callable[[], Any], *, simulated: bool = True
+    part: str, method: str, module: str, call: Callable[[], Any], *, simulated: bool = True
 ) -> None:
     """Record a call of a user-defined part, if calls are recorded.
 
     Args:
         part: Name of the part.
         method: Name of the method.
-        made: Class or function of the user.
+        module: Module of the user's class or function.
         call: The call; it is traced twice.
         simulated: See `Call`.
 
@@ -82,7 +82,7 @@ def record(
     calls = _calls.get()
     if calls is None:
         return
-    package = str(made.__module__).partition(".")[0]
+    package = module.partition(".")[0]
     refuse_kept(part, package)
     token = _calls.set(None)
     try:

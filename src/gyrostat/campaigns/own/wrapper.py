@@ -21,9 +21,15 @@ class Own(eqx.Module):
     inner: Any
     name: str = eqx.field(static=True)
 
+    @property
+    def _module(self) -> str:
+        """Module of the user's class or function."""
+        is_function = isinstance(self.inner, jax.tree_util.Partial)
+        return (self.inner.func if is_function else type(self.inner)).__module__
+
     def check(self) -> None:
         """Validate parameters; raises `InputError`."""
-        with reported(self.name):
+        with reported(self.name, self._module):
             check_parts(self.inner)
 
     def called(self, method: str, *arguments: Any) -> Any:
@@ -32,7 +38,7 @@ class Own(eqx.Module):
         Raises:
             InputError: The method raised an exception, or the part is not pure; see `record`.
         """
-        with reported(self.name):
+        with reported(self.name, self._module):
             result = getattr(self.inner, method)(*arguments)
         self.tried(method, *arguments)
         return result
@@ -45,12 +51,10 @@ class Own(eqx.Module):
         """
 
         def call() -> Any:
-            with reported(self.name):
+            with reported(self.name, self._module):
                 return getattr(self.inner, method)(*arguments)
 
-        is_function = isinstance(self.inner, jax.tree_util.Partial)
-        made = self.inner.func if is_function else type(self.inner)
-        record(self.name, method, made, call, simulated=simulated)
+        record(self.name, method, self._module, call, simulated=simulated)
 
     def begun(self, *arguments: Any) -> Any:
         """Memory that the method `start` of the part returns.

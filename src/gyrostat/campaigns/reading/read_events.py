@@ -5,7 +5,7 @@ from math import inf
 
 from gyrostat.campaigns.controllers import NOTIFIED, PlannedController
 from gyrostat.campaigns.kinds import own_event_keys
-from gyrostat.campaigns.reading.read_own import own_kind
+from gyrostat.campaigns.reading.read_own import OWN_KEYS, own_kind
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import AXES, Event, Source
 from gyrostat.campaigns.schema import EVENTS, SENSOR_FAULT, Measured, event_keys
@@ -67,7 +67,7 @@ def _own_event(
 ) -> Event:
     event = Event(name, own_kind(row))
     keys = own_event_keys(event.kind, sources)
-    row.known(("name", "python", *keys))
+    row.known(("name", *OWN_KEYS, *keys))
     values |= row.numbers(keys, f"event.{name}.")
     within_run(row, "time", values[f"event.{name}.time"], values)
     return event

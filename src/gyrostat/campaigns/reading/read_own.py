@@ -1,10 +1,14 @@
-"""Read the names and the Python files of the user-defined parts of a scenario file."""
+"""Read the names and the files of the user-defined parts of a scenario file."""
 
-from collections.abc import Mapping
+from collections.abc import Collection
 
 from gyrostat.campaigns.reading.tables import Table
-from gyrostat.core.user_modules import Source, is_own, kind_from
+from gyrostat.core.user_data import data_names, with_data
+from gyrostat.core.user_modules import Source, kind_from
 from gyrostat.core.user_sources import sources_below
+
+OWN_KEYS = ("python", "data")
+"""Keys of the table of a user-defined part that are none of its numbers."""
 
 
 def own_kind(table: Table) -> str:
@@ -22,20 +26,21 @@ def own_kind(table: Table) -> str:
     return kind
 
 
-def own_sources(top: Table, kinds: Mapping[str, str]) -> tuple[Source, ...]:
+def own_sources(top: Table, tables: Collection[Table]) -> tuple[Source, ...]:
     """Files that the user-defined parts of a scenario name, and the local modules that they import.
 
     Args:
         top: Top-level table of the scenario file.
-        kinds: Place in the file -> kind.
+        tables: Tables of the user-defined parts.
 
     Raises:
         InputError: A file cannot be read, or is not below the folder of the scenario; or it imports
             a local module that is not.
     """
-    named = {
-        kind.partition(":")[0]: f"{top.path}: key {place}.python"
-        for place, kind in kinds.items()
-        if is_own(kind)
-    }
-    return sources_below(top.path.parent, named)
+    kinds = {table.place("python"): own_kind(table) for table in tables}
+    named = {kind.partition(":")[0]: place for place, kind in kinds.items()}
+    sources, data = sources_below(top.path.parent, named), {}
+    for table in tables:
+        if "data" in table.row:
+            data |= data_names(table.place("data"), table.row["data"])
+    return with_data(top.path.parent, sources, kinds.values(), data)

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 from gyrostat.campaigns.kinds import PARTS, component
 from gyrostat.campaigns.metrics.kinds import RUN_METRICS
 from gyrostat.campaigns.own.parts import OWN
-from gyrostat.campaigns.reading.read_own import own_kind
+from gyrostat.campaigns.reading.read_own import OWN_KEYS, own_kind
 from gyrostat.campaigns.reading.tables import Table
 from gyrostat.campaigns.scenario import Part, Source
 from gyrostat.core.errors import InputError
@@ -60,18 +60,18 @@ def part_values(
     values: dict[str, float] = {}
     for part, row in parts:
         made = component(part.section, part.kind, sources)
-        own = ("python",) if part.section in OWN else ()
+        own = OWN_KEYS if "python" in row.row and part.section in OWN else ()
         row.known(("name", "kind", *own, *made.keys, *made.texts))
         values |= row.numbers(made.keys, f"{part.section}.{part.name}.")
     return values
 
 
-def own_kinds(top: Table) -> Iterator[tuple[str, str]]:
-    """Place and kind of each user-defined part of a list and of each user-defined event."""
+def own_tables(top: Table) -> Iterator[Table]:
+    """Table of each user-defined part of a list and of each user-defined event."""
     for section in (section for section in (*PARTS, "event") if section in OWN):
         for row in _tables(top, section):
             if "python" in row.row:
-                yield row.prefix.removesuffix("."), own_kind(row)
+                yield row
 
 
 def _tables(top: Table, section: str) -> list[Table]:

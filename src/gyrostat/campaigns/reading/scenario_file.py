@@ -13,6 +13,7 @@ import numpy as np
 from gyrostat.campaigns.components import ESTIMATOR_OF
 from gyrostat.campaigns.impossible import check_possible
 from gyrostat.campaigns.kinds import KINDS, component, fitting_estimator, measured
+from gyrostat.campaigns.own.packages import with_packages
 from gyrostat.campaigns.own.parts import OWN
 from gyrostat.campaigns.own.trial import try_shapes
 from gyrostat.campaigns.plans import designs_of, plans_of
@@ -20,8 +21,8 @@ from gyrostat.campaigns.reading.read_dispersions import read_dispersions
 from gyrostat.campaigns.reading.read_events import read_events
 from gyrostat.campaigns.reading.read_metrics import read_metrics
 from gyrostat.campaigns.reading.read_orbit import read_orbit
-from gyrostat.campaigns.reading.read_own import own_kind, own_sources
-from gyrostat.campaigns.reading.read_parts import own_kinds, part_values, read_parts
+from gyrostat.campaigns.reading.read_own import OWN_KEYS, own_kind, own_sources
+from gyrostat.campaigns.reading.read_parts import own_tables, part_values, read_parts
 from gyrostat.campaigns.reading.read_reference import (
     check_reference,
     position_error,
@@ -40,7 +41,7 @@ from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.core.errors import InputError, placed, printable
 from gyrostat.core.toml_file import LONGEST_NAME
 from gyrostat.core.user_errors import OwnError
-from gyrostat.core.user_modules import joined_sources
+from gyrostat.core.user_modules import is_own, joined_sources
 from gyrostat.core.validation import MOST_PERIODS, require_period
 from gyrostat.spacecraft import SpacecraftFile, read_spacecraft
 from gyrostat.wheel.friction_laws import law_texts
@@ -109,7 +110,8 @@ def _read(path: Path, *, force: bool) -> Scenario:
     start = top.table("start", (*START, "attitude", "wheel_speed"))
     values |= start.numbers(START) | _wheel_values(top, start, craft)
     chosen, parts = _kinds(top), read_parts(top)
-    sources = own_sources(top, {**chosen, **dict(own_kinds(top))})
+    own = [top.table(section, None) for section, kind in chosen.items() if is_own(kind)]
+    sources = own_sources(top, [*own, *own_tables(top)])
     law = type(craft.spacecraft.wheels.friction)
     friction, texts = law_texts(law) or (law.name, ())
     sources = joined_sources(top.name("name", printable(path.stem)), sources, texts)
@@ -117,7 +119,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
     # the defaults of a controller depend on the sensors
     for section, kind in sorted(chosen.items(), key=lambda each: each[0] == "controller"):
         made = component(section, kind, sources)
-        extra = ("kind", "python") if section in OWN else ("kind",)
+        extra = ("kind", *OWN_KEYS) if is_own(kind) else ("kind",)
         extra = (*extra, *made.texts, *BESIDE.get(section, ()))
         table = top.table(section, (*made.keys, *extra))
         if section == "reference":
@@ -167,7 +169,8 @@ def _read(path: Path, *, force: bool) -> Scenario:
             *read_orbit(chosen["orbit"], top.table("orbit", None)),
         ),
     )
-    return replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
+    scenario = replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
+    return with_packages(scenario)
 
 
 def validated(scenario: Scenario) -> Scenario:

@@ -57,6 +57,7 @@ RESERVED = frozenset(
     (
         *("inertia", "motor_constant", "current_bias", "initial_speed", "speed", "name", "title"),
         *("viscous_per_degC", "dry_per_degC", "kind", "python", "model", "wheel", "time", "factor"),
+        *("data",),
         *("rise_time", "torque_limit", "momentum_limit", "static_imbalance", "dynamic_imbalance"),
         *("position", "angle", "radial_frequency", "radial_damping", "rocking_frequency"),
         *("rocking_damping", "inertia_ratio", "wear", "time_constant", "current_limit"),
