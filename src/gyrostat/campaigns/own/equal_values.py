@@ -12,6 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from gyrostat.campaigns.own.difference import DifferentError, Place, shown
+from gyrostat.campaigns.own.literals import LARGEST
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.local_modules import is_local
 
@@ -72,7 +73,14 @@ def _array(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
     if alike and one.dtype.hasobject:
         comparer.compare(place, one.tolist(), other.tolist())
         return
-    refuse_unequal(place, live, loaded, equal=alike and one.tobytes() == other.tobytes())
+    if not alike:
+        raise DifferentError(
+            place, *(f"an array {each.dtype}{each.shape}" for each in (one, other))
+        )
+    if one.tobytes() != other.tobytes():
+        limit = f" (of more than {LARGEST} numbers, the statement is copied and not the numbers)"
+        first = f"an array {one.dtype}{one.shape}{limit if one.size > LARGEST else ''}"
+        raise DifferentError(place, first, "other numbers")
 
 
 def _sequence(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:

@@ -131,7 +131,8 @@ def as_tree(part: OwnPart, found: type) -> type:
     """
     if issubclass(found, eqx.Module):
         return found
-    if not dataclasses.is_dataclass(found):
+    # an attribute of the class can also be one of its metaclass
+    if not any("__dataclass_params__" in vars(base) for base in found.__mro__):
         if "__init__" in vars(found):
             raise part.refuse("a method __init__", "annotated fields such as `gain: float` instead")
     elif not found.__dataclass_params__.frozen:  # pyright: ignore[reportAttributeAccessIssue]
@@ -142,7 +143,8 @@ def as_tree(part: OwnPart, found: type) -> type:
 @lru_cache(maxsize=64)
 def _registered(found: type) -> type:
     """The class as a frozen dataclass, registered as a tree once."""
-    made = found if dataclasses.is_dataclass(found) else dataclass(frozen=True)(found)
+    is_made = any("__dataclass_params__" in vars(base) for base in found.__mro__)
+    made = found if is_made else dataclass(frozen=True)(found)
     names = [field.name for field in dataclasses.fields(made)]
     return jax.tree_util.register_dataclass(made, names, [])
 

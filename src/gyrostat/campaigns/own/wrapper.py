@@ -4,6 +4,7 @@ from typing import Any
 
 import equinox as eqx
 
+from gyrostat.campaigns.own.live_calls import compare_live
 from gyrostat.campaigns.own.recording import record
 from gyrostat.core.jax64 import jax
 from gyrostat.core.user_errors import numbers, reported
@@ -40,6 +41,8 @@ class Own(eqx.Module):
     def tried(self, method: str, *arguments: Any, simulated: bool = True) -> None:
         """Trace a method of the part during a trial, and only then.
 
+        During a comparison with the object in memory, its method is traced, too.
+
         Raises:
             InputError: See `called`.
         """
@@ -48,6 +51,7 @@ class Own(eqx.Module):
             with reported(self.name):
                 return getattr(self.inner, method)(*arguments)
 
+        compare_live(self.name, self.inner, method, arguments, call)
         is_function = isinstance(self.inner, jax.tree_util.Partial)
         made = self.inner.func if is_function else type(self.inner)
         record(self.name, method, made, call, simulated=simulated)
