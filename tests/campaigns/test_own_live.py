@@ -199,6 +199,18 @@ REFUSED = {
         P,
     ),
     "a use of globals()": ("gain = 2.0\ndef law(): return globals()['gain']", P),
+    "a large array from several statements": (
+        "K = jnp.ones(200_000)\nK = K.at[7].set(3.0)",
+        "def law(): return K[7]",
+        P,
+    ),
+    "an annotation": (P, "def law(): return 1.0", "P.__annotations__['size'] = int"),
+    "a rule that was registered later": (
+        "@functools.singledispatch\ndef f(x): return 1.0",
+        "def law(): return f(1.0)",
+        P,
+        "@f.register(float)\ndef _(x): return 9.0",
+    ),
     "a file": ("def law(): return len(STREAM.name)", "import os\nSTREAM = open(os.devnull)", P),
 }
 

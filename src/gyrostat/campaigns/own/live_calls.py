@@ -18,7 +18,7 @@ from gyrostat.codegen.comparison import first_difference
 from gyrostat.core.jax64 import jax
 from gyrostat.core.user_errors import OwnError
 
-_live: ContextVar[Mapping[str, Any]] = ContextVar("live", default={})
+_live: ContextVar[Mapping[str, Any] | None] = ContextVar("live", default=None)
 
 
 @contextlib.contextmanager
@@ -51,7 +51,7 @@ def compare_live(
         OwnError: Their operations or constants differ.
     """
     kind = part.rpartition(" ")[2]
-    given = _live.get().get(kind)
+    given = (_live.get() or {}).get(kind)
     if given is None:
         return
     with comparing({}), silent():
