@@ -260,6 +260,14 @@ def test_the_digest_stays_if_something_else_changes(notebook):
     assert one[:3] == other[:3]
 
 
+def test_comments_and_blank_lines_leave_the_digest(notebook):
+    bare = "def law():\n    text = '''a # b\n\n  c'''\n    return len(text) + 1.0"
+    full = bare.replace("():", "():  # comment\n\n    # comment").replace("1.0", "1.0  # c")
+    one, other = (own_object(SECTION, notebook(cell, P).P) for cell in (bare, full))
+    assert one[:3] == other[:3]
+    assert "a # b\n\n  c" in other.sources[0].text
+
+
 STALE = {
     "functools.cache": ("G = 2.0\n@functools.cache\ndef law(): return G", "law()"),
     "functools.lru_cache of an argument": (

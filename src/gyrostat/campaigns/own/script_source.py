@@ -150,8 +150,8 @@ class _Script:
             if not is_text or type(value).__module__.startswith(RESULTS):
                 raise OwnError(
                     f"{self._place}: found {name}, a {type(value).__name__} of the script, expected"
-                    f" numbers, arrays of at most {LARGEST} numbers or of one statement, functions, "
-                    "classes and imports; or put the class into a file of its own and import it"
+                    f" numbers, arrays of at most {LARGEST} numbers or of one statement, functions"
+                    ", classes and imports; or put the class into a file of its own and import it"
                 ) from None
             self._copy(definition)
         else:
