@@ -355,3 +355,9 @@ def test_attributes_of_a_metaclass_are_not_those_of_the_class(notebook):
     )
     given = notebook(*cells).P()
     np.testing.assert_array_equal(torque(loaded(given)), torque(given))
+
+
+def test_a_class_is_used_again_after_many_others(notebook):
+    found = own_object(SECTION, notebook("def law(): return 2.0", P).P)
+    own_part.cache_clear()  # as the parts of many other cells do
+    assert own_part(SECTION, found.kind, found.sources).fields == ("size",)

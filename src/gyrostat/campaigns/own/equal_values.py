@@ -220,18 +220,17 @@ def _state(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
     """Attributes of instances."""
     for name in sorted({*_fields(live), *_fields(loaded)}):
         one, other = (_fields(each).get(name, _NONE) for each in (live, loaded))
-        if one is not _NONE or other is not _NONE:
+        if one is not _NONE and other is not _NONE:
             comparer.compare(place.inside(f".{name}"), one, other)
+        elif one is not other:
+            raise DifferentError(
+                place.inside(f".{name}"),
+                *("nothing" if each is _NONE else shown(each) for each in (one, other)),
+            )
 
 
-class _Missing:
-    """Attribute that an instance does not have."""
-
-    def __repr__(self) -> str:
-        return "nothing"
-
-
-_NONE = _Missing()
+_NONE: Any = object()
+"""Attribute that an instance does not have."""
 
 
 def _fields(value: Any) -> dict[str, Any]:

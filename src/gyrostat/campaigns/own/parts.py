@@ -140,7 +140,7 @@ def as_tree(part: OwnPart, found: type) -> type:
     return _registered(found)
 
 
-@lru_cache(maxsize=64)
+@lru_cache(maxsize=None)  # JAX keeps every class, and takes it once
 def _registered(found: type) -> type:
     """The class as a frozen dataclass, registered as a tree once."""
     is_made = any("__dataclass_params__" in vars(base) for base in found.__mro__)
