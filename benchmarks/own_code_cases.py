@@ -1,7 +1,8 @@
 """Cases of parts of a user's own, which `soak_own_code.py` executes in cells of a notebook.
 
-In each text, @ after a letter stands for the number of the case. A case is a list of cells; where none of them
-defines the class P@, a class that multiplies law@() is defined last, before what is changed.
+In each text, @ after a letter stands for the number of the case. A case is a list of cells; where
+none of them defines the class P@, a class that multiplies law@() is defined last, before what is
+changed.
 """
 
 PART = """
@@ -126,8 +127,10 @@ CHANGES = {
         ["g@ = 3.0"],
     ),
     "method of an instance": (
-        [BOX.replace("gain = 2.0", "gain = 2.0\n    def law(self): return self.gain")]
-        + ["law@ = box@.law"],
+        [
+            BOX.replace("gain = 2.0", "gain = 2.0\n    def law(self): return self.gain"),
+            "law@ = box@.law",
+        ],
         ["box@.gain = 3.0"],
     ),
     # a function
@@ -182,8 +185,10 @@ CHANGES = {
         ["P@.g = classmethod(lambda cls: 3.0)"],
     ),
     "metaclass": (
-        ["class M@(type):\n    gain = 2.0\nclass B@(metaclass=M@): pass"]
-        + ["def law@(): return B@.gain"],
+        [
+            "class M@(type):\n    gain = 2.0\nclass B@(metaclass=M@): pass",
+            "def law@(): return B@.gain",
+        ],
         ["M@.gain = 3.0"],
     ),
     "field of a named tuple": (
@@ -353,7 +358,8 @@ HONEST = {
         "def law@(): return 3.0 if MODE@ is E@.FAST else 1.0",
     ],
     "enumeration of integers": [
-        "class I@(enum.IntEnum):\n    X = 0\n    Y = 1\ndef law@(): return np.array([2.0, 3.0])[I@.Y]"
+        "class I@(enum.IntEnum):\n    X = 0\n    Y = 1",
+        "def law@(): return np.array([2.0, 3.0])[I@.Y]",
     ],
     "named tuple with a method": [
         "class N@(typing.NamedTuple):\n    a: float\n    def twice(self): return 2.0 * self.a",
@@ -387,7 +393,8 @@ HONEST = {
         "T@ = {'a': lambda: 2.0}\nT@['b'] = T@['a']\ndef law@(): return T@['a']()"
     ],
     "import inside and star import": [
-        "from math import *\ndef law@():\n    from math import cosh\n    return cosh(0.5) + sinh(0.5)"
+        "from math import *",
+        "def law@():\n    from math import cosh\n    return cosh(0.5) + sinh(0.5)",
     ],
     "import with a handler": [
         "try:\n    import no@ as lib@\nexcept ImportError:\n    import math as lib@",
@@ -399,7 +406,8 @@ HONEST = {
     ],
     "tree registered in the notebook": [
         "@jax.tree_util.register_pytree_node_class\nclass T@:\n"
-        "    def __init__(self, a): self.a = a\n    def tree_flatten(self): return (self.a,), None\n"
+        "    def __init__(self, a): self.a = a\n    "
+        "    def tree_flatten(self): return (self.a,), None\n"
         "    @classmethod\n    def tree_unflatten(cls, aux, c): return cls(*c)",
         "def law@(): return jax.tree.map(lambda x: 2.0 * x, T@(1.5)).a",
     ],

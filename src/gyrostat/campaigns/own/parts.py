@@ -9,7 +9,7 @@ import inspect
 import typing
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any, Self
 
 import equinox as eqx
@@ -140,7 +140,7 @@ def as_tree(part: OwnPart, found: type) -> type:
     return _registered(found)
 
 
-@lru_cache(maxsize=None)  # JAX keeps every class, and takes it once
+@cache  # JAX keeps every class, and takes it once
 def _registered(found: type) -> type:
     """The class as a frozen dataclass, registered as a tree once."""
     is_made = any("__dataclass_params__" in vars(base) for base in found.__mro__)
