@@ -120,8 +120,9 @@ def _gives(binding: _Binding, value: Any) -> bool:
         if original is _NOTHING or original is value:
             return True
         # the change can be in the module that the name was imported from
-        known = home is not None and binding.value in vars(home)
-        return known and not is_original(home, binding.value)
+        if home is None or binding.value not in vars(home):
+            return False
+        return not is_original(home, binding.value)
     return binding.value is _NOTHING or repr(binding.value) == repr(value)
 
 
