@@ -406,7 +406,7 @@ HONEST = {
     ],
     "tree registered in the notebook": [
         "@jax.tree_util.register_pytree_node_class\nclass T@:\n"
-        "    def __init__(self, a): self.a = a\n    "
+        "    def __init__(self, a): self.a = a\n"
         "    def tree_flatten(self): return (self.a,), None\n"
         "    @classmethod\n    def tree_unflatten(cls, aux, c): return cls(*c)",
         "def law@(): return jax.tree.map(lambda x: 2.0 * x, T@(1.5)).a",
