@@ -9,6 +9,7 @@ import numpy as np
 
 from gyrostat.campaigns.kinds import KINDS, component, components_of, fitting_estimator, numbers_of
 from gyrostat.campaigns.own.change_parts import LISTS, is_list, own_list, with_list
+from gyrostat.campaigns.own.live_trial import require_same_traces
 from gyrostat.campaigns.own.objects import own_object
 from gyrostat.campaigns.own.packages import with_packages
 from gyrostat.campaigns.own.parts import OWN
@@ -31,12 +32,13 @@ def replaced(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
     own = {field.name for field in dataclasses.fields(Scenario)} - {*KINDS, *FIXED}
     known = tuple(dict.fromkeys((*KINDS, *LISTS, *sorted(own))))
     parts = {name: value for name, value in changes.items() if name in KINDS or name in LISTS}
+    live: dict[str, Any] = {}
     # the defaults of a controller depend on the sensors
     for name, given in sorted(parts.items(), key=lambda each: each[0] == "controller"):
         if is_list(name, given):
-            scenario = _with_list(scenario, name, given)
+            scenario = _with_list(scenario, name, given, live)
         else:
-            scenario = _with_component(scenario, name, given, changes)
+            scenario = _with_component(scenario, name, given, changes, live)
     needed = fitting_estimator(components_of(scenario))
     if scenario.estimator != needed:
         raise InputError(
@@ -66,13 +68,15 @@ def replaced(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
             "expected dispersions of the keys of the new one, or dispersions=() for none"
         )
     with placed(scenario.name):
-        return validated(with_packages(scenario))
+        scenario = validated(with_packages(scenario))
+    require_same_traces(scenario, live)
+    return scenario
 
 
 def _with_component(
-    scenario: Scenario, section: str, given: Any, changes: Mapping[str, Any]
+    scenario: Scenario, section: str, given: Any, changes: Mapping[str, Any], live: dict[str, Any]
 ) -> Scenario:
-    """Scenario with another component in a section.
+    """Scenario with another component in a section; an object is added to `live` by its kind.
 
     The values of an object are its own. Those of a kind are in the changes, or its defaults.
     """
@@ -89,7 +93,8 @@ def _with_component(
                 f"{scenario.name}: found {type(given).__name__} as {section}, expected one of "
                 f"{', '.join(KINDS[section])}"
             )
-        kind, found, values = own_object(section, given)
+        kind, found, values, live_object = own_object(section, given)
+        live[kind] = live_object
         sources = joined_sources(scenario.name, _kept(scenario, section), found)
     made = component(section, kind, sources)
     if values is None:
@@ -114,12 +119,13 @@ def _with_component(
     )
 
 
-def _with_list(scenario: Scenario, argument: str, given: Any) -> Scenario:
-    """Scenario with another list of user-defined parts."""
+def _with_list(scenario: Scenario, argument: str, given: Any, live: dict[str, Any]) -> Scenario:
+    """Scenario with another list of user-defined parts, added to `live` by their kinds."""
     found = own_list(scenario, argument, given)
     sources = _kept(scenario, LISTS[argument])
     for part in found.values():
         sources = joined_sources(scenario.name, sources, part.sources)
+        live[part.kind] = part.live
     return with_list(dataclasses.replace(scenario, sources=sources), argument, found)
 
 

@@ -15,8 +15,9 @@ from dataclasses import dataclass, field
 from typing import Any
 
 from gyrostat.campaigns.own.code_equality import EVALUATING, READING, names_of, same_code
-from gyrostat.campaigns.own.difference import DifferentError, Place, shown
+from gyrostat.campaigns.own.difference import DifferentError, PatchedError, Place, shown
 from gyrostat.campaigns.own.equal_values import rule_of
+from gyrostat.campaigns.own.library_names import is_original, is_original_builtin
 from gyrostat.core.file_readers import real
 from gyrostat.core.jax64 import jax
 from gyrostat.core.local_modules import is_local
@@ -52,6 +53,8 @@ _PARTS: tuple[tuple[Any, tuple[str, ...]], ...] = (
     (type(jax.jit(lambda: None)), ("__wrapped__",)),
 )
 """Kinds of wrappers -> the parts that determine what they do."""
+_OF_DISPATCH = ("cache_token", "dispatch_cache")
+"""What functools.singledispatch keeps of earlier calls."""
 _NOTHING = "nothing"
 
 
@@ -145,11 +148,32 @@ class Comparison:
         inner = getattr(value, "__func__", value)
         scope = getattr(inner, "__globals__", {}).get("__name__")
         if is_local(scope) or (isinstance(inner, type) and is_local(inner.__module__)):
-            raise DifferentError(
-                place, f"{shown(inner)} of {scope or inner.__module__}", "the one of the library"
-            )
+            raise PatchedError(place, f"{shown(inner)} of {scope or inner.__module__}")
+
+    def library_name(self, place: Place, module: types.ModuleType, name: str) -> None:
+        """Check that a name of a library has the value that other processes find there.
+
+        Raises:
+            DifferentError: It was set from outside.
+        """
+        value = vars(module)[name]
+        if isinstance(value, types.ModuleType):
+            self.compare(place, value, value)
+            return
+        self._refuse_patch(place, value)
+        if not is_original(module, name):
+            raise PatchedError(place, shown(value))
+
+    def _builtin(self, place: Place, name: str) -> None:
+        """Check that a built-in name has the value that other processes find there."""
+        value = getattr(builtins, name, None)
+        self._refuse_patch(place, value)
+        if not is_original_builtin(name):
+            raise PatchedError(place, shown(value))
 
     def _class(self, place: Place, live: type, loaded: type) -> None:
+        if live.__qualname__ != loaded.__qualname__:
+            raise DifferentError(place, shown(live), shown(loaded))
         self.compare(place.inside(".__class__"), type(live), type(loaded))
         if len(live.__bases__) != len(loaded.__bases__):
             raise DifferentError(
@@ -179,12 +203,16 @@ class Comparison:
             raise DifferentError(
                 place, f"the code of line {live.__code__.co_firstlineno}", "other code"
             )
+        if hasattr(live, "registry") and hasattr(loaded, "registry"):
+            self.compare(place.inside(".registry"), live.registry, loaded.registry)
         for part in ("__defaults__", "__kwdefaults__"):
             self.compare(place.inside(f".{part}"), getattr(live, part), getattr(loaded, part))
         cells = zip(
             live.__code__.co_freevars, live.__closure__ or (), loaded.__closure__ or (), strict=True
         )
         for name, one, other in cells:
+            if live.__module__ == "functools" and name in _OF_DISPATCH:
+                continue
             self.compare(place.inside(f" with {name}"), *map(_content, (one, other)))
         parts = [
             {k: v for k, v in vars(f).items() if k not in _OF_FUNCTION} for f in (live, loaded)
@@ -209,7 +237,7 @@ class Comparison:
         for name in sorted(wanted - {"__name__"}):
             one, other = (scope.get(name, _NOTHING) for scope in scopes)
             if one is _NOTHING and other is _NOTHING:
-                self._refuse_patch(place.used(name), getattr(builtins, name, None))
+                self._builtin(place.used(name), name)
             elif one is _NOTHING or other is _NOTHING:
                 raise DifferentError(
                     place.used(name), *(e if e is _NOTHING else shown(e) for e in (one, other))
@@ -232,7 +260,7 @@ class Comparison:
         for name in sorted(names if everything else names & self._mentioned):
             one, other = vars(live).get(name, _NOTHING), vars(loaded).get(name, _NOTHING)
             if live is loaded:
-                self._refuse_patch(place.inside(f".{name}"), one)
+                self.library_name(place.inside(f".{name}"), live, name)
             elif (
                 isinstance(one, types.ModuleType)
                 and one.__name__.startswith(f"{live.__name__}.")

@@ -5,9 +5,11 @@ import __future__
 import ast
 import contextlib
 import inspect
+import io
 import linecache
 import sys
 import textwrap
+import tokenize
 from collections.abc import Iterator, Mapping, Sequence
 from pathlib import Path
 from types import CodeType, FunctionType
@@ -107,7 +109,33 @@ def bound(node: ast.stmt) -> list[str]:
 
 
 def text_of(definition: Definition) -> str:
-    """Lines of a statement with its decorators, as statements of a module."""
+    """Lines of a statement with its decorators, as statements of a module.
+
+    Comments and blank lines are left out, so that they do not make another scenario.
+    """
+    text = _lines(definition)
+    bare = _without_comments(text)
+    return bare if _same_tree(bare, definition.node) else text
+
+
+def _without_comments(text: str) -> str:
+    """Text without comments and blank lines, which multi-line texts in it keep."""
+    lines = text.splitlines()
+    filled: set[int] = set()
+    try:
+        for token in tokenize.generate_tokens(io.StringIO(text).readline):
+            (first, column), (last, _) = token.start, token.end
+            if token.type == tokenize.COMMENT:
+                lines[first - 1] = lines[first - 1][:column].rstrip()
+            elif token.type not in (tokenize.NL, tokenize.NEWLINE):
+                filled.update(range(first, last + 1))
+    except (tokenize.TokenError, SyntaxError):
+        return text
+    return "\n".join(line for k, line in enumerate(lines, 1) if k in filled)
+
+
+def _lines(definition: Definition) -> str:
+    """Lines of a statement with its decorators, with the comments in it."""
     node = definition.node
     first = min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", []))])
     lines = "\n".join(definition.text.splitlines()[first - 1 : node.end_lineno])

@@ -37,6 +37,13 @@ class DifferentError(Exception):
         self.place, self.live, self.loaded = place, live, loaded
 
 
+class PatchedError(DifferentError):
+    """A name of a library has another value than the library gives to it."""
+
+    def __init__(self, place: Place, live: str) -> None:
+        super().__init__(place, live, "the value of the library")
+
+
 def shown(value: object) -> str:
     """Value for a message: a short one as it is, any other by its kind."""
     text = repr(value) if isinstance(value, bool | int | float | complex | str | bytes) else ""

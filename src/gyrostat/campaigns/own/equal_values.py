@@ -12,6 +12,7 @@ from typing import Any, Protocol
 import numpy as np
 
 from gyrostat.campaigns.own.difference import DifferentError, Place, shown
+from gyrostat.campaigns.own.literals import LARGEST
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.local_modules import is_local
 
@@ -72,7 +73,14 @@ def _array(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
     if alike and one.dtype.hasobject:
         comparer.compare(place, one.tolist(), other.tolist())
         return
-    refuse_unequal(place, live, loaded, equal=alike and one.tobytes() == other.tobytes())
+    if not alike:
+        raise DifferentError(
+            place, *(f"an array {each.dtype}{each.shape}" for each in (one, other))
+        )
+    if one.tobytes() != other.tobytes():
+        limit = f" (of more than {LARGEST} numbers, the statement is copied and not the numbers)"
+        first = f"an array {one.dtype}{one.shape}{limit if one.size > LARGEST else ''}"
+        raise DifferentError(place, first, "other numbers")
 
 
 def _sequence(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
@@ -212,18 +220,17 @@ def _state(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
     """Attributes of instances."""
     for name in sorted({*_fields(live), *_fields(loaded)}):
         one, other = (_fields(each).get(name, _NONE) for each in (live, loaded))
-        if one is not _NONE or other is not _NONE:
+        if one is not _NONE and other is not _NONE:
             comparer.compare(place.inside(f".{name}"), one, other)
+        elif one is not other:
+            raise DifferentError(
+                place.inside(f".{name}"),
+                *("nothing" if each is _NONE else shown(each) for each in (one, other)),
+            )
 
 
-class _Missing:
-    """Attribute that an instance does not have."""
-
-    def __repr__(self) -> str:
-        return "nothing"
-
-
-_NONE = _Missing()
+_NONE: Any = object()
+"""Attribute that an instance does not have."""
 
 
 def _fields(value: Any) -> dict[str, Any]:

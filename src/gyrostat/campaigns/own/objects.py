@@ -18,7 +18,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gyrostat.campaigns.own.comparison import Comparison
-from gyrostat.campaigns.own.difference import DifferentError, Place
+from gyrostat.campaigns.own.difference import DifferentError, PatchedError, Place
+from gyrostat.campaigns.own.library_names import imported_names
 from gyrostat.campaigns.own.parts import RESERVED, OwnPart, as_tree, own_part
 from gyrostat.campaigns.own.script_source import extracted
 from gyrostat.campaigns.scenario import Source
@@ -39,11 +40,13 @@ class OwnObject(NamedTuple):
         kind: "FILE.py:NAME".
         sources: Its file and the local modules that this imports.
         values: Values of its keys, without the section, SI.
+        live: The object in memory.
     """
 
     kind: str
     sources: tuple[Source, ...]
     values: dict[str, float]
+    live: Any
 
 
 class _Text(NamedTuple):
@@ -92,7 +95,7 @@ def own_object(section: str, given: Any) -> OwnObject:
             raise OwnError(
                 f"{place}: found a value of {name}, expected None: the scenario gives it"
             )
-    return OwnObject(kind, sources, values)
+    return OwnObject(kind, sources, values, given)
 
 
 def _numbers(place: str, name: str, value: Any, shape: tuple[int, ...]) -> tuple[float, ...]:
@@ -154,6 +157,12 @@ def _source(section: str, place: str, made: Any, given: Any) -> tuple[str, tuple
 
 def _refused(place: str, text: _Text, different: DifferentError, remedy: str) -> OwnError:
     file = text.kind.partition(":")[0]
+    if isinstance(different, PatchedError):
+        return OwnError(
+            f"{place}: found {different.place.text}: {different.live} in memory, expected "
+            f"{different.loaded}: other processes do not have the change; restore it, and give the "
+            "value a name of your own"
+        )
     return OwnError(
         f"{place}: found {different.place.text}: {different.live} in memory, {different.loaded} "
         f"from the text of {file}, expected the same: {remedy}"
@@ -199,6 +208,9 @@ def _require_equal(section: str, place: str, text: _Text, made: Any, given: Any)
         texts |= {text.module: again.__module__, str(text.folder): root}
         comparison = Comparison(texts)
         comparison.require_equal(made.__name__, made, again)
+        for source in text.sources:
+            for module, name in imported_names(source.text):
+                comparison.library_name(Place(f"{module.__name__}.{name}"), module, name)
         if given is not made:
             kind = as_tree(part, again)
             with reported(part.name, again.__module__):

@@ -9,7 +9,7 @@ import inspect
 import typing
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
-from functools import lru_cache
+from functools import cache, lru_cache
 from typing import Any, Self
 
 import equinox as eqx
@@ -131,7 +131,8 @@ def as_tree(part: OwnPart, found: type) -> type:
     """
     if issubclass(found, eqx.Module):
         return found
-    if not dataclasses.is_dataclass(found):
+    # an attribute of the class can also be one of its metaclass
+    if not any("__dataclass_params__" in vars(base) for base in found.__mro__):
         if "__init__" in vars(found):
             raise part.refuse("a method __init__", "annotated fields such as `gain: float` instead")
     elif not found.__dataclass_params__.frozen:  # pyright: ignore[reportAttributeAccessIssue]
@@ -139,10 +140,11 @@ def as_tree(part: OwnPart, found: type) -> type:
     return _registered(found)
 
 
-@lru_cache(maxsize=64)
+@cache  # JAX keeps every class, and takes it once
 def _registered(found: type) -> type:
     """The class as a frozen dataclass, registered as a tree once."""
-    made = found if dataclasses.is_dataclass(found) else dataclass(frozen=True)(found)
+    is_made = any("__dataclass_params__" in vars(base) for base in found.__mro__)
+    made = found if is_made else dataclass(frozen=True)(found)
     names = [field.name for field in dataclasses.fields(made)]
     return jax.tree_util.register_dataclass(made, names, [])
 

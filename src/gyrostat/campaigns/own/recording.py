@@ -87,12 +87,12 @@ def record(
     token = _calls.set(None)
     try:
         with silent():
-            one, before = _traced(call), state_of(package)
-            other, after = _traced(call), state_of(package)
+            one, before = traced(call), state_of(package)
+            other, after = traced(call), state_of(package)
         refuse_changed(part, before, after)
         difference = first_difference(one, other, same_run=True)
         if difference is not None:
-            traces = [lambda: _traced(call)] * 2
+            traces = [lambda: traced(call)] * 2
             raise differing(part, difference, line_that_differs(*traces))
     finally:
         _calls.reset(token)
@@ -139,7 +139,9 @@ def _placed(part: str, line: Line | None, found: str, expected: str) -> OwnError
     return OwnError(f"{place}: found `{line.text}`, which {found}, expected {expected}")
 
 
-def _traced(call: Callable[[], Any]) -> Any:
+def traced(call: Callable[[], Any]) -> Any:
+    """Closed jaxpr of a call without arguments; its results are the numbers among them."""
+
     def numbers() -> list[Any]:
         found = jax.tree.leaves(call())
         kinds = jax.Array | np.ndarray | np.generic | bool | int | float | complex

@@ -77,19 +77,19 @@ def _tried(structure: Structure, shapes: _Shapes, own: str) -> tuple[Call, ...]:
 
         def trace() -> Any:
             _load(one)
-            return _trace(one, shapes.plans)
+            return traced_period(one, shapes.plans)
 
         return trace
 
     package = package_of(structure.sources)
     try:
-        first, calls = _trace(structure, shapes.plans)
+        first, calls = traced_period(structure, shapes.plans)
         if not structure.sources:
             return ()
         refuse_kept(own, package)
         with silent():
             before = state_of(package)
-            second, _ = _trace(structure, shapes.plans)
+            second, _ = traced_period(structure, shapes.plans)
             refuse_changed(own, before, state_of(package))
             third, _ = fresh()()
     except ImpureError as error:
@@ -104,7 +104,7 @@ def _tried(structure: Structure, shapes: _Shapes, own: str) -> tuple[Call, ...]:
     return tuple(calls)
 
 
-def _trace(structure: Structure, plans: Any) -> tuple[Any, list[Call]]:
+def traced_period(structure: Structure, plans: Any) -> tuple[Any, list[Call]]:
     """Jaxpr of the first control period, and the calls of user-defined parts in it."""
     numbers = np.zeros(len(structure.keys)), Drawn(np.zeros(len(structure.dispersed)))
 

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gyrostat.campaigns.own.definitions import Definition, Definitions, bound, text_of
-from gyrostat.campaigns.own.literals import PLAIN, NoLiteralError, literal
+from gyrostat.campaigns.own.literals import LARGEST, PLAIN, NoLiteralError, literal
 from gyrostat.core.jax64 import jax
 from gyrostat.core.user_errors import OwnError
 
@@ -100,6 +100,8 @@ class _Script:
         self._taken.add(name)
         value = self.known[name]
         definitions = self.definitions.of(name)
+        # a statement such as K = K + 1 does not give a value again
+        definitions = [each for each in definitions if not _refers_to(each.node, name)]
         definition = definitions[self.chosen.get(name, 0)] if definitions else None
         node = definition.node if definition else None
         if isinstance(node, ast.Import | ast.ImportFrom):
@@ -148,8 +150,8 @@ class _Script:
             if not is_text or type(value).__module__.startswith(RESULTS):
                 raise OwnError(
                     f"{self._place}: found {name}, a {type(value).__name__} of the script, expected"
-                    " numbers, arrays, functions, classes and imports; or put the class into a file"
-                    " of its own and import it"
+                    f" numbers, arrays of at most {LARGEST} numbers or of one statement, functions"
+                    ", classes and imports; or put the class into a file of its own and import it"
                 ) from None
             self._copy(definition)
         else:
@@ -174,6 +176,12 @@ class _Script:
             return None
         self.take(name)
         return name
+
+
+def _refers_to(node: ast.stmt, name: str) -> bool:
+    """Whether an assignment to a name needs the earlier value of this name."""
+    is_assignment = isinstance(node, ast.Assign | ast.AnnAssign)
+    return is_assignment and name in _needed(node)
 
 
 def _needed(node: ast.stmt) -> list[str]:

@@ -4,6 +4,7 @@ from typing import Any
 
 import equinox as eqx
 
+from gyrostat.campaigns.own.live_calls import compare_live
 from gyrostat.campaigns.own.recording import record
 from gyrostat.core.jax64 import jax
 from gyrostat.core.user_errors import numbers, reported
@@ -46,6 +47,8 @@ class Own(eqx.Module):
     def tried(self, method: str, *arguments: Any, simulated: bool = True) -> None:
         """Trace a method of the part during a trial, and only then.
 
+        During a comparison with the object in memory, its method is traced, too.
+
         Raises:
             InputError: See `called`.
         """
@@ -54,6 +57,7 @@ class Own(eqx.Module):
             with reported(self.name, self._module):
                 return getattr(self.inner, method)(*arguments)
 
+        compare_live(self.name, self.inner, method, arguments, call)
         record(self.name, method, self._module, call, simulated=simulated)
 
     def begun(self, *arguments: Any) -> Any:
