@@ -94,6 +94,7 @@ UNLIKELY = (
     (SCENARIO, 'sigma = "20 %"', 'sigma = "300 %"', "coulomb"),
     (SCENARIO, 'sigma = "3 %"', 'sigma = "300 %"', "body.inertia.yy"),
     (SCENARIO, 'sigma = "0.003 deg/s"', 'sigma = "300 %"', "sensors.bias.z"),
+    (SCENARIO, 'sigma = "0.003 deg/s"', 'sigma = "150 %"', "sensors.bias.z"),
     (SCENARIO, "altitude = 500e3", "altitude = 500e3\nlatitude = 45.0", "environment.latitude"),
     (SCENARIO, "altitude = 500e3", "altitude = 5e5\nascending_node = 120", "ascending_node"),
 )
@@ -116,6 +117,29 @@ def test_an_unlikely_number_is_named_by_its_key(tmp_path, case):
     lines = unlikely_numbers(read_scenario(changed(tmp_path, *change)))
     assert any(key in line for line in lines)
     assert all("\n" not in line for line in lines)
+
+
+HUMP = """import jax.numpy as jnp
+from gyrostat.wheel.friction import Friction, parameter
+
+class Hump(Friction):
+    coulomb: float = parameter("torque")
+
+    def torque(self, speed, direction):
+        hump = jnp.exp(-(((jnp.abs(speed) - 250.0) / 80.0) ** 2))
+        return direction * self.coulomb * (1.0 + 50.0 * hump)
+
+    def speed_scale(self):
+        return 30.0
+"""
+
+
+def test_friction_is_compared_with_the_motor_between_rest_and_the_fastest_speed(tmp_path):
+    (tmp_path / "mine.py").write_text(HUMP)
+    old = (EXAMPLES / "scenarios" / WHEEL).read_text().partition("[friction]")[2]
+    path = changed(tmp_path, WHEEL, old, '\nmodel = "mine.py:Hump"\ncoulomb = 2.1e-5\n')
+    lines = unlikely_numbers(read_scenario(path))
+    assert "wheel.a: friction of 0.001071 N·m at 250 rad/s is above torque_limit" in lines[0]
 
 
 def test_no_number_of_the_examples_is_unlikely():

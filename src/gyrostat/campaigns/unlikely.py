@@ -37,7 +37,10 @@ ARM = 10.0
 FARTHEST = 100.0
 """Largest usual distance where neither surfaces nor mass are known, m."""
 OFFSET = 2.0
-"""Largest usual sigma of a value of either sign, over the value: an offset may be near zero."""
+"""Largest usual sigma of a value of either sign, over the value: an offset may be near zero. Sigma
+of a vector's component is usually at most the length of the vector."""
+SPEEDS = np.linspace(0.0625, 1.0, 16)
+"""Speeds at which friction is compared with the motor, over that of the momentum limit."""
 DIAGONAL = ("body.inertia.xx", "body.inertia.yy", "body.inertia.zz")
 ROUNDING = 1e-9
 """Relative excess of a bound that is due to rounding."""
@@ -148,6 +151,14 @@ def _spreads(numbers: Numbers) -> Lines:
             signed = entry is not None and entry.least < 0.0 and key not in DIAGONAL
             if share > (OFFSET if signed else 1.0) + ROUNDING:
                 yield f"dispersion of {key}", f"sigma is {plain(100.0 * share)} % of the value"
+            elif share > 1.0 and signed and entry is not None and entry.shape == (3,):
+                vector = key.rsplit(".", 1)[0]
+                length = np.linalg.norm([numbers.values[end] for end in entry.ends(vector)])
+                if sigma > length * (1.0 + ROUNDING):
+                    yield (
+                        f"dispersion of {key}",
+                        f"sigma is {plain(100.0 * share)} % of the value, and more than {vector}",
+                    )
 
 
 def _tracker(numbers: Numbers) -> Lines:
@@ -235,7 +246,7 @@ def _mass(numbers: Numbers) -> Lines:
 
 
 def _friction(numbers: Numbers) -> Lines:
-    """Friction that the motor cannot overcome, at rest or at the speed of the momentum limit."""
+    """Friction that the motor cannot overcome, from rest to the speed of the momentum limit."""
     limits = numbers.of_wheels("torque_limit")
     if not np.any(np.isfinite(limits)):
         return
@@ -244,10 +255,16 @@ def _friction(numbers: Numbers) -> Lines:
     fastest = numbers.of_wheels("momentum_limit") / numbers.of_wheels("inertia")
     speeds = np.where(np.isfinite(fastest), fastest, 0.0)
     rest = np.max([np.abs(made.breakaway_torque(sense)) for sense in (1.0, -1.0)], axis=0)
-    turning = np.max([np.abs(made.torque(jnp.asarray(s * speeds), s)) for s in (1.0, -1.0)], axis=0)
-    rest, turning = (np.broadcast_to(part, limits.shape) for part in (rest, turning))
+    turning = [
+        np.max([np.abs(made.torque(jnp.asarray(s * x * speeds), s)) for s in (1.0, -1.0)], axis=0)
+        for x in SPEEDS
+    ]
+    rest = np.broadcast_to(rest, limits.shape)
+    turning = np.broadcast_to(turning, (len(SPEEDS), *limits.shape))
     for k, wheel in enumerate(numbers.wheels):
-        where = ((rest[k], "at rest"), (turning[k], f"at {plain(float(speeds[k]))} rad/s"))
+        most = int(np.argmax(turning[:, k]))
+        speed = plain(float(SPEEDS[most] * speeds[k]))
+        where = ((rest[k], "at rest"), (turning[most, k], f"at {speed} rad/s"))
         for torque, place in where:
             if torque > limits[k]:
                 yield (

@@ -222,6 +222,15 @@ def unit_of(text: str, dimension: str, where: str) -> Unit:
     return find_unit(match[2].strip() or SI_UNIT[dimension], dimension, where)
 
 
+def ascii_number(text: str) -> float:
+    """Number without a unit; unlike `float`, refuse '1_000' and digits of other scripts.
+
+    Raises:
+        ValueError: The text is no such number.
+    """
+    return float(text if text.isascii() and "_" not in text else "")
+
+
 _PLUS_MINUS = re.compile(r"\+/-|\+-|±")
 
 

@@ -12,7 +12,7 @@ from typing import BinaryIO
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.core.units import SI_UNIT, known_unit
+from gyrostat.core.units import SI_UNIT, ascii_number, known_unit
 from gyrostat.telemetry.assemble import Measured
 from gyrostat.telemetry.columns import Chosen, Column, Header
 from gyrostat.telemetry.fault import counted, fault, listed, shown, too_many
@@ -143,7 +143,7 @@ def _trimmed(cells: list[str]) -> list[str]:
 def _is_number(cell: str) -> bool:
     """Whether a cell looks like a number; 'nan' and 'inf' do."""
     try:
-        float(cell)
+        ascii_number(cell)
     except ValueError:
         return _DECIMAL_COMMA.fullmatch(cell) is not None
     return True
@@ -224,8 +224,7 @@ class _Numbers:
     def read(self, cell: str, row: int, column: str) -> float:
         """Parse the number in a cell."""
         try:
-            # Python would accept '1_000' as a number.
-            value = float("" if "_" in cell else cell)
+            value = ascii_number(cell)
         except ValueError:
             if self.tolerant and cell.casefold() in _NO_NUMBER:
                 return math.nan

@@ -46,8 +46,10 @@ def in_si_or_none(value: Quantity | None, dimension: str, where: str) -> float |
 
 def is_number(value: object) -> bool:
     """Whether a value has no unit."""
+    from gyrostat.core.units import ascii_number
+
     try:
-        float(str(value))
+        ascii_number(str(value))
     except ValueError:
         return False
     return True
@@ -91,13 +93,15 @@ def numbers(
     """
     import numpy as np
 
+    from gyrostat.core.units import ascii_number
+
     parts = parts_of(value)
     if len(parts) != count:
         raise InputError(f"{where}: found {value!r}, expected {count} values with commas between")
     if dimension is not None:
         return np.array(quantities(parts, dimension, where))
     try:
-        return np.array([float(part) for part in parts])
+        return np.array([ascii_number(p) if isinstance(p, str) else float(p) for p in parts])
     except (ValueError, TypeError):
         raise InputError(f"{where}: found {value!r}, expected {count} numbers") from None
 

@@ -23,7 +23,7 @@ from typing import Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import quantity, refuse_unknown
-from gyrostat.core.units import SI_UNIT, Unit, unit_of
+from gyrostat.core.units import SI_UNIT, Unit, ascii_number, unit_of
 
 
 @dataclass(frozen=True)
@@ -163,7 +163,7 @@ def _about(
     share = isinstance(given, str) and given.rstrip().endswith("%")
     if share:
         try:
-            width = value * float(given.rstrip().removesuffix("%")) / 100.0
+            width = value * ascii_number(given.rstrip().removesuffix("%")) / 100.0
         except ValueError:
             width = math.nan
     else:

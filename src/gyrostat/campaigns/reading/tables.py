@@ -10,7 +10,7 @@ from gyrostat.campaigns.schema import Key
 from gyrostat.core.any_unit import ANY_UNIT, parse_any
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import name_text, number, quantity, read_toml, refuse_unknown
-from gyrostat.core.units import QUANTITY, SI_UNIT
+from gyrostat.core.units import QUANTITY, SI_UNIT, ascii_number
 
 UNIT = 1e-3
 """Largest deviation of the length of a quaternion from 1; it is then normalised."""
@@ -189,9 +189,7 @@ class Table:
         if not isinstance(found, str) or not found.rstrip().endswith("%"):
             return None
         try:
-            # float reads the digits of every script
-            text = found.rstrip().removesuffix("%")
-            share = float(text) / 100.0 if text.isascii() else math.nan
+            share = ascii_number(found.rstrip().removesuffix("%")) / 100.0
         except ValueError:
             share = math.nan
         if not math.isfinite(share):

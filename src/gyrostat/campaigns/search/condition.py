@@ -11,7 +11,7 @@ from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.campaigns.scenario import Scenario
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
-from gyrostat.core.units import SI_UNIT, parse_quantity
+from gyrostat.core.units import SI_UNIT, ascii_number, parse_quantity
 
 _FORM = re.compile(r"\s*([^\s<>=]+)\s*([<>]=?)\s*(.+?)\s*", re.DOTALL)
 NO_EVENT = "crossing_peak"
@@ -100,7 +100,7 @@ def quantity(text: str, unit: str, where: str) -> float:
         return parse_quantity(text, dimension, where)
     percent = text.endswith("%") and unit == "1"
     try:
-        value = float(text.removesuffix("%") if percent else text)
+        value = ascii_number(text.removesuffix("%") if percent else text)
     except ValueError:
         value = np.nan
     if not np.isfinite(value):

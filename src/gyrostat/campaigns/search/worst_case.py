@@ -22,7 +22,7 @@ WORST_CASE, WITHIN = "worst_case", "within"
 BOX_SIGMA = 3.0
 """Bound of normal and log-normal dispersions in a box, standard deviations."""
 MOST_SIGMA = 8.0
-_SIGMA = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*sigma\s*")
+_SIGMA = re.compile(r"\s*(\d+\.?\d*|\.\d+)\s*sigma\s*", re.ASCII)
 
 
 @dataclass(frozen=True)

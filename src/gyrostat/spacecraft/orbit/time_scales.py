@@ -27,7 +27,9 @@ UNIX_EPOCH = 2440587.5
 FIRST_YEAR = 1972
 """First year of UTC with leap seconds."""
 
-_TIME = re.compile(r"(\d{4})-(?:(\d{2})-(\d{2})|(\d{3}))T(\d{2}):(\d{2}):(\d{2}(?:\.\d*)?)")
+_TIME = re.compile(
+    r"(\d{4})-(?:(\d{2})-(\d{2})|(\d{3}))T(\d{2}):(\d{2}):(\d{2}(?:\.\d*)?)", re.ASCII
+)
 
 Times = Float[np.ndarray, " rows"]
 """Times of a run, s after its epoch."""
