@@ -309,7 +309,7 @@ def test_objects_bring_the_data_of_their_class(small, tmp_path, monkeypatch):
     found = plain.replace(environment=(live_data_part.P(),))
     assert torque(found, "live_data_part.py:P") == 1e-7
     (tmp_path / "w.csv").write_text("2e-7")
-    with pytest.raises(InputError, match="found W: an array .* in memory, other numbers from"):
+    with pytest.raises(InputError, match=r"found W: an array .* in memory, other numbers from"):
         plain.replace(environment=(live_data_part.P(),))
 
 
