@@ -14,7 +14,7 @@ import time
 from pathlib import Path
 
 from gyrostat.campaigns.engine import fly
-from gyrostat.campaigns.reading.scenario_file import read_scenario
+from gyrostat.scenario_files.scenario_file import read_scenario
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "scenarios"
 COULOMB, ROTOR = 2e-5, 2e-5

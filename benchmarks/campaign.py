@@ -22,7 +22,7 @@ EXAMPLES = Path(__file__).parents[1] / "examples" / "scenarios"
 def fly(runs, duration, period, engine, workers):
     """Fly a campaign in this process; its time, s, and peaks of memory, MiB."""
     from gyrostat.campaigns import run_campaign
-    from gyrostat.campaigns.reading.scenario_file import read_scenario
+    from gyrostat.scenario_files.scenario_file import read_scenario
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

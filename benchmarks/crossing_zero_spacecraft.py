@@ -18,7 +18,7 @@ from pathlib import Path
 import numpy as np
 
 import gyrostat as gs
-from gyrostat.campaigns import Scenario
+from gyrostat.scenario import Scenario
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "scenarios"
 SCENARIO = "zero_crossing_model.toml"

@@ -21,8 +21,8 @@ from short_flights import AT_ONCE, short_flight
 
 from gyrostat.campaigns.draws import noise_keys, values_at
 from gyrostat.campaigns.engine import fly_given
-from gyrostat.campaigns.search.condition import Condition
-from gyrostat.campaigns.search.flights import allowed
+from gyrostat.search.condition import Condition
+from gyrostat.search.flights import allowed
 
 SEED, ROUNDS, ADAPTING, KEPT = 77, 7, 8192, 0.1
 WIDER, FAR, SHARE_FAR = 1.5, 0.3, 0.3

@@ -29,12 +29,12 @@ from pathlib import Path
 import numpy as np
 
 import gyrostat as gs
-from gyrostat.campaigns.build_spacecraft import spacecraft_of
 from gyrostat.campaigns.engine import fly, prepare
-from gyrostat.campaigns.orbits import planned_orbit
-from gyrostat.campaigns.structure import structure_of
 from gyrostat.core import rotations
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.scenario.build_spacecraft import spacecraft_of
+from gyrostat.scenario.kinds.orbits import planned_orbit
+from gyrostat.scenario.structure import structure_of
 from gyrostat.spacecraft import AerodynamicTorque
 from gyrostat.spacecraft.orbit.earth import EARTH, EARTH_RADIUS
 

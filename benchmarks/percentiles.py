@@ -12,7 +12,7 @@ import time
 
 import numpy as np
 
-from gyrostat.campaigns.metrics.percentiles import BinnedErrors, SortedErrors
+from gyrostat.runs.metrics.percentiles import BinnedErrors, SortedErrors
 
 PERCENTS = (50.0, 95.0, 99.7)
 LEAST, WIDTH, OLD_BINS = 1e-8, 0.02, 990

@@ -18,12 +18,12 @@ from short_flights import short_flight
 from gyrostat.campaigns import Campaign
 from gyrostat.campaigns.engine import prepare
 from gyrostat.campaigns.executors import kept_open, threads
-from gyrostat.campaigns.search.condition import Condition
-from gyrostat.campaigns.search.estimate import rarity
-from gyrostat.campaigns.search.flights import Flights, together
-from gyrostat.campaigns.search.moves import Answers
-from gyrostat.campaigns.search.noise import parts_of
-from gyrostat.campaigns.search.rare import searches_of
+from gyrostat.campaigns.noise import parts_of
+from gyrostat.search.condition import Condition
+from gyrostat.search.estimate import rarity
+from gyrostat.search.flights import Flights, together
+from gyrostat.search.moves import Answers
+from gyrostat.search.rare import searches_of
 
 FAILURES = {
     "slew": "error_max > 0.475 deg",

@@ -20,8 +20,8 @@ from scipy.special import ndtri
 
 from gyrostat.campaigns.draws import draw, shares
 from gyrostat.campaigns.engine import fly_given
-from gyrostat.campaigns.reading.scenario_file import read_scenario
-from gyrostat.campaigns.search.worst_case import WorstCase
+from gyrostat.scenario_files.scenario_file import read_scenario
+from gyrostat.search.worst_case import WorstCase
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "scenarios"
 SLEW = """[[event]]

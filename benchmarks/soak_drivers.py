@@ -17,9 +17,10 @@ from pathlib import Path
 import numpy as np
 from scipy.stats import binom, norm, rankdata
 
-from gyrostat.campaigns import Scenario, Store
+from gyrostat.campaigns import Store
 from gyrostat.campaigns.drivers import LEVEL, find_drivers
-from gyrostat.campaigns.metrics.results import metrics_of
+from gyrostat.scenario import Scenario
+from gyrostat.scenario.metrics.results import metrics_of
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "scenarios"
 STRENGTHS = (0.2, 0.3, 0.4, 0.5)
@@ -31,7 +32,7 @@ def flown(runs):
 
     from gyrostat.campaigns.engine import fly
     from gyrostat.campaigns.execute import chosen_engine
-    from gyrostat.campaigns.reading.scenario_file import read_scenario
+    from gyrostat.scenario_files.scenario_file import read_scenario
 
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)

@@ -97,8 +97,8 @@ def content(made):
 
     Executed in the kernel.
     """
-    from gyrostat.campaigns.own.objects import own_object
     from gyrostat.core.errors import InputError
+    from gyrostat.scenario_files.python.objects import own_object
 
     answer = {"live": float(made()(None, None, 0.0)[0])}
     try:
@@ -164,8 +164,8 @@ def recorded(run, count):
 
 def loaded(texts):
     """Number of each part in a process that has only the scenario; executed in a fresh one."""
-    from gyrostat.campaigns.own.parts import own_part
     from gyrostat.core.user_modules import Source
+    from gyrostat.scenario.user.parts import own_part
 
     found = []
     for kind, sources, values in texts:

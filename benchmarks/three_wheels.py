@@ -26,12 +26,12 @@ import numpy as np
 from ask_basilisk import Basilisk
 from pointing_case import CRAFT, LOCKED, PERIOD, SETTLED, Drawn, Flown, draw, fly, parts
 
-from gyrostat.campaigns.fingerprint import FLAGS
 from gyrostat.codegen.simd import compiler
 from gyrostat.codegen.simd.batch import lanes
 from gyrostat.codegen.simd.compiler import FAST
 from gyrostat.core import rotations
 from gyrostat.core.jax64 import jax
+from gyrostat.runs.fingerprint import FLAGS
 from gyrostat.simulation import run
 from gyrostat.spacecraft.gyrostat_state import GyrostatState
 

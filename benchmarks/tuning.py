@@ -16,8 +16,8 @@ from short_flights import short_flight
 import gyrostat as gs
 from gyrostat.campaigns.draws import draw
 from gyrostat.campaigns.engine import fly_given
-from gyrostat.campaigns.search.tune import COMMON, PERCENT
-from gyrostat.campaigns.search.tuning import found_tuning
+from gyrostat.search.tune import COMMON, PERCENT
+from gyrostat.search.tuning import found_tuning
 
 CASES = {
     "crossing": (

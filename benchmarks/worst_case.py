@@ -15,9 +15,9 @@ from short_flights import FIRST, short_flight
 
 import gyrostat as gs
 from gyrostat.campaigns.engine import fly_given
-from gyrostat.campaigns.search.noise import given_of
-from gyrostat.campaigns.search.worst_case import found_worst
+from gyrostat.campaigns.noise import given_of
 from gyrostat.campaigns.store import Store
+from gyrostat.search.worst_case import found_worst
 
 CASES = (
     ("crossing", "error_max"),

@@ -10,8 +10,6 @@ from markupsafe import Markup
 from matplotlib.figure import Figure
 
 from gyrostat import simulate
-from gyrostat.campaigns import Scenario
-from gyrostat.campaigns.reading.scenario_file import read_scenario
 from gyrostat.core.units import RPM
 from gyrostat.failures import holdable
 from gyrostat.identification import identify
@@ -20,6 +18,8 @@ from gyrostat.reports import friction_charts, record_charts, sky_chart
 from gyrostat.reports.chart import WIDTH
 from gyrostat.reports.colours import BAND, MARK, MODEL
 from gyrostat.reports.drawing import STYLE
+from gyrostat.scenario import Scenario
+from gyrostat.scenario_files.scenario_file import read_scenario
 from gyrostat.spacecraft import read_spacecraft
 from gyrostat.telemetry import read_record
 

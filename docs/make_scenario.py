@@ -2,17 +2,18 @@
 
 from pathlib import Path
 
-from gyrostat.campaigns.compensators import COMPENSATORS
-from gyrostat.campaigns.components import ESTIMATORS, SENSORS
-from gyrostat.campaigns.environments import ENVIRONMENTS
-from gyrostat.campaigns.kinds import KINDS, PARTS
-from gyrostat.campaigns.metrics.budget import BUDGET, gained
-from gyrostat.campaigns.metrics.kinds import METRICS, RUN_METRICS, WINDOW, WINDOW_METRICS
-from gyrostat.campaigns.metrics.schema import PERCENTILE, REQUIREMENT, WINDOW_PERCENTILE
-from gyrostat.campaigns.orbits import ORBITS
-from gyrostat.campaigns.references import MODES, REFERENCES, SLEWS
-from gyrostat.campaigns.requirement import INDICES, INTERPRETATIONS
-from gyrostat.campaigns.schema import (
+from gyrostat.scenario.kinds.compensators import COMPENSATORS
+from gyrostat.scenario.kinds.components import ESTIMATORS, SENSORS
+from gyrostat.scenario.kinds.environments import ENVIRONMENTS
+from gyrostat.scenario.kinds.orbits import ORBITS
+from gyrostat.scenario.kinds.references import MODES, REFERENCES, SLEWS
+from gyrostat.scenario.kinds.registry import KINDS, PARTS
+from gyrostat.scenario.kinds.wheel_keys import WHEEL_ALL, WHEEL_PARTS
+from gyrostat.scenario.metrics.budget import BUDGET, gained
+from gyrostat.scenario.metrics.kinds import METRICS, RUN_METRICS, WINDOW, WINDOW_METRICS
+from gyrostat.scenario.metrics.schema import PERCENTILE, REQUIREMENT, WINDOW_PERCENTILE
+from gyrostat.scenario.requirement import INDICES, INTERPRETATIONS
+from gyrostat.scenario.schema import (
     EVENT_TIME,
     EVENTS,
     GUARD,
@@ -20,7 +21,6 @@ from gyrostat.campaigns.schema import (
     RUN,
     START,
 )
-from gyrostat.campaigns.wheel_keys import WHEEL_ALL, WHEEL_PARTS
 
 HEAD = """# Scenario file
 

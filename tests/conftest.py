@@ -58,12 +58,12 @@ settings.load_profile("ci" if os.environ.get("CI") else "gyrostat")
 # Files that take longest, the longest first; the campaign files that share one flown campaign.
 LONGEST = (
     *("papers/test_carvalho_fenili", "identification/test_batch", "campaigns/test_engine"),
-    *("campaigns/test_own_orbits", "identification/test_design"),
-    *("campaigns/test_own_world", "papers/test_carrara_kuga", "test_cli", "campaigns/test_faults"),
-    *("spacecraft/test_added_parts", "campaigns/test_own_metrics", "spacecraft/test_gyrostat"),
-    *("campaigns/test_own_controllers", "identification/test_diagnosis"),
-    *("campaigns/test_own_data",),
-    *("campaigns/test_example_scenarios", "campaigns/test_magnetic_scenarios"),
+    *("campaigns/test_user_orbits", "identification/test_design"),
+    *("campaigns/test_user_world", "papers/test_carrara_kuga", "test_cli", "campaigns/test_faults"),
+    *("spacecraft/test_added_parts", "campaigns/test_user_metrics", "spacecraft/test_gyrostat"),
+    *("campaigns/test_user_controllers", "identification/test_diagnosis"),
+    *("campaigns/test_user_data",),
+    *("runs/test_example_scenarios", "runs/test_magnetic_scenarios"),
     *("identification/test_comparison", "spacecraft/test_flexible", "simulation/test_in_lanes"),
     *("papers/test_endo_sekiguchi_nonaka", "control/test_following", "control/test_optimal_laws"),
     *("failures/test_recover", "control/test_guidance", "control/test_recovery_momentum"),
@@ -73,10 +73,10 @@ LONGEST = (
     *("control/test_recovery_zero_momentum", "control/test_wheel_array_control"),
     *("exports/test_flight_targets", "control/test_magnetic_control", "control/test_riccati"),
     *("spacecraft/test_bristles_on_body", "wheel/test_step_bounds", "spacecraft/test_table"),
-    *("exports/test_against_interpreter", "campaigns/test_references", "simulation/test_loop"),
+    *("exports/test_against_interpreter", "runs/test_references", "simulation/test_loop"),
     *("control/test_recovery_on_gyrostat", "wheel/test_crossings", "wheel/test_sensitivities"),
     *("spacecraft/test_environment_torques", "papers/test_filter_with_friction_model"),
-    *("campaigns/test_own_support", "campaigns/test_own_purity"),
+    *("runs/test_user_support", "runs/test_user_purity"),
 )
 SHARING = (
     *("test_engine", "test_command_line", "test_damage", "test_replay", "test_report_page"),

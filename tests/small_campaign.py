@@ -169,7 +169,7 @@ def folder(tmp_path_factory):
 @pytest.fixture(scope="session")
 def scenario(folder):
     """The small scenario."""
-    from gyrostat.campaigns.reading.scenario_file import read_scenario
+    from gyrostat.scenario_files.scenario_file import read_scenario
 
     return read_scenario(folder / "scenario.toml")
 
@@ -178,9 +178,9 @@ def scenario(folder):
 def small(scenario, folder, tmp_path_factory):
     """Its campaign, flown; the worker that has the compiled program; how to fly more with it."""
     from gyrostat.campaigns import Campaign, Job, Store, run_campaign
-    from gyrostat.campaigns.fingerprint import FLAGS, engine_record
     from gyrostat.campaigns.jobs import work
     from gyrostat.codegen.simd import compiler
+    from gyrostat.runs.fingerprint import FLAGS, engine_record
 
     out = tmp_path_factory.mktemp("campaign")
     own = "native" if compiler() else "jax"
@@ -231,9 +231,9 @@ def fake_flights(monkeypatch):
 
     from gyrostat.campaigns import engine
     from gyrostat.campaigns.engine import Flown
-    from gyrostat.campaigns.metrics.results import metrics_of
-    from gyrostat.campaigns.search import execute, flights
     from gyrostat.core.threefry import threefry
+    from gyrostat.scenario.metrics.results import metrics_of
+    from gyrostat.search import execute, flights
 
     def fake(scenario, runs, values, keys, *, keep=()):
         place = scenario.dispersed.index("wheel.a.speed")

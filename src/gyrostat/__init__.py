@@ -19,6 +19,6 @@ if os.name == "nt":
     )
 
 __version__ = "0.1.0"
-hand_down(replaced="gyrostat.campaigns.own.changes")
+hand_down(replaced="gyrostat.scenario_files.python.changes")
 __getattr__, __dir__, _NAMES = lazy_names(__name__)
 __all__ = ["__version__", *_NAMES]  # pyright: ignore[reportUnsupportedDunderAll]

@@ -1,7 +1,5 @@
 """Public names of gyrostat and the rooms that have them; `__init__.py` reads this file."""
 
-from gyrostat.campaigns.reading.scenario_file import read_scenario as read_scenario
-from gyrostat.campaigns.schema import Key as Key
 from gyrostat.control import AttitudePID as AttitudePID
 from gyrostat.control import CurrentMode as CurrentMode
 from gyrostat.control import EstimatingCompensator as EstimatingCompensator
@@ -12,6 +10,8 @@ from gyrostat.core.errors import InputError as InputError
 from gyrostat.estimation import AttitudeFilter as AttitudeFilter
 from gyrostat.estimation import FrictionScaleFilter as FrictionScaleFilter
 from gyrostat.estimation import track_friction as track_friction
+from gyrostat.scenario.schema import Key as Key
+from gyrostat.scenario_files.scenario_file import read_scenario as read_scenario
 from gyrostat.simulation import simulate_loop as simulate_loop
 from gyrostat.spacecraft import AirBearingTable as AirBearingTable
 from gyrostat.spacecraft import Gyro as Gyro

@@ -13,8 +13,9 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gyrostat.campaigns import Scenario, cluster, run_campaign
-from gyrostat.campaigns.metrics.results import metrics_of
+from gyrostat.campaigns import cluster, run_campaign
+from gyrostat.scenario import Scenario
+from gyrostat.scenario.metrics.results import metrics_of
 
 if __name__ == "__main__":  # what is started in the background is told to ignore Ctrl-C
     signal.signal(signal.SIGINT, signal.default_int_handler)

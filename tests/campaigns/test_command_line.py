@@ -13,9 +13,10 @@ import pytest
 import xarray as xr
 
 import gyrostat as gs
-from gyrostat.campaigns import campaign_runs, engine, fingerprint
+from gyrostat.campaigns import campaign_runs, engine
 from gyrostat.core.units import RPM
 from gyrostat.reports import campaign as report_module
+from gyrostat.runs import fingerprint
 
 
 def test_a_finished_campaign_flies_nothing_and_reports(run, small, folder):

@@ -7,11 +7,11 @@ import numpy as np
 import pytest
 from scipy import stats
 
-from gyrostat.campaigns import Dispersion
 from gyrostat.campaigns.draws import check_draws, draw, shares
-from gyrostat.campaigns.scenario import Event
-from gyrostat.campaigns.schema import GUARD
 from gyrostat.core.errors import InputError
+from gyrostat.scenario import Dispersion
+from gyrostat.scenario.scenario import Event
+from gyrostat.scenario.schema import GUARD
 
 RUNS = np.arange(4096)
 SPREAD = ((3e-9, 0.0), (-4e-7, 3e-7))

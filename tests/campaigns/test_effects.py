@@ -7,10 +7,10 @@ from numpy.polynomial.legendre import leggauss
 from scipy.special import ndtr, ndtri
 from scipy.stats import t as student
 
-from gyrostat.campaigns import Dispersion
 from gyrostat.campaigns.chaos import basis_of, polynomials
 from gyrostat.campaigns.draws import draw
 from gyrostat.campaigns.effects import GROUPS, Inputs, find_effects, inputs_of, jackknife
+from gyrostat.scenario import Dispersion
 
 
 def independent(random, runs, uniform):

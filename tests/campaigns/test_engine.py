@@ -11,9 +11,9 @@ from scipy.spatial.transform import Rotation
 
 from gyrostat.campaigns import run_campaign, worst_runs
 from gyrostat.campaigns.execute import chosen_engine
-from gyrostat.campaigns.metrics.observer import ended
 from gyrostat.campaigns.pointing.collected import counted_sizes, instants
 from gyrostat.core.errors import InputError
+from gyrostat.runs.metrics.observer import ended
 from gyrostat.simulation import Status
 
 pytestmark = pytest.mark.optimised_c  # numbers of both engines
@@ -290,7 +290,7 @@ def test_momentum_changes_by_the_torque_from_outside_alone(kept, table):
 
 def test_errors_that_do_not_fit_in_memory_are_counted_in_bins(small, table):
     """The worker's limit is set to nothing for one flight."""
-    limit = "import gyrostat.campaigns.metrics.percentiles as p; p.MEMORY = {}"
+    limit = "import gyrostat.runs.metrics.percentiles as p; p.MEMORY = {}"
     small.pool.submit(exec, limit.format(0.0)).result()
     try:
         binned = small.fly(4, 5, 6).columns

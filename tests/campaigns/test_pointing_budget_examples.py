@@ -14,7 +14,7 @@ from scipy.optimize import brentq
 
 from gyrostat.campaigns.pointing.collected import Collected
 from gyrostat.campaigns.pointing.verdicts import judged
-from gyrostat.campaigns.requirement import Requirement
+from gyrostat.scenario.requirement import Requirement
 
 RUNS, SAMPLES, PERIOD = 500, 1201, 0.05
 TIME = PERIOD * np.arange(SAMPLES)

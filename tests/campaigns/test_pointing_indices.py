@@ -10,8 +10,8 @@ from scipy.special import erf, erfinv
 from gyrostat.campaigns.pointing.collected import Collected, counted_sizes
 from gyrostat.campaigns.pointing.indices import WindowIndex
 from gyrostat.campaigns.pointing.spectrum import size_from_spectrum, window_gain
-from gyrostat.campaigns.requirement import INDICES, Requirement
 from gyrostat.core.errors import InputError
+from gyrostat.scenario.requirement import INDICES, Requirement
 
 PERIOD = 0.05
 Z = (0.0, 0.0, 1.0)

@@ -8,16 +8,16 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
-from gyrostat.campaigns.metrics.sample import Sample
 from gyrostat.campaigns.pointing.collected import Collected, counted_sizes
-from gyrostat.campaigns.pointing.signals import across_and_about, error_vector
 from gyrostat.campaigns.pointing.statistics import least_runs, mean_bounds, size_at
 from gyrostat.campaigns.pointing.verdicts import judged
-from gyrostat.campaigns.reading.scenario_file import read_scenario
-from gyrostat.campaigns.requirement import KNOWLEDGE, ErrorSignal, Requirement
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.reports import requirements
+from gyrostat.runs.metrics.error_vectors import across_and_about, error_vector
+from gyrostat.scenario.metrics.sample import Sample
+from gyrostat.scenario.requirement import KNOWLEDGE, ErrorSignal, Requirement
+from gyrostat.scenario_files.scenario_file import read_scenario
 
 ANGLE = np.pi / 180.0
 

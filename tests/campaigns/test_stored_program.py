@@ -7,15 +7,15 @@ import numpy as np
 import pytest
 
 from gyrostat.campaigns import native
-from gyrostat.campaigns.compensators import COMPENSATORS
 from gyrostat.campaigns.draws import draw
 from gyrostat.campaigns.native import program_of
-from gyrostat.campaigns.plans import plans_of
-from gyrostat.campaigns.run_loop import Drawn
-from gyrostat.campaigns.structure import structure_of
 from gyrostat.codegen.simd import compiler
 from gyrostat.core.cache import private_cache
 from gyrostat.core.errors import InputError
+from gyrostat.runs.plans import plans_of
+from gyrostat.runs.run_loop import Drawn
+from gyrostat.scenario.kinds.compensators import COMPENSATORS
+from gyrostat.scenario.structure import structure_of
 
 pytestmark = pytest.mark.skipif(not compiler(), reason="found no C compiler")
 

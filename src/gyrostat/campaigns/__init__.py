@@ -4,10 +4,10 @@ from gyrostat.campaigns.description import Campaign
 from gyrostat.campaigns.execute import replay, run_campaign, worst_runs
 from gyrostat.campaigns.executors import cluster, processes
 from gyrostat.campaigns.jobs import Job
-from gyrostat.campaigns.requirement import Requirement
-from gyrostat.campaigns.runs import campaign_runs
-from gyrostat.campaigns.scenario import Dispersion, Event, Scenario, Window
+from gyrostat.campaigns.labelled_runs import campaign_runs
 from gyrostat.campaigns.store import Store
+from gyrostat.scenario.requirement import Requirement
+from gyrostat.scenario.scenario import Dispersion, Event, Scenario, Window
 
 __all__ = [
     "Campaign",

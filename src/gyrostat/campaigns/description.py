@@ -31,7 +31,7 @@ class Campaign:
         seed: Seed of the draws.
         runs: Number of runs.
         block: Number of runs in a block.
-        engine: Fingerprint of the engine, see `gyrostat.campaigns.fingerprint`.
+        engine: Fingerprint of the engine, see `gyrostat.runs.fingerprint`.
         search: Options of a search, whose runs are not independent; None for a campaign. `runs` is
             the largest number of its runs.
     """

@@ -14,14 +14,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from gyrostat.campaigns.designs import phase_starts
-from gyrostat.campaigns.kinds import numbers_of
-from gyrostat.campaigns.orbits import check_own_orbits, has_own_orbits
-from gyrostat.campaigns.scenario import INERTIA, Dispersion, Scenario
-from gyrostat.campaigns.structure import measured_names, structure_of
 from gyrostat.core.errors import InputError
 from gyrostat.core.threefry import Words, threefry
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.runs.designs import phase_starts
+from gyrostat.scenario.kinds.orbits import check_own_orbits, has_own_orbits
+from gyrostat.scenario.kinds.registry import numbers_of
+from gyrostat.scenario.scenario import INERTIA, Dispersion, Scenario
+from gyrostat.scenario.structure import measured_names, structure_of
 from gyrostat.spacecraft import check_inertia
 from gyrostat.wheel.array import LIMIT_TOLERANCE
 

@@ -21,8 +21,8 @@ from numpy.typing import NDArray
 from gyrostat.campaigns.chaos import TERMS, Basis, basis_of, design_matrix
 from gyrostat.campaigns.draws import shares, values_at
 from gyrostat.campaigns.drivers import alike
-from gyrostat.campaigns.scenario import Scenario
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.scenario.scenario import Scenario
 
 LEAST_Q2 = 0.8
 """Predicted share of the variance below which no indices are given."""

@@ -16,17 +16,9 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.campaigns.designs import Plans
 from gyrostat.campaigns.draws import draw, noise_keys
-from gyrostat.campaigns.metrics.observer import Seen, concluded, ended
-from gyrostat.campaigns.metrics.percentiles import collectors
 from gyrostat.campaigns.native import Program, program_of
-from gyrostat.campaigns.orbits import own_orbits
-from gyrostat.campaigns.plans import plans_of
 from gyrostat.campaigns.pointing.campaign import PointingBudget
-from gyrostat.campaigns.run_loop import OWN, Drawn, loop_of, runner_of
-from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.structure import Structure, structure_of
 from gyrostat.codegen.jax_versions import require_supported
 from gyrostat.codegen.simd.batch_scope import random_keys
 from gyrostat.codegen.simd.compiler import required
@@ -34,6 +26,14 @@ from gyrostat.core.jax64 import jax
 from gyrostat.core.threefry import Words
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.validation import check_seed
+from gyrostat.runs.designs import Plans
+from gyrostat.runs.metrics.observer import Seen, concluded, ended
+from gyrostat.runs.metrics.percentiles import collectors
+from gyrostat.runs.plans import plans_of
+from gyrostat.runs.run_loop import OWN, Drawn, loop_of, runner_of
+from gyrostat.scenario.kinds.orbits import own_orbits
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.structure import Structure, structure_of
 from gyrostat.simulation import Runner, Status, labelled
 from gyrostat.simulation.labelled import Labelled, Signal, joined
 from gyrostat.simulation.labels import ERROR

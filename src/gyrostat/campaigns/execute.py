@@ -7,14 +7,14 @@ from typing import Any
 from gyrostat.campaigns.blocks import columns_of
 from gyrostat.campaigns.description import Campaign, DamagedError
 from gyrostat.campaigns.executors import Opener, carry_out, kept_open
-from gyrostat.campaigns.fingerprint import FLAGS, engine_record, refuse_other
 from gyrostat.campaigns.jobs import Job, executor_for, work
-from gyrostat.campaigns.scenario import Scenario
 from gyrostat.campaigns.store import Store
 from gyrostat.core.engines import engine_named, say_slower
 from gyrostat.core.errors import InputError
 from gyrostat.core.files import set_aside
 from gyrostat.core.validation import check_seed
+from gyrostat.runs.fingerprint import FLAGS, engine_record, refuse_other
+from gyrostat.scenario.scenario import Scenario
 
 BLOCK = 64
 """Number of runs in a block; the same as the number of runs that are simulated together."""
@@ -110,7 +110,7 @@ def run_campaign(
         InputError: The folder has another campaign, another engine or files of unknown origin, or
             cannot be written; a drawn value is not allowed; or the workers fail repeatedly.
     """
-    from gyrostat.campaigns.metrics.results import metrics_of, percentile_name
+    from gyrostat.scenario.metrics.results import metrics_of, percentile_name
 
     check_seed(seed)
     if not 1 <= runs <= MOST_RUNS or block < 1:
@@ -245,6 +245,6 @@ def _given(campaign: Campaign, table: Any, runs: Sequence[int]) -> Any:
     """Values and random keys of runs of a search; None for a campaign."""
     if campaign.search is None:
         return None
-    from gyrostat.campaigns.search.noise import given_of
+    from gyrostat.campaigns.noise import given_of
 
     return given_of(campaign, table, runs)

@@ -6,9 +6,9 @@ from typing import Any, NamedTuple
 
 from gyrostat.campaigns.description import Campaign
 from gyrostat.campaigns.executors import Opener, processes, threads
-from gyrostat.campaigns.fingerprint import use_engine
-from gyrostat.campaigns.scenario import Scenario
 from gyrostat.core.processors import usable_cores
+from gyrostat.runs.fingerprint import use_engine
+from gyrostat.scenario.scenario import Scenario
 
 ELSEWHERE = 128
 """Assumed number of workers of an executor if it is not given."""
@@ -43,7 +43,7 @@ def work(job: Job) -> Any:
     """Simulate the runs of a job in a worker; returns `gyrostat.campaigns.engine.Flown`."""
     use_engine(job.campaign.engine)
     if job.block >= 0:  # a run that is replayed is compared with the table of runs
-        from gyrostat.campaigns.own.packages import refuse_other_packages
+        from gyrostat.runs.user.packages import refuse_other_packages
 
         refuse_other_packages(_scenario(job.campaign.scenario))
     return work_here(job)
@@ -88,7 +88,7 @@ def executor_for(
         scenario = _scenario(campaign.scenario)
         if runs * scenario.count <= FEW_PERIODS:
             from gyrostat.campaigns.engine import prepare
-            from gyrostat.campaigns.search.noise import parts_of
+            from gyrostat.campaigns.noise import parts_of
 
             parts = 0 if campaign.search is None else parts_of(scenario)
             prepare(scenario, parts=parts)  # once, not in each thread

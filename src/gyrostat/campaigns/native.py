@@ -14,13 +14,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gyrostat.campaigns.designs import Plans
-from gyrostat.campaigns.fingerprint import FLAGS, engine_record
-from gyrostat.campaigns.kinds import is_shipped
-from gyrostat.campaigns.metrics.observer import Seen
-from gyrostat.campaigns.orbits import has_own_orbits
-from gyrostat.campaigns.run_loop import ON_DEMAND, OWN, Drawn, loop_of, runner_of
-from gyrostat.campaigns.structure import Structure
 from gyrostat.codegen.simd.batch import Traced, traced
 from gyrostat.codegen.simd.call import Compiled, Layout
 from gyrostat.codegen.simd.compiler import library, library_name, required, stored_library
@@ -29,6 +22,13 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 from gyrostat.core.threefry import Words
 from gyrostat.core.types import Vector
+from gyrostat.runs.designs import Plans
+from gyrostat.runs.fingerprint import FLAGS, engine_record
+from gyrostat.runs.metrics.observer import Seen
+from gyrostat.runs.run_loop import ON_DEMAND, OWN, Drawn, loop_of, runner_of
+from gyrostat.scenario.kinds.orbits import has_own_orbits
+from gyrostat.scenario.kinds.registry import is_shipped
+from gyrostat.scenario.structure import Structure
 
 
 class Part(NamedTuple):

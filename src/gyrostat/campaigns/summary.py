@@ -4,8 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gyrostat.campaigns.metrics.percentiles import rank
 from gyrostat.core.types import Vector
+from gyrostat.runs.metrics.percentiles import rank
 
 CONFIDENCE = 0.95
 

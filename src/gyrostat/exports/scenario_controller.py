@@ -6,19 +6,19 @@ from typing import Any
 import equinox as eqx
 import numpy as np
 
-from gyrostat.campaigns.build import build
-from gyrostat.campaigns.orbits import nominal_orbit
-from gyrostat.campaigns.phases import Phases
-from gyrostat.campaigns.plans import plans_of
-from gyrostat.campaigns.references import POSITION_ERROR
-from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.sensing import first_measurement, options_of
-from gyrostat.campaigns.structure import measured_names, structure_of
 from gyrostat.control import FieldLimits, MeasurementGuard
 from gyrostat.control.measurement_guard import UNLIMITED
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.exports.target import STEPS, Target
 from gyrostat.exports.targets import flight_loop
+from gyrostat.runs.build import build
+from gyrostat.runs.phases import Phases
+from gyrostat.runs.plans import plans_of
+from gyrostat.scenario.kinds.orbits import nominal_orbit
+from gyrostat.scenario.kinds.references import POSITION_ERROR
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.sensing import first_measurement, options_of
+from gyrostat.scenario.structure import measured_names, structure_of
 
 
 def scenario_controller(scenario: Scenario, on_bad: str) -> Target:

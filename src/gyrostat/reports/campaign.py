@@ -6,10 +6,9 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gyrostat.campaigns import Campaign, Scenario, Store, Window
+from gyrostat.campaigns import Campaign, Store
 from gyrostat.campaigns.blocks import columns_of
 from gyrostat.campaigns.effects import LEAST_Q2
-from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.reports import requirements
 from gyrostat.reports.campaign_charts import histograms, scatter_plots, shown_metrics
 from gyrostat.reports.campaign_content import (
@@ -24,6 +23,8 @@ from gyrostat.reports.campaign_run import run_page, told
 from gyrostat.reports.kept_runs import kept_runs
 from gyrostat.reports.run_table import run_table
 from gyrostat.reports.template import render
+from gyrostat.scenario import Scenario, Window
+from gyrostat.scenario.metrics.results import metrics_of
 
 if TYPE_CHECKING:
     from gyrostat.core.types import Vector
@@ -62,12 +63,12 @@ def _page_of(known: Campaign) -> "Callable[[Path, str], tuple[dict[str, Any], st
     """Function of folder and command that gives report.json, page and lines for a terminal."""
     if known.search is None:
         return _campaign_page
-    from gyrostat.campaigns.search.rare import RARE
-    from gyrostat.campaigns.search.tuning import FREE
-    from gyrostat.campaigns.search.worst_case import WORST_CASE
     from gyrostat.reports.rare import rare_page
     from gyrostat.reports.tuning import tuning_page
     from gyrostat.reports.worst_case import worst_page
+    from gyrostat.search.rare import RARE
+    from gyrostat.search.tuning import FREE
+    from gyrostat.search.worst_case import WORST_CASE
 
     return {RARE: rare_page, WORST_CASE: worst_page, FREE: tuning_page}[next(iter(known.search))]
 

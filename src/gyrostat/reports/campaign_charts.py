@@ -8,15 +8,15 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from gyrostat.campaigns import Scenario
-from gyrostat.campaigns.kinds import numbers_of
-from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.campaigns.summary import percentile_of
 from gyrostat.core.types import Vector
 from gyrostat.reports.campaign_run import labelled
 from gyrostat.reports.chart import Axis, Chart, axis_of, scaled_unit
 from gyrostat.reports.requirements import required_in
 from gyrostat.reports.run_table import page_unit, rounded
+from gyrostat.scenario import Scenario
+from gyrostat.scenario.kinds.registry import numbers_of
+from gyrostat.scenario.metrics.results import metrics_of
 
 PERCENT = 99.7
 """Percentile of the runs that is marked."""

@@ -4,15 +4,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gyrostat.campaigns import Campaign, Scenario, Store, worst_runs
+from gyrostat.campaigns import Campaign, Store, worst_runs
 from gyrostat.campaigns.drivers import find_drivers
 from gyrostat.campaigns.effects import Effects, Inputs, find_effects, inputs_of
-from gyrostat.campaigns.metrics.results import metrics_of, percentile_name
 from gyrostat.campaigns.summary import percentile_of
-from gyrostat.campaigns.unlikely import unlikely_numbers
 from gyrostat.core.text import or_none
 from gyrostat.reports import requirements
 from gyrostat.reports.campaign_run import told
+from gyrostat.scenario import Scenario
+from gyrostat.scenario.metrics.results import metrics_of, percentile_name
+from gyrostat.scenario.unlikely import unlikely_numbers
 from gyrostat.simulation import Status
 
 if TYPE_CHECKING:

@@ -5,15 +5,15 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gyrostat.campaigns.metrics.results import metrics_of
-from gyrostat.campaigns.orbits import planned_orbit
-from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.unlikely import unlikely_numbers
 from gyrostat.core.outputs import new_files
 from gyrostat.core.text import plain
 from gyrostat.reports.replay import replay_data
 from gyrostat.reports.run_charts import run_charts
 from gyrostat.reports.template import render
+from gyrostat.scenario.kinds.orbits import planned_orbit
+from gyrostat.scenario.metrics.results import metrics_of
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.unlikely import unlikely_numbers
 from gyrostat.simulation import Status
 
 if TYPE_CHECKING:

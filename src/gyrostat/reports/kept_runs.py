@@ -3,11 +3,12 @@
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
-from gyrostat.campaigns import Scenario, Store
-from gyrostat.campaigns.orbits import planned_orbit
+from gyrostat.campaigns import Store
 from gyrostat.reports.campaign_run import metric_rows, run_verdict
 from gyrostat.reports.replay import replay_data
 from gyrostat.reports.run_charts import run_charts
+from gyrostat.scenario import Scenario
+from gyrostat.scenario.kinds.orbits import planned_orbit
 
 if TYPE_CHECKING:
     from gyrostat.core.types import Vector

@@ -6,16 +6,17 @@ from typing import Any
 import numpy as np
 from matplotlib.figure import Figure
 
-from gyrostat.campaigns import Campaign, Scenario, Store
-from gyrostat.campaigns.metrics.results import metrics_of
-from gyrostat.campaigns.search.rare import Found, found_failures
-from gyrostat.campaigns.search.subset import REACHED
+from gyrostat.campaigns import Campaign, Store
 from gyrostat.core.text import or_none
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.reports.campaign_run import labelled, shown_unit, told
 from gyrostat.reports.colours import BAND, MARK, MODEL
 from gyrostat.reports.drawing import literal, panels, svg
 from gyrostat.reports.template import render
+from gyrostat.scenario import Scenario
+from gyrostat.scenario.metrics.results import metrics_of
+from gyrostat.search.rare import Found, found_failures
+from gyrostat.search.subset import REACHED
 
 LISTED = 100
 """Number of failing runs in report.json."""

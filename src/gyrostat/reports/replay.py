@@ -5,10 +5,10 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from gyrostat.campaigns.designs import phase_starts, phases_of
-from gyrostat.campaigns.scenario import Scenario
-from gyrostat.campaigns.structure import structure_of
 from gyrostat.reports.replay_world import world_data
+from gyrostat.runs.designs import phase_starts, phases_of
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.structure import structure_of
 
 if TYPE_CHECKING:
     from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment

@@ -8,9 +8,9 @@ import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
-from gyrostat.campaigns.orbits import orbit_of
-from gyrostat.campaigns.scenario import Scenario
 from gyrostat.core.jax64 import jax
+from gyrostat.scenario.kinds.orbits import orbit_of
+from gyrostat.scenario.scenario import Scenario
 from gyrostat.spacecraft.orbit.earth import EARTH_RADIUS
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.torques.eclipse import sunlight

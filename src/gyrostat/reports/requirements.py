@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from markupsafe import Markup
 
-from gyrostat.campaigns import Scenario, Store
+from gyrostat.campaigns import Store
 from gyrostat.campaigns.blocks import list_parts
-from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.campaigns.pointing.campaign import (
     ERROR_PROFILE,
     PROFILED,
@@ -23,10 +22,12 @@ from gyrostat.campaigns.pointing.text import (
     requirement_text,
 )
 from gyrostat.campaigns.pointing.verdicts import Verdict, judged
-from gyrostat.campaigns.requirement import Requirement
 from gyrostat.campaigns.summary import Estimate
 from gyrostat.core.text import or_none
 from gyrostat.reports.chart import Axis, Chart, axis_of
+from gyrostat.scenario import Scenario
+from gyrostat.scenario.metrics.results import metrics_of
+from gyrostat.scenario.requirement import Requirement
 
 if TYPE_CHECKING:
     from gyrostat.core.types import Matrix, Vector

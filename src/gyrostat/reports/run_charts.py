@@ -7,9 +7,9 @@ import numpy as np
 from markupsafe import Markup
 
 from gyrostat.campaigns.pointing.text import angle_text, is_of_error
-from gyrostat.campaigns.scenario import Scenario
 from gyrostat.core.units import RPM
 from gyrostat.reports.chart import held, scaled_unit, time_chart
+from gyrostat.scenario.scenario import Scenario
 
 LEAST_SHOWN = 1e-5
 """Smallest error and rate drawn, deg and deg/s; smaller ones are rounding errors."""

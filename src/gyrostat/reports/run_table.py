@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.campaigns import Scenario
-from gyrostat.campaigns.kinds import numbers_of
-from gyrostat.campaigns.metrics.results import metrics_of
 from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
 from gyrostat.reports.campaign_run import shown_unit
+from gyrostat.scenario import Scenario
+from gyrostat.scenario.kinds.registry import numbers_of
+from gyrostat.scenario.metrics.results import metrics_of
 
 MOST_BYTES = 3_500_000
 """Size that the values take in a page."""

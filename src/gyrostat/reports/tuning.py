@@ -7,17 +7,17 @@ import numpy as np
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from gyrostat.campaigns.kinds import numbers_of
-from gyrostat.campaigns.metrics.results import metrics_of
-from gyrostat.campaigns.search.tune import COMMON, PERCENT, PROOF
-from gyrostat.campaigns.search.tuning import FoundTuning, found_tuning
-from gyrostat.campaigns.search.worst import at_bound
 from gyrostat.core.text import or_none
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.reports.campaign_run import labelled, shown_unit, told
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
 from gyrostat.reports.drawing import literal, panels, svg
 from gyrostat.reports.template import render
+from gyrostat.scenario.kinds.registry import numbers_of
+from gyrostat.scenario.metrics.results import metrics_of
+from gyrostat.search.tune import COMMON, PERCENT, PROOF
+from gyrostat.search.tuning import FoundTuning, found_tuning
+from gyrostat.search.worst import at_bound
 
 ENOUGH = 0.02
 """Relative improvement below which the given values are as good as the best found."""

@@ -7,15 +7,15 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gyrostat.campaigns import Store
-from gyrostat.campaigns.kinds import numbers_of
-from gyrostat.campaigns.metrics.results import metrics_of
-from gyrostat.campaigns.search.worst import at_bound
-from gyrostat.campaigns.search.worst_case import FoundWorst, found_worst
 from gyrostat.core.text import or_none
 from gyrostat.reports.campaign_run import labelled, shown_unit, told
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
 from gyrostat.reports.drawing import literal, panels, svg
 from gyrostat.reports.template import render
+from gyrostat.scenario.kinds.registry import numbers_of
+from gyrostat.scenario.metrics.results import metrics_of
+from gyrostat.search.worst import at_bound
+from gyrostat.search.worst_case import FoundWorst, found_worst
 
 AT_BOUND = 0.99
 """Coordinate from which a value is said to be at its bound."""

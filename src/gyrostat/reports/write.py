@@ -4,13 +4,13 @@ import json
 from collections.abc import Callable
 from pathlib import Path
 
-from gyrostat.campaigns.own.objects import own_object
 from gyrostat.core.files import digest_of
 from gyrostat.core.outputs import check_outputs, new_files
 from gyrostat.core.user_modules import Source
 from gyrostat.identification import Fit
 from gyrostat.identification.fit_text import table
 from gyrostat.reports.page import fit_page
+from gyrostat.scenario_files.python.objects import own_object
 from gyrostat.wheel import write_model
 from gyrostat.wheel.friction import Friction
 from gyrostat.wheel.friction_laws import digest, law_texts, write_texts

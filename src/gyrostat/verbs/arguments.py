@@ -242,7 +242,7 @@ def folder_name(name: str, runs: int, seed: int) -> str:
 
 def check_device(name: str) -> None:
     """Check that JAX may be asked for a device; raises `InputError`."""
-    from gyrostat.campaigns.fingerprint import FLAGS
+    from gyrostat.runs.fingerprint import FLAGS
 
     one_of(name, FLAGS, "--device")
 

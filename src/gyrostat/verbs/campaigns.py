@@ -21,7 +21,7 @@ from gyrostat.verbs.scenario_check import say_unlikely, scenario_of
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gyrostat.campaigns import Scenario
+    from gyrostat.scenario import Scenario
 
 BLOCK = 64
 """Default number of runs in a block of a campaign."""
@@ -130,15 +130,15 @@ def campaign(
         # the chosen folder is always reported
         (to_stderr if say is silent else say)(f"the files of the campaign are written to {folder}")
     if question is not None:
-        from gyrostat.campaigns.search.execute import Options
+        from gyrostat.search.execute import Options
         from gyrostat.verbs import searches
 
         options = Options(runs, seed, workers, worst, force, verify)
         return searches.search(question, found, folder, options, say, on_progress, command)
     from gyrostat.campaigns import campaign_runs, cluster, run_campaign
-    from gyrostat.campaigns.own.trial import say_bad_commands
     from gyrostat.campaigns.pointing.text import requirement_lines
     from gyrostat.reports.campaign import write_campaign
+    from gyrostat.runs.user.trial import say_bad_commands
 
     refuse_given({"--within": within}, "campaign", "--worst-case")
     for line in requirement_lines(found, runs):

@@ -18,9 +18,9 @@ from gyrostat.verbs.required_options import missing_of_part, names_scenario, req
 from gyrostat.verbs.wheel_arguments import wheel_model
 
 if TYPE_CHECKING:
-    from gyrostat.campaigns import Scenario
     from gyrostat.exports import Part
     from gyrostat.identification import Fit
+    from gyrostat.scenario import Scenario
     from gyrostat.wheel import Wheel, WheelModel
 
 LONGEST_DELAY = 1000
@@ -163,7 +163,7 @@ def export(
 
 def _scenario_of(model: Any, *, force: bool) -> "Scenario | None":
     """Scenario, or that of a scenario file; None for anything else."""
-    from gyrostat.campaigns.scenario import Scenario
+    from gyrostat.scenario.scenario import Scenario
 
     if isinstance(model, Scenario):
         return model
@@ -172,7 +172,7 @@ def _scenario_of(model: Any, *, force: bool) -> "Scenario | None":
     path = Path(model)
     if not names_scenario(path):
         return None
-    from gyrostat.campaigns.reading.scenario_file import read_scenario
+    from gyrostat.scenario_files.scenario_file import read_scenario
 
     return read_scenario(path, force=force)
 

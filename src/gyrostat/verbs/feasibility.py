@@ -85,12 +85,12 @@ def feasible(
         InputError: A spacecraft, wheel or direction cannot be used, or existing files would be
             replaced.
     """
-    from gyrostat.campaigns.unlikely import unlikely_spacecraft
     from gyrostat.core.outputs import check_outputs
     from gyrostat.failures import holdable
     from gyrostat.failures.query import unit_quaternion
     from gyrostat.reports.failure_inputs import Inputs
     from gyrostat.reports.feasibility import FILES, Question, write_holdable
+    from gyrostat.scenario.unlikely import unlikely_spacecraft
 
     arguments = dict(locals())
     if out is not None:

@@ -83,13 +83,13 @@ def recover(
     """
     import numpy as np
 
-    from gyrostat.campaigns.unlikely import unlikely_spacecraft
     from gyrostat.core.outputs import check_outputs
     from gyrostat.failures import recover as simulate
     from gyrostat.failures import state_of
     from gyrostat.failures.query import unit_quaternion
     from gyrostat.reports.failure_inputs import Inputs
     from gyrostat.reports.recovery import FILES, write_recovery
+    from gyrostat.scenario.unlikely import unlikely_spacecraft
     from gyrostat.simulation.labelled import Signal
 
     arguments = dict(locals())

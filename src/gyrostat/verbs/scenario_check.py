@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING, Any, final
 from gyrostat.verbs.arguments import Say, silent
 
 if TYPE_CHECKING:
-    from gyrostat.campaigns import Scenario
-    from gyrostat.campaigns.own.support import Support
+    from gyrostat.runs.user.support import Support
+    from gyrostat.scenario import Scenario
 
 
 @final
@@ -53,12 +53,12 @@ def check(
         InputError: The scenario has a mistake; the message names the file, the key or the part,
             what was found and what was expected.
     """
-    from gyrostat.campaigns.kinds import components_of
-    from gyrostat.campaigns.own.trial import supports_of
-    from gyrostat.campaigns.plans import designs_of
     from gyrostat.campaigns.pointing.text import requirement_lines
-    from gyrostat.campaigns.reading.scenario_file import validated
     from gyrostat.core.user_modules import is_own
+    from gyrostat.runs.plans import designs_of
+    from gyrostat.runs.user.trial import supports_of
+    from gyrostat.scenario.kinds.registry import components_of
+    from gyrostat.scenario_files.scenario_file import validated
 
     found = scenario_of(scenario, force=force, changes=changes)
     if not isinstance(scenario, str | Path) and not changes:
@@ -85,7 +85,7 @@ def check(
 
 def say_unlikely(scenario: "Scenario", say: Say) -> list[str]:
     """Report the numbers of a scenario that are possible, but unlikely, and return the lines."""
-    from gyrostat.campaigns.unlikely import unlikely_numbers
+    from gyrostat.scenario.unlikely import unlikely_numbers
 
     lines = unlikely_numbers(scenario)
     for line in lines:
@@ -110,7 +110,7 @@ def scenario_of(
     scenario: "Scenario | str | Path", *, force: bool, changes: Mapping[str, Any] | None = None
 ) -> "Scenario":
     """Scenario, read from its file unless it is an object, with changes."""
-    from gyrostat.campaigns.reading.scenario_file import read_scenario
+    from gyrostat.scenario_files.scenario_file import read_scenario
 
     if isinstance(scenario, str | Path):
         scenario = read_scenario(scenario, force=force)

@@ -11,15 +11,15 @@ from gyrostat.verbs.arguments import Say
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gyrostat.campaigns import Scenario
-    from gyrostat.campaigns.search.execute import Options, Question
-    from gyrostat.campaigns.search.rare import RareFailure
-    from gyrostat.campaigns.search.worst_case import WorstCase
+    from gyrostat.scenario import Scenario
+    from gyrostat.search.execute import Options, Question
+    from gyrostat.search.rare import RareFailure
+    from gyrostat.search.worst_case import WorstCase
 
 
 def check_native(option: str, device: str, engine: str) -> None:
     """Check that a search is to use the native engine, and configure it; raises `InputError`."""
-    from gyrostat.campaigns.fingerprint import FLAGS, engine_record, use_engine
+    from gyrostat.runs.fingerprint import FLAGS, engine_record, use_engine
 
     if device != "cpu" or engine == "jax":
         found = f"--device {device}" if device != "cpu" else "--engine jax"
@@ -41,9 +41,9 @@ def question_of(
     Raises:
         InputError: An option cannot be used, or there are too few runs.
     """
-    from gyrostat.campaigns.search.condition import Condition
-    from gyrostat.campaigns.search.rare import ENOUGH, FEW, RareFailure
-    from gyrostat.campaigns.search.worst_case import WorstCase
+    from gyrostat.search.condition import Condition
+    from gyrostat.search.rare import ENOUGH, FEW, RareFailure
+    from gyrostat.search.worst_case import WorstCase
 
     if rare is None:
         question = WorstCase.of(scenario, worst_case, within or "3sigma")
@@ -60,13 +60,13 @@ def search(
 ) -> "xr.Dataset":
     """Carry out a search; returns what `gyrostat.campaign` does. See `run_question`."""
     from gyrostat.campaigns import campaign_runs
-    from gyrostat.campaigns.search.rare import RareFailure
+    from gyrostat.search.rare import RareFailure
 
     content = run_question(scenario, folder, question, *about)
     if isinstance(question, RareFailure):
         result = {name: content[name] for name in ("probability", "low", "high", "below")}
     else:
-        from gyrostat.campaigns.search.worst_case import found_worst
+        from gyrostat.search.worst_case import found_worst
 
         worst = found_worst(folder).worst
         result = {"run": worst.number, "worst": worst.response, "noise_share": worst.noise_share}
@@ -83,8 +83,8 @@ def run_question(
     command: str,
 ) -> dict[str, Any]:
     """Carry out a search and write its report; returns the content of report.json."""
-    from gyrostat.campaigns.search.execute import run_search
     from gyrostat.reports.campaign import write_campaign
+    from gyrostat.search.execute import run_search
 
     run_search(scenario, folder, question, options, on_progress=on_progress, say=say)
     return json.loads(write_campaign(folder, command=command, say=say))

@@ -13,7 +13,7 @@ from gyrostat.verbs.scenario_check import say_unlikely, scenario_of
 if TYPE_CHECKING:
     import xarray as xr
 
-    from gyrostat.campaigns import Scenario
+    from gyrostat.scenario import Scenario
     from gyrostat.simulation.labelled import Labelled
 
 
@@ -43,7 +43,7 @@ def simulate(
         verify: Whether to make the compiled program again and compare it with the stored one.
         say: Function that receives each message for the user.
         command: Text that the page names as its origin.
-        changes: Changes of the scenario, see `gyrostat.campaigns.Scenario.replace`: user-defined
+        changes: Changes of the scenario, see `gyrostat.scenario.Scenario.replace`: user-defined
             parts as objects, `controller=EarthPointer(kp=0.02)`, or other values.
 
     Returns:
@@ -74,10 +74,10 @@ def simulated(
     changes: Mapping[str, Any] | None = None,
 ) -> "Labelled":
     """Labelled histories of `simulate`, which has the same arguments, without xarray."""
-    from gyrostat.campaigns.fingerprint import FLAGS, engine_record, use_engine
-    from gyrostat.campaigns.metrics.results import metrics_of
     from gyrostat.core.outputs import check_outputs
     from gyrostat.core.validation import check_seed
+    from gyrostat.runs.fingerprint import FLAGS, engine_record, use_engine
+    from gyrostat.scenario.metrics.results import metrics_of
 
     check_seed(seed)  # check before compiling
     path = None if out is None else Path(out)
@@ -91,7 +91,7 @@ def simulated(
     use_engine(engine_record(device, FLAGS[device]))
     from gyrostat.campaigns.engine import fly
     from gyrostat.campaigns.execute import chosen_engine
-    from gyrostat.campaigns.own.trial import say_bad_commands
+    from gyrostat.runs.user.trial import say_bad_commands
 
     found = scenario_of(scenario, force=force, changes=changes or {})
     say_unlikely(found, say)
@@ -143,11 +143,11 @@ def replayed(folder: "str | Path | xr.Dataset", run: int, *, say: Say, command: 
     """Path of the history that `replay` writes, which has the same arguments, without xarray."""
     from gyrostat.campaigns import Store
     from gyrostat.campaigns import replay as simulate_again
-    from gyrostat.campaigns.fingerprint import refuse_other
     from gyrostat.campaigns.jobs import executor_for
-    from gyrostat.campaigns.own.packages import other_packages
-    from gyrostat.campaigns.scenario import Scenario
     from gyrostat.reports.campaign import write_replay
+    from gyrostat.runs.fingerprint import refuse_other
+    from gyrostat.runs.user.packages import other_packages
+    from gyrostat.scenario.scenario import Scenario
 
     path = Path(folder if isinstance(folder, str | Path) else folder.attrs["folder"])
     store = Store(path, say)

@@ -11,7 +11,7 @@ from gyrostat.verbs.arguments import Named, Say, named, silent
 from gyrostat.verbs.scenario_check import scenario_of
 
 if TYPE_CHECKING:
-    from gyrostat.campaigns import Scenario
+    from gyrostat.scenario import Scenario
 
 TUNED = "tuned.toml"
 """Name of the tuned scenario."""
@@ -63,9 +63,9 @@ def tune(
     Raises:
         InputError: A key, metric or limit does not fit the scenario, or options cannot be used.
     """
-    from gyrostat.campaigns.search.execute import Options
-    from gyrostat.campaigns.search.tuning import Tuning
     from gyrostat.core.files import check_writable
+    from gyrostat.search.execute import Options
+    from gyrostat.search.tuning import Tuning
     from gyrostat.verbs.searches import run_question
 
     folder = Path(out)
@@ -89,7 +89,7 @@ def _write(
 ) -> None:
     """Write the tuned scenario into the folder, if the file has its keys in plain sections."""
     from gyrostat.campaigns import Store
-    from gyrostat.campaigns.reading.scenario_file import read_scenario
+    from gyrostat.scenario_files.scenario_file import read_scenario
 
     text = path.read_text(encoding="utf-8")
     for key, value in values.items():

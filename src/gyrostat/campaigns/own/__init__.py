@@ -1,1 +1,1 @@
-"""Own parts: components that a user writes in Python, from a file or as objects."""
+"""Earlier place of the protocols of user-defined parts."""

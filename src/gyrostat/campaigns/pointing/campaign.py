@@ -7,9 +7,9 @@ from numpy.typing import NDArray
 
 from gyrostat.campaigns.pointing.collected import Collected, Profile
 from gyrostat.campaigns.pointing.indices import Part
-from gyrostat.campaigns.requirement import signals_of
-from gyrostat.campaigns.scenario import Scenario
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.scenario.requirement import signals_of
+from gyrostat.scenario.scenario import Scenario
 
 PROFILED = 1000
 """Number of runs whose errors over time are kept: the first ones, drawn like any other."""

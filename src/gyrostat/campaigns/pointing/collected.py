@@ -7,7 +7,6 @@ from math import ceil, log2, pi
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.campaigns.metrics.percentiles import Collector, collectors
 from gyrostat.campaigns.pointing.indices import (
     Inside,
     Part,
@@ -16,8 +15,9 @@ from gyrostat.campaigns.pointing.indices import (
     WindowIndex,
     differences,
 )
-from gyrostat.campaigns.requirement import Requirement
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.runs.metrics.percentiles import Collector, collectors
+from gyrostat.scenario.requirement import Requirement
 
 OCTAVE, UNIT = 16, 128
 """Number of sizes of an octave at which a mixed requirement counts, and place of its value."""

@@ -23,8 +23,8 @@ from jaxtyping import Bool, Float
 from numpy.typing import NDArray
 
 from gyrostat.campaigns.pointing.recent import Recent
-from gyrostat.campaigns.requirement import AXES_OF_ERROR, Requirement
 from gyrostat.core.types import Matrix
+from gyrostat.scenario.requirement import AXES_OF_ERROR, Requirement
 
 Vectors = Float[np.ndarray, "runs samples 3"]
 Inside = Bool[np.ndarray, "runs samples"]

@@ -22,9 +22,9 @@ from typing import cast
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.campaigns.requirement import AXES_OF_ERROR, Requirement
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
+from gyrostat.scenario.requirement import AXES_OF_ERROR, Requirement
 
 _PLACES, _WEIGHTS = np.polynomial.legendre.leggauss(16)
 """Places in a window, -1 to 1, and their weights, for a time anywhere in it."""

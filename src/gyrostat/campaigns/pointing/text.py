@@ -3,9 +3,9 @@
 import math
 
 from gyrostat.campaigns.pointing.verdicts import runs_needed
-from gyrostat.campaigns.requirement import Requirement
-from gyrostat.campaigns.scenario import Scenario
 from gyrostat.core.text import plain
+from gyrostat.scenario.requirement import Requirement
+from gyrostat.scenario.scenario import Scenario
 
 ARCSECOND = math.pi / 648_000.0
 

@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from gyrostat.campaigns.pointing.collected import counted_sizes
 from gyrostat.campaigns.pointing.statistics import least_runs, mean_bounds, size_at, sizes_around
-from gyrostat.campaigns.requirement import Requirement
 from gyrostat.campaigns.summary import Estimate, percentile_of, share_bounds
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.scenario.requirement import Requirement
 
 PASS, FAIL, OPEN = "pass", "fail", "not decided"
 

@@ -1,0 +1,56 @@
+"""Runs of a finished campaign as labelled arrays."""
+
+from pathlib import Path
+from typing import TYPE_CHECKING
+
+from gyrostat.campaigns.store import Store
+from gyrostat.scenario.scenario import Scenario
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def campaign_runs(folder: str | Path) -> "xr.Dataset":
+    """Read the table of a finished campaign.
+
+    Args:
+        folder: Folder of the campaign.
+
+    Returns:
+        Variables over `run`, with units and meanings: every drawn parameter under its key, such as
+        "wheel.a.coulomb", every metric (NaN if a run has none), `status` and `ended` (s). The
+        attributes `folder`, `scenario` and `seed` identify the campaign. The unit of a column of
+        `to_dataframe()` is the attribute `units` of the variable with its name.
+
+    Raises:
+        InputError: The folder has no finished campaign.
+    """
+    import xarray as xr
+
+    from gyrostat.scenario.kinds.registry import numbers_of
+    from gyrostat.scenario.metrics.results import metrics_of
+    from gyrostat.simulation import status_attributes
+
+    store = Store(Path(folder))
+    known, table = store.known(), store.read_table()
+    scenario = Scenario.from_text(known.scenario)
+    numbers = numbers_of(scenario)
+    attributes = {
+        **{
+            key: {"units": numbers[key].unit, "long_name": f"drawn {key}"}
+            for key in scenario.dispersed
+        },
+        **{
+            name: {"units": metric.unit, "long_name": metric.meaning}
+            for name, metric in metrics_of(scenario).items()
+        },
+        "ended": {"units": "s", "long_name": "Time until which the run is valid."},
+        "status": status_attributes(),
+    }
+    variables = {
+        name: ("run", table[name].to_numpy(), attributes.get(name, {}))
+        for name in table.column_names
+        if name != "run"
+    }
+    about = {"scenario": scenario.name, "folder": str(folder), "seed": known.seed}
+    return xr.Dataset(variables, {"run": table["run"].to_numpy()}, about)

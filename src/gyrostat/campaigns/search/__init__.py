@@ -1,1 +1,0 @@
-"""Searches among the runs of a scenario: rare failures."""

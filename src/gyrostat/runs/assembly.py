@@ -1,0 +1,59 @@
+"""Parts of a run while they are built, stage by stage."""
+
+from collections.abc import Callable, Mapping
+from typing import Any, NamedTuple
+
+from gyrostat.control.guidance import Reference
+from gyrostat.runs.designs import Plans
+from gyrostat.scenario.kinds.registry import chosen
+from gyrostat.scenario.metrics.budget import Budget
+from gyrostat.scenario.sensing import Values, arrays_of
+from gyrostat.scenario.structure import Structure
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
+
+
+class Assembly(NamedTuple):
+    """What a run is built from, and the parts that its stages have built.
+
+    Attributes:
+        structure: Structure of the scenario.
+        values: Values of the run.
+        plans: Plans of the scenario.
+        options: Options of the controller.
+        orbit: Orbit of the run; None without one.
+        plant: Plant.
+        motion: Motion at time 0, by the names of the arguments of `plant.start`.
+        start: State of the plant at time 0.
+        budget: Momentum budget; None unless it is requested.
+        starts: Start times of the phases, (phases,), s.
+        controller: Controller.
+        reference: Reference attitude at the true position; None for the targets of the phases.
+        guide: Reference that the controller computes; None if it has the targets of the phases.
+        sensor: Sensor of the plant.
+        metrics: User-defined metrics by name.
+    """
+
+    structure: Structure
+    values: Values
+    plans: Plans
+    options: Mapping[str, Any] = {}
+    orbit: OrbitEnvironment | None = None
+    plant: Any = None
+    motion: Mapping[str, Any] = {}
+    start: Any = None
+    budget: Budget | None = None
+    starts: Any = None
+    controller: Any = None
+    reference: Reference | None = None
+    guide: Reference | None = None
+    sensor: Any = None
+    metrics: Mapping[str, Any] = {}
+
+    def component(self, section: str, *parts: Any) -> Any:
+        """Component of a section, made of its values and of other parts."""
+        kind = chosen(self.structure, section)
+        return kind.make(arrays_of(self.values, section, kind.keys), *parts)
+
+
+Stage = Callable[[Assembly], dict[str, Any]]
+"""Stage of building a run: the fields of `Assembly` that it sets."""

@@ -1,0 +1,126 @@
+"""Stages that build the plant of a run, its orbit and its state at time 0."""
+
+from dataclasses import fields
+from typing import Any
+
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.rotations import from_rotation_vector, product
+from gyrostat.core.user_modules import is_own
+from gyrostat.runs.assembly import Assembly
+from gyrostat.runs.build_parts import modes_of_run, named_parts
+from gyrostat.scenario.build_spacecraft import (
+    failures_of,
+    friction_steps_of,
+    has_section,
+    of_wheels,
+    spacecraft_of,
+)
+from gyrostat.scenario.kinds.environments import environment_torques
+from gyrostat.scenario.kinds.orbits import orbit_of_run
+from gyrostat.scenario.kinds.registry import component
+from gyrostat.scenario.kinds.wheel_disturbances import imbalance_of
+from gyrostat.scenario.metrics.budget import Budget
+from gyrostat.scenario.schema import START
+from gyrostat.scenario.sensing import arrays_of
+from gyrostat.spacecraft import (
+    ChangingPlant,
+    DrivenGyrostat,
+    Gyrostat,
+    ImbalancedGyrostat,
+    PaddleGyrostat,
+    PlantChange,
+)
+from gyrostat.wheel import Driver
+
+
+def add_orbit(run: Assembly) -> dict[str, Any]:
+    """Orbit of the run."""
+    return {"orbit": orbit_of_run(run.values, run.plans.orbit, run.structure.dispersed)}
+
+
+def add_body(run: Assembly) -> dict[str, Any]:
+    """Spacecraft with environment, actuators, appendages and failures, and the momentum budget."""
+    structure, values = run.structure, run.values
+    own = run.component("environment")
+    if "external_torque_limit" in run.options:
+        own["external_torque_limit"] = run.options["external_torque_limit"] * jnp.ones(3)
+    craft = spacecraft_of(structure, values)
+    own["friction_steps"] = friction_steps_of(structure, values, craft.wheels.friction)
+    given = {"spacecraft": run.plans.known, "orbit": run.orbit}
+    torques = named_parts(structure, values, "environment.torque", **given)
+    actuators = named_parts(structure, values, "actuator", **given)
+    every = environment_torques(own) | torques
+    own["environment"] = (*own.get("environment", ()), *torques.values())
+    own["actuators"] = actuators
+    own["modes"] = modes_of_run(structure, values, craft)
+    period = values["run.control_period"]
+    return {
+        "plant": Gyrostat(craft, failures_of(structure, values), **own),
+        "budget": Budget(craft, every, actuators, period) if structure.budget else None,
+    }
+
+
+def add_motion(run: Assembly) -> dict[str, Any]:
+    """Attitude, body rate and wheel speeds at time 0."""
+    begin = arrays_of(run.values, "start", START)
+    error = from_rotation_vector(begin["attitude_error"])
+    motion = {
+        "attitude": product(jnp.asarray(run.plans.attitude), error),
+        "rate": begin["rate"],
+        "wheel_speed": of_wheels(run.structure, run.values, "speed"),
+    }
+    return {"motion": motion}
+
+
+def add_paddle(run: Assembly) -> dict[str, Any]:
+    """A paddle in the place of the last wheel, if the controller has one."""
+    if "paddle_limit" not in run.options:
+        return {}
+    count = len(run.structure.wheels)
+    limit = jnp.full(count, jnp.inf).at[-1].set(run.options["paddle_limit"])
+    return {"plant": PaddleGyrostat(run.plant, limit)}
+
+
+def add_imbalance(run: Assembly) -> dict[str, Any]:
+    """Imbalance and harmonics of the wheels."""
+    structure, values = run.structure, run.values
+    count = len(structure.wheels)
+    harmonics = named_parts(structure, values, "imbalance.harmonic", wheels=count)
+    imbalance = imbalance_of(structure, values, list(harmonics.values()))
+    if imbalance is None:
+        return {}
+    angle = of_wheels(structure, values, "angle")
+    return {
+        "plant": ImbalancedGyrostat(run.plant, imbalance),
+        "motion": {**run.motion, "wheel_angle": angle},
+    }
+
+
+def add_drivers(run: Assembly) -> dict[str, Any]:
+    """Motor drivers of the wheels."""
+    structure, values = run.structure, run.values
+    if not has_section(structure, "motor_constant"):
+        return {}
+    names = [field.name for field in fields(Driver)]
+    # the torque limit is that of the wheel, not of the driver
+    numbers = {n: of_wheels(structure, values, n) for n in names if n != "torque_limit"}
+    constant = of_wheels(structure, values, "motor_constant")
+    return {"plant": DrivenGyrostat(run.plant, Driver(**numbers), constant)}
+
+
+def add_changes(run: Assembly) -> dict[str, Any]:
+    """Changes of the plant by user-defined events."""
+    changes = []
+    for event in run.structure.events:
+        if is_own(event.kind):
+            place = f"event.{event.name}"
+            made = component("event", event.kind, run.structure.sources)
+            own = arrays_of(run.values, place, made.keys)
+            change = made.make(own, place=place, spacecraft=run.plans.known)
+            changes.append(PlantChange(event.name, run.values[f"{place}.time"], change))
+    return {"plant": ChangingPlant(run.plant, tuple(changes))} if changes else {}
+
+
+def add_start(run: Assembly) -> dict[str, Any]:
+    """State of the whole plant at time 0."""
+    return {"start": run.plant.start(**run.motion)}

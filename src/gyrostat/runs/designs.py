@@ -1,0 +1,138 @@
+"""Designs of the controller of a scenario, one for each phase."""
+
+from collections.abc import Iterator
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.validation import check_parts
+from gyrostat.runs.build_parts import modes_of_run
+from gyrostat.runs.build_reference import planned_reference
+from gyrostat.scenario.build_spacecraft import spacecraft_of
+from gyrostat.scenario.kinds.controllers import IGNORED, NOTIFIED, DesignCase
+from gyrostat.scenario.kinds.orbits import planned_orbit
+from gyrostat.scenario.kinds.references import PlannedReference
+from gyrostat.scenario.kinds.registry import check_needs, chosen
+from gyrostat.scenario.scenario import Event, Scenario
+from gyrostat.scenario.sensing import Values, options_of
+from gyrostat.scenario.structure import Structure, notified, structure_of
+from gyrostat.spacecraft import Spacecraft
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
+
+
+class Plans(NamedTuple):
+    """Controller designs of a scenario, computed once from its nominal values.
+
+    Attributes:
+        controllers: Design of the controller for each phase.
+        targets: Target attitude of each phase, (phases, 4), scalar first.
+        attitude: Initial attitude before its error, (4,), scalar first.
+        known: Nominal spacecraft, the model of the controller.
+        sensors: Nominal options of the sensors, the model of the estimator.
+        reference: Part of the reference that is computed once; None for fixed targets.
+        orbit: Tables along the orbit; None without an orbit.
+    """
+
+    controllers: tuple[Any, ...]
+    targets: np.ndarray
+    attitude: np.ndarray
+    known: Spacecraft
+    sensors: dict[str, np.ndarray]
+    reference: PlannedReference | None = None
+    orbit: OrbitEnvironment | None = None
+
+
+def phases_of(structure: Structure) -> list[Event]:
+    """Events that start a new phase with another controller design, in nominal order."""
+    is_notified = chosen(structure, "controller").losses == NOTIFIED
+    return [e for e in structure.turning_points if is_notified or e.kind == "slew"]
+
+
+def phase_starts(structure: Structure, values: Values) -> list[Scalar]:
+    """Start time of each phase, s."""
+    return [0.0, *(notified(event, values) for event in phases_of(structure))]
+
+
+def plan(scenario: Scenario) -> Plans:
+    """Design the controller for every phase, from the nominal values.
+
+    Raises:
+        InputError: The working wheels do not suffice in a phase.
+    """
+    check_needs(scenario)
+    structure = structure_of(scenario)
+    known = spacecraft_of(structure, scenario.values)
+    modes = modes_of_run(structure, scenario.values, known)
+    if modes is not None:
+        modes.check()
+        modes.check_inertia(known.inertia)
+    controller = chosen(scenario, "controller")
+    if scenario.reference != "fixed" and not controller.follows:
+        raise InputError(
+            f"key controller.kind: found {scenario.controller} with the reference "
+            f"{scenario.reference}, expected a controller of three axes or the reference fixed"
+        )
+    designs, cases = [], []
+    for case in _design_cases(scenario, structure, known, controller.losses):
+        design = controller.plan(case)
+        check_parts(design)
+        designs.append(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), design))
+        cases.append(case)
+    sensors = options_of(scenario.values, "sensors")
+    return Plans(
+        tuple(designs),
+        np.array([case.target for case in cases]),
+        np.array(scenario.attitude),
+        known,
+        {name: np.asarray(value) for name, value in sensors.items()},
+        planned_reference(scenario, known, np.array([case.working for case in cases])),
+        planned_orbit(scenario),
+    )
+
+
+def _design_cases(
+    scenario: Scenario, structure: Structure, known: Spacecraft, losses: str
+) -> Iterator[DesignCase]:
+    """Design case of each phase.
+
+    Args:
+        scenario: Scenario.
+        structure: Its structure.
+        known: Nominal spacecraft.
+        losses: What the controller does about lost wheels.
+
+    Raises:
+        InputError: The working wheels do not span space, and the controller does not ignore it.
+    """
+    count = len(scenario.wheels)
+    working, seized = np.ones(count, bool), np.zeros(count, bool)
+    target = scenario.target
+    slews = {event.name: event.target for event in scenario.events}
+    for event in (None, *structure.turning_points):
+        wheel = None if event is None else event.wheel
+        if event is not None and wheel is not None and losses != IGNORED:
+            working[wheel] = False
+            seized[wheel] |= event.kind == "seized"
+        if event is not None:
+            target = slews[event.name] or target
+        rank = np.linalg.matrix_rank(np.asarray(scenario.axes) * working[:, None], tol=1e-6)
+        # a controller that ignores failures validates its wheels itself
+        if rank < 3 and losses != IGNORED:
+            raise InputError(
+                f"key {'controller' if event is None else f'event[{event.name}]'}: found working "
+                "wheels that do not span space, expected wheels about every axis (gyrostat recover "
+                "simulates fewer)"
+            )
+        is_notified = losses == NOTIFIED
+        if wheel is not None and not is_notified:
+            continue
+        yield DesignCase(
+            spacecraft=known,
+            working=working.copy() if is_notified else np.ones(count, bool),
+            seized=seized.copy() if is_notified else np.zeros(count, bool),
+            target=np.array(target),
+            delay=scenario.command_delay,
+        )

@@ -1,0 +1,217 @@
+"""Metrics of a run, computed during the simulation with constant memory."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any, NamedTuple, Self
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Array, Int
+
+from gyrostat.control.guidance import AttitudeReference, Mode
+from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rotations import error, to_body
+from gyrostat.core.types import Vector
+from gyrostat.runs.build import Setup
+from gyrostat.runs.metrics import windows
+from gyrostat.runs.metrics.error_vectors import error_vector
+from gyrostat.runs.metrics.percentiles import Collector
+from gyrostat.runs.metrics.windows import SeenWindow, WindowObserver, pointing_error
+from gyrostat.scenario.metrics.budget import Budget
+from gyrostat.scenario.metrics.kinds import RUN_METRICS
+from gyrostat.scenario.metrics.metric import TOLERANCE, RunEnd, RunStart
+from gyrostat.scenario.metrics.results import (
+    kinds_of_window,
+    metrics_of,
+    percentile_name,
+    window_start,
+)
+from gyrostat.scenario.metrics.sample import Sample
+from gyrostat.scenario.requirement import ErrorSignal
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.structure import Structure
+from gyrostat.simulation import Histories
+
+
+class Seen(NamedTuple):
+    """Running values of a run, from which its metrics are computed.
+
+    Attributes:
+        status: Status of the run.
+        samples: Number of valid samples.
+        windows: Running values of each window.
+        metrics: Memory of each metric of every run, then of the momentum budget if there is one.
+        own: Own metric -> its memory, and its result after the last sample.
+        mode: Mode of the reference at the last sample.
+    """
+
+    status: Int[Array, ""]
+    samples: Int[Array, ""]
+    windows: tuple[SeenWindow, ...]
+    metrics: tuple[Any, ...]
+    own: dict[str, tuple[Any, Scalar]]
+    mode: Mode
+
+
+class Pointing(NamedTuple):
+    """Pointing at one sample.
+
+    Attributes:
+        error: Pointing error, rad.
+        counted: Pointing errors of the run and of each window, rad; infinite at samples that are
+            not evaluated.
+        vectors: Error vectors that pointing requirements need, (3,) each, rad.
+    """
+
+    error: Scalar
+    counted: tuple[Scalar, ...]
+    vectors: tuple[Vector3, ...]
+
+
+class Observer(eqx.Module):
+    """Accumulates the metrics of a run sample by sample.
+
+    Attributes:
+        setup: Parts of the run.
+        values: Values of the sections "metrics" and "run", SI.
+        windows: Observers of the windows.
+        metrics: Metrics of every run, and the momentum budget if there is one.
+        count: Number of control periods of the run.
+        boresight: Body direction whose pointing is evaluated, (3,); None for the full attitude.
+        signals: Error vectors that pointing requirements need.
+    """
+
+    setup: Setup
+    values: dict[str, Scalar]
+    windows: tuple[WindowObserver, ...]
+    metrics: tuple[Any, ...]
+    count: int = eqx.field(static=True)
+    boresight: tuple[float, ...] | None = eqx.field(static=True)
+    signals: tuple[ErrorSignal, ...] = eqx.field(static=True)
+
+    @classmethod
+    def of(cls, structure: Structure, setup: Setup, values: dict[str, Scalar]) -> Self:
+        """Create the observer of a run with the given values."""
+        own = {k: v for k, v in values.items() if k.split(".")[0] in ("metrics", "run")}
+        windows = tuple(WindowObserver.of(w, structure, values) for w in structure.windows)
+        run = RunStart(own, setup.plant.spacecraft, setup.start)
+        metrics: tuple[Any, ...] = tuple(kind.of(run) for kind in RUN_METRICS)
+        metrics += () if setup.budget is None else (setup.budget,)
+        rest = (structure.count, structure.boresight, structure.signals)
+        return cls(setup, own, windows, metrics, *rest)
+
+    def start(self) -> Seen:
+        """Initial values before the first sample."""
+        none, zero = jnp.zeros((), dtype=int), jnp.zeros(())
+        return Seen(
+            *(none, none),
+            tuple(window.start() for window in self.windows),
+            tuple(metric.start() for metric in self.metrics),
+            {name: own.start() for name, own in self.setup.metrics.items()},
+            Mode(none, zero) if self.setup.reference is None else self.setup.reference.start(),
+        )
+
+    def reference(self, row: Histories, time: Scalar, mode: Mode) -> tuple[AttitudeReference, Mode]:
+        """Reference at a sample, and its mode as recorded; of fixed targets the mode is 0.
+
+        Args:
+            row: Sample.
+            time: Its time, s.
+            mode: Mode at the sample before.
+        """
+        reference = self.setup.reference
+        if reference is not None:
+            mode = reference.entered(mode, row.command.mode, row.command.mode_start)
+            return reference.at(mode, time), mode
+        phase = jnp.sum(self.setup.starts <= time + 1e-9) - 1
+        at_rest = jnp.zeros(3)
+        target = AttitudeReference(self.setup.targets[phase], at_rest, at_rest)
+        return target, mode
+
+    def sample(self, row: Histories, time: Scalar, mode: Mode) -> Sample:
+        """Sample from which the metrics are computed; `mode`: that of the sample before."""
+        reference, mode = self.reference(row, time, mode)
+        attitude, rate = row.state.attitude, row.record.rate
+        if self.setup.reference is not None:
+            rate = rate - to_body(error(attitude, reference.attitude), reference.rate)
+        return Sample(
+            time,
+            pointing_error(attitude, reference.attitude, self.boresight),
+            rate,
+            reference,
+            mode,
+            {},
+            *(row.state, row.measurement, row.command, row.record),
+        )
+
+    def __call__(self, seen: Seen, row: Histories, k: Int[Array, ""]) -> tuple[Seen, Pointing]:
+        """Update with sample k; returns the new values and the pointing error."""
+        valid, is_last = (row.status == 0) & (k <= self.count), k == self.count
+        time = k * self.values["run.control_period"]
+        sample = self.sample(row, time, seen.mode)
+        pairs = [each(old, sample, k) for each, old in zip(self.windows, seen.windows, strict=True)]
+        inside = {
+            each.window.name: new.inside for each, (new, _) in zip(self.windows, pairs, strict=True)
+        }
+        within = sample._replace(windows=inside)
+        metrics = zip(self.metrics, seen.metrics, strict=True)
+        after = Seen(
+            seen.status,
+            seen.samples + 1,
+            tuple(new for new, _ in pairs),
+            tuple(metric(memory, within, is_last) for metric, memory in metrics),
+            {
+                name: metric(seen.own[name], within, is_last)
+                for name, metric in self.setup.metrics.items()
+            },
+            sample.mode,
+        )
+        kept = jax.tree.map(lambda new, old: jnp.where(valid, new, old), after, seen)
+        counts = valid & (time + TOLERANCE >= self.values["metrics.after"])
+        status = jnp.where(k <= self.count, row.status, seen.status)
+        counted = (
+            jnp.where(counts, sample.error, jnp.inf),
+            *(jnp.where(valid, own, jnp.inf) for _, own in pairs),
+        )
+        vectors = tuple(error_vector(signal, sample) for signal in self.signals)
+        return kept._replace(status=status), Pointing(sample.error, counted, vectors)
+
+
+def ended(seen: Any, period: float) -> Vector:
+    """Time of the last valid sample of each run, s; 0 for a run that diverges at its start.
+
+    Args:
+        seen: `Seen` with a leading axis of runs.
+        period: Control period, s.
+    """
+    return np.maximum(np.asarray(seen.samples) - 1, 0) * period
+
+
+def concluded(
+    scenario: Scenario, seen: Any, errors: Sequence[Collector], budget: Mapping[str, Vector]
+) -> dict[str, Vector]:
+    """Compute the metrics of several runs; NaN for incomplete runs and missing metrics.
+
+    Args:
+        scenario: Scenario of the runs.
+        seen: `Seen` with a leading axis of runs.
+        errors: Collected pointing errors of the runs, and of each window.
+        budget: Metrics of the pointing requirements.
+    """
+    seen = jax.tree.map(np.asarray, seen)
+    end = RunEnd(np.maximum(seen.samples, 1), scenario.values["run.control_period"])
+    found = _percentiles(scenario, errors[0]) | dict(budget)
+    kinds = (*RUN_METRICS, *((Budget,) if scenario.budget else ()))
+    for kind, memory in zip(kinds, seen.metrics, strict=True):
+        found |= kind.results(memory, end)
+    for window, own, collected in zip(scenario.windows, seen.windows, errors[1:], strict=True):
+        asked = kinds_of_window(window_start(scenario, window))
+        each = _percentiles(scenario, collected) | windows.concluded(asked, own)
+        found |= {f"{window.name}.{name}": entry for name, entry in each.items()}
+    found |= {name: result for name, (_, result) in seen.own.items()}
+    return {name: np.where(seen.status == 0, found[name], np.nan) for name in metrics_of(scenario)}
+
+
+def _percentiles(scenario: Scenario, errors: Collector) -> dict[str, Vector]:
+    """Percentiles of collected errors, by name."""
+    return {percentile_name(p): errors.percentile(p) for p in scenario.percentiles}

@@ -1,0 +1,1 @@
+"""Trial of user-defined parts, before the first run."""

@@ -1,0 +1,83 @@
+"""Versions of the packages that user-defined parts import; they are part of a scenario.
+
+The packages in the fingerprint of the engine, `gyrostat.runs.fingerprint`, are not among them,
+nor is jaxtyping, whose annotations compute nothing.
+"""
+
+import ast
+import dataclasses
+import importlib.util
+import sys
+from collections.abc import Iterator
+from functools import lru_cache
+from importlib.metadata import PackageNotFoundError, packages_distributions, version
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.user_modules import module_name
+from gyrostat.runs.fingerprint import PACKAGES
+from gyrostat.scenario.scenario import Scenario, Source
+
+_PLACE = "package."
+"""Start of the places of versions in `Scenario.texts`."""
+_WITHOUT = {*PACKAGES, "jaxtyping", "gyrostat"}
+
+
+def with_packages(scenario: Scenario) -> Scenario:
+    """Scenario with the present versions of the packages that its parts import."""
+    others = [text for text in scenario.texts if not text.path.startswith(_PLACE)]
+    found = [Source(_PLACE + name, _version(name)) for name in _imported(scenario.sources)]
+    texts = (*others, *found)
+    return scenario if texts == scenario.texts else dataclasses.replace(scenario, texts=texts)
+
+
+def other_packages(scenario: Scenario) -> list[str]:
+    """Packages of which this process has other versions than a scenario, each as a text."""
+    stored = [text for text in scenario.texts if text.path.startswith(_PLACE)]
+    named = [(text.path.removeprefix(_PLACE), text.text) for text in stored]
+    return [
+        f"{name} {_version(name)}, expected {known}"
+        for name, known in named
+        if _version(name) != known
+    ]
+
+
+def refuse_other_packages(scenario: Scenario) -> None:
+    """Check that this process has the packages of a scenario.
+
+    Raises:
+        InputError: A version differs, so that results could differ from those of other processes.
+    """
+    for found in other_packages(scenario):
+        raise InputError(f"this process: found {found}, with which the scenario was read")
+
+
+def _imported(sources: tuple[Source, ...]) -> list[str]:
+    """Names of the packages that modules import, also inside functions."""
+    modules = [source for source in sources if source.is_module]
+    own = {module_name(source.path).partition(".")[0] for source in modules}
+    found = {name for source in modules for name in _names(source.text)}
+    return sorted(found - own - _WITHOUT - sys.stdlib_module_names)
+
+
+@lru_cache(maxsize=256)
+def _names(text: str) -> frozenset[str]:
+    def names() -> Iterator[str]:
+        for node in ast.walk(ast.parse(text)):
+            if isinstance(node, ast.Import):
+                yield from (alias.name for alias in node.names)
+            elif isinstance(node, ast.ImportFrom) and node.module and not node.level:
+                yield node.module
+
+    return frozenset(name.partition(".")[0] for name in names())
+
+
+@lru_cache(maxsize=256)
+def _version(name: str) -> str:
+    """Version of a package by the name of its module; "none" if there is none."""
+    try:
+        return version(name)
+    except PackageNotFoundError:
+        if importlib.util.find_spec(name) is None:
+            return "none"
+    owners = sorted(set(packages_distributions().get(name, ())))
+    return ", ".join(f"{owner} {version(owner)}" for owner in owners) or "unknown"

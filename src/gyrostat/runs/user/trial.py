@@ -1,0 +1,133 @@
+"""Trial of user-defined parts: one control period on shapes alone, then the first command."""
+
+from collections.abc import Callable, Mapping
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.arrays import Vector3
+from gyrostat.core.jax64 import jax
+from gyrostat.core.user_errors import OwnError
+from gyrostat.core.user_modules import is_own
+from gyrostat.runs.build import Setup, build
+from gyrostat.runs.designs import Plans
+from gyrostat.runs.user.repeated import try_parts
+from gyrostat.runs.user.support import EXPORTED, Support, support_of
+from gyrostat.scenario.kinds.registry import components_of
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.sensing import Values, first_measurement
+from gyrostat.scenario.structure import Structure, structure_of
+from gyrostat.scenario.user.recording import Call
+from gyrostat.scenario.user.world import OwnTorque
+from gyrostat.simulation import Status
+from gyrostat.spacecraft import Gyrostat
+from gyrostat.spacecraft.torque_models import commanded_torques
+
+LOOP = ("reference", "controller", "compensator", "estimator")
+"""Sections whose components compute the command, from the inside to the outside."""
+
+
+def try_shapes(scenario: Scenario, plans: Plans) -> tuple[Call, ...]:
+    """Trace one control period of a scenario several times, so that every part is called.
+
+    Returns:
+        The calls of user-defined parts.
+
+    Raises:
+        InputError: A user-defined part cannot be traced, is not pure, or returns something else
+            than expected.
+    """
+    own = [f"{name} {kind}" for name, kind in components_of(scenario).items() if is_own(kind)]
+    return try_parts(structure_of(scenario), plans, ", ".join(own))
+
+
+def supports_of(scenario: Scenario, plans: Plans) -> dict[str, Support]:
+    """Name of the component of each user-defined part -> what it can be compiled for.
+
+    Raises:
+        InputError: See `try_shapes`.
+    """
+    calls, found = try_shapes(scenario, plans), {}
+    for name, kind in components_of(scenario).items():
+        if is_own(kind):
+            section = next(s for s in (*EXPORTED[::-1], name) if f"{name}.".startswith(f"{s}."))
+            places = f"{name} {kind}", f"{section} {kind}"
+            own = [call for call in calls if call.part in places]
+            found[name] = support_of(own, exported=section in EXPORTED)
+    return found
+
+
+def first_sample(structure: Structure, values: Values, plans: Plans) -> tuple[Setup, Any, Any]:
+    """Parts of a run, the controller's memory and command after the first sample, own torques."""
+    setup = build(structure, values, plans)
+    period = values["run.control_period"]
+    measurement = first_measurement(setup.sensor, setup.start, period)
+    made = setup.controller(setup.controller.start(period), measurement)
+    return setup, made, _own_torques(setup, made[1])
+
+
+def _own_torques(setup: Setup, command: Any) -> dict[str, Vector3]:
+    """Name of each own environment torque and actuator -> its torque at the first command."""
+    bodies = jax.tree.leaves(setup.plant, is_leaf=lambda part: isinstance(part, Gyrostat))
+    body = next(part for part in bodies if isinstance(part, Gyrostat))
+    attitude = setup.start.attitude
+    found = {
+        item.name: item(body.spacecraft, attitude, 0.0)
+        for item in body.environment
+        if isinstance(item, OwnTorque)
+    }
+    for item in commanded_torques(body.actuators, command):
+        found[f"actuator.{item.name}"] = item(body.spacecraft, attitude, 0.0)
+    return found
+
+
+def check_first_sample(scenario: Scenario, made: Any, torques: Mapping[str, Any]) -> None:
+    """Validate memory and command after the first sample, and torques.
+
+    Raises:
+        OwnError: A number is not finite.
+    """
+    memory, command = made
+    own = _own_names(scenario)
+    named = {f"command.{n}": v for n, v in zip(command._fields, command, strict=True)}
+    for place, value in {**named, "memory": memory}.items():
+        for leaf in jax.tree.leaves(value):
+            if not np.all(np.isfinite(leaf)) and own:
+                raise OwnError(
+                    f"{own}: found {place} with NaN or an infinite number at the first "
+                    "sample, expected finite numbers"
+                )
+    for name, torque in torques.items():
+        if not np.all(np.isfinite(torque)):
+            raise OwnError(
+                f"{name}: found the torque {np.asarray(torque)} at the first sample, expected "
+                "finite numbers, N·m"
+            )
+
+
+def say_bad_commands(
+    scenario: Scenario, columns: Mapping[str, Any], say: Callable[[str], None]
+) -> None:
+    """Report runs that ended because of a command that was not finite.
+
+    Args:
+        scenario: Scenario of the runs.
+        columns: Columns of the table of runs.
+        say: Called with the message if there are such runs.
+    """
+    bad = np.flatnonzero(np.asarray(columns["status"]) == Status.BAD_COMMAND)
+    if len(bad):
+        run, time = (np.asarray(columns[name])[bad[0]] for name in ("run", "ended"))
+        say(
+            f"{_own_names(scenario) or scenario.controller}: found a command with NaN or an "
+            f"infinite number in {len(bad)} of {len(columns['status'])} runs, first after "
+            f"{time:g} s in run {run}, expected finite numbers"
+        )
+
+
+def _own_names(scenario: Scenario) -> str:
+    """Names of the user-defined parts that compute the command."""
+    named = {name: getattr(scenario, name) for name in LOOP}
+    modes = [part for part in scenario.parts if part.section == "reference.mode"]
+    named |= {f"{part.section}.{part.name}": part.kind for part in modes}
+    return ", ".join(f"{name} {kind}" for name, kind in named.items() if is_own(kind))

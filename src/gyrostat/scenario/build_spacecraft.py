@@ -1,0 +1,98 @@
+"""Build the spacecraft of a run, its wheel failures and friction steps from a scenario."""
+
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.scenario.scenario import AXES, INERTIA
+from gyrostat.scenario.schema import WHEEL_IS_LOST
+from gyrostat.scenario.sensing import Values, options_of
+from gyrostat.scenario.structure import Structure
+from gyrostat.spacecraft import FrictionSteps, Spacecraft, Surfaces, WheelFailures
+from gyrostat.wheel import WheelArray
+from gyrostat.wheel.friction import Friction, LuGre
+from gyrostat.wheel.friction_laws import law_of
+
+
+def of_wheels(structure: Structure, values: Values, name: str) -> Any:
+    """Values of one key for all wheels, (wheels,)."""
+    return jnp.stack([jnp.asarray(values[f"wheel.{w}.{name}"]) for w in structure.wheels])
+
+
+def has_section(structure: Structure, name: str) -> bool:
+    """Whether the scenario has the optional section with this wheel key."""
+    return f"wheel.{structure.wheels[0]}.{name}" in structure.keys
+
+
+def spacecraft_of(structure: Structure, values: Values) -> Spacecraft:
+    """Spacecraft with the given values."""
+    xx, yy, zz, xy, xz, yz = (values[f"body.inertia.{end}"] for end in INERTIA)
+    rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
+
+    def each(name: str) -> Any:
+        return of_wheels(structure, values, name)
+
+    model = law_of(structure.friction, structure.sources)
+    wheels = WheelArray(
+        axes=jnp.asarray(structure.axes).T,
+        inertia=each("inertia"),
+        torque_limit=each("torque_limit"),
+        momentum_limit=each("momentum_limit"),
+        friction=model.of(**{name: each(name) for name in model.dimensions()}),
+    )
+    inertia = jnp.stack([jnp.stack(jax.tree.map(jnp.asarray, row)) for row in rows])
+    centre = None
+    if "body.centre_of_mass.x" in structure.keys:
+        centre = jnp.stack([jnp.asarray(values[f"body.centre_of_mass.{axis}"]) for axis in AXES])
+    surfaces = Surfaces.of_rows(np.array(structure.surfaces)) if structure.surfaces else None
+    return Spacecraft(inertia, wheels, values.get("body.mass"), centre, surfaces)
+
+
+def failures_of(structure: Structure, values: Values) -> WheelFailures | None:
+    """Wheel failures of the scenario's events; None if there are none."""
+    failing = [e for e in structure.events if e.wheel is not None and e.kind != "friction_step"]
+    if not failing:
+        return None
+    failures = WheelFailures.none(len(structure.wheels))
+    for event in failing:
+        own = options_of(values, f"event.{event.name}")
+        seized, share = event.kind == "seized", own.get("torque_share", 1.0)
+        if event.kind in WHEEL_IS_LOST:
+            share = 0.0
+        index = jnp.arange(len(structure.wheels)) == event.wheel
+        changed = WheelFailures(
+            time=own["time"],
+            torque_share=share,
+            stuck_torque=own.get("torque", 0.0),
+            seized=seized,
+            added_viscous=own.get("added_viscous", 0.0),
+            sensor_lost=event.kind == "tachometer_lost",
+        )
+        failures = jax.tree.map(
+            lambda new, old, own=index: jnp.where(own, new, old), changed, failures
+        )
+    return failures
+
+
+def friction_steps_of(
+    structure: Structure, values: Values, before: Friction | LuGre
+) -> FrictionSteps | None:
+    """Friction steps of the scenario's events; None if there are none."""
+    stepping = [event for event in structure.events if event.kind == "friction_step"]
+    if not stepping:
+        return None
+    time, dimensions = jnp.full(len(structure.wheels), jnp.inf), before.dimensions()
+    length = jnp.zeros(time.shape)
+    after = before.parameters()
+    for event in stepping:
+        own = options_of(values, f"event.{event.name}")
+        index = jnp.arange(len(structure.wheels)) == event.wheel
+        time = jnp.where(index, own["time"], time)
+        length = jnp.where(index, own["rise_time"], length)
+        for name, dimension in dimensions.items():
+            # the factor scales friction torques and drag, not the speeds of the friction curve
+            factor = 1.0 if dimension == "speed" else own["factor"]
+            value = own.get(name, factor * after[name])
+            after[name] = jnp.where(index, value, after[name])
+    return FrictionSteps(time, type(before).of(**after), length)

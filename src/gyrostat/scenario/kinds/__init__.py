@@ -1,0 +1,1 @@
+"""Components of this package that a scenario can name by their kind."""

@@ -1,0 +1,235 @@
+"""Orbits that a scenario can name, one entry each, and the tables along them."""
+
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
+from functools import lru_cache
+from math import pi, tau
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax
+from gyrostat.core.types import Matrix
+from gyrostat.scenario.kinds.components import Component, Options
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.schema import Key, positive, size
+from gyrostat.scenario.sensing import Values, options_of
+from gyrostat.spacecraft.orbit.elements import CircularElements, KeplerElements
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
+from gyrostat.spacecraft.orbit.orbit_file import OrbitFile
+from gyrostat.spacecraft.orbit.tables import STEPS, OrbitAccuracy, orbit_environment
+from gyrostat.spacecraft.orbit.two_line_elements import TwoLineElements
+
+PHASE = "orbit.phase"
+"""Key of the start along the orbit, which runs that share tables may differ in."""
+_INDICES: dict[str, Key] = {
+    "phase": size(
+        "angle",
+        0.0,
+        "Delay of the start of the run, 360 deg for one orbital period; Earth and Sun are those "
+        "of the delayed time.",
+        most=tau,
+    ),
+    "f107": positive("1", 150.0, "Solar radio flux F10.7 of the day before, sfu."),
+    "f107a": positive("1", 150.0, "Mean of F10.7 over 81 days, sfu."),
+    "ap": size("1", 15.0, "Daily geomagnetic index Ap."),
+    "ut1_utc": Key("time", 0.0, "UT1 - UTC.", least=-0.9, most=0.9),
+}
+_PLANE: dict[str, Key] = {
+    "inclination": size("angle", 0.0, "Inclination to the equator of the GCRS.", most=pi),
+    "ascending_node": Key("angle", 0.0, "Right ascension of the ascending node."),
+}
+
+
+def _named(made: Any) -> Any:
+    """Function that makes elements of the options that have their names."""
+
+    def make(options: Options, texts: Mapping[str, str]) -> Any:
+        own = {name: float(value) for name, value in options.items() if name not in _INDICES}
+        return made(**own)
+
+    return make
+
+
+ORBITS: dict[str, Component] = {
+    "none": Component("No orbit.", {}, lambda options, texts: None),
+    "circular": Component(
+        "Orbit that is circular at the epoch, with the oblateness J2 of the Earth.",
+        {
+            "altitude": positive("length", None, "Altitude above the equatorial radius."),
+            **_PLANE,
+            "latitude": Key("angle", 0.0, "Argument of latitude, from the ascending node."),
+            **_INDICES,
+        },
+        _named(CircularElements),
+        texts=("epoch",),
+    ),
+    "kepler": Component(
+        "Orbit from osculating Keplerian elements at the epoch, with the oblateness J2.",
+        {
+            "semi_major_axis": positive("length", None, "Semi-major axis."),
+            "eccentricity": size("1", 0.0, "Eccentricity, below 1.", most=0.99),
+            **_PLANE,
+            "perigee": Key("angle", 0.0, "Argument of perigee."),
+            "true_anomaly": Key("angle", 0.0, "True anomaly."),
+            **_INDICES,
+        },
+        _named(KeplerElements),
+        texts=("epoch",),
+    ),
+    "tle": Component(
+        "Two-line elements by SGP4, from `file` or the text `lines`. The epoch of the run is that "
+        "of the elements by default.",
+        _INDICES,
+        lambda options, texts: TwoLineElements.read(texts["elements"], "key orbit"),
+        texts=("epoch", "file", "lines"),
+    ),
+    "file": Component(
+        "Positions and velocities from `file`: CCSDS OEM, or CSV with time, s, position, m, and "
+        "velocity, m/s, in the `frame` GCRS (default), EME2000, TEME or ITRF.",
+        _INDICES,
+        lambda options, texts: OrbitFile.read(texts["elements"], texts["frame"]),
+        texts=("epoch", "file", "frame"),
+    ),
+}
+"""Kinds of [orbit]; `make` takes the options and texts, and returns the definition of an orbit."""
+
+
+def planned_orbit(scenario: Scenario) -> OrbitEnvironment | None:
+    """Tables along the orbit of a scenario; None without an orbit.
+
+    They are shared by all runs, each from its phase on. Where more than the phase is dispersed,
+    they are those of the nominal run, with the rows of the tables of every run.
+
+    Raises:
+        InputError: The orbit is not possible, its file does not cover the run, or a library of the
+            extra `orbit` is missing.
+    """
+    if scenario.orbit == "none":
+        return None
+    if has_own_orbits(scenario.dispersed):
+        return _tabulated(scenario, scenario.values, _own_step(scenario))[0]
+    share = 1.0 if PHASE in scenario.dispersed else scenario.values[PHASE] / tau
+    return _tabulated(scenario, {**scenario.values, PHASE: 0.0}, share=share)[0]
+
+
+def nominal_orbit(scenario: Scenario) -> OrbitEnvironment | None:
+    """Tables of the nominal run, with the splines of the campaign; None without an orbit."""
+    planned = planned_orbit(scenario)
+    if planned is None or has_own_orbits(scenario.dispersed):
+        return planned
+    later = scenario.values[PHASE] / tau * float(planned.period)
+    return planned.until(scenario.duration + later)
+
+
+def has_own_orbits(dispersed: Sequence[str]) -> bool:
+    """Whether each run has tables of its own: more of the orbit than its phase is dispersed."""
+    return any(key.startswith("orbit.") and key != PHASE for key in dispersed)
+
+
+def orbit_of_run(
+    values: Values, planned: OrbitEnvironment | None, dispersed: Sequence[str]
+) -> OrbitEnvironment | None:
+    """Orbit of a run, from its phase; tables of its own start there.
+
+    Args:
+        values: Values of the run.
+        planned: Tables that all runs share, or those of the run; None without an orbit.
+        dispersed: Keys of the dispersed values.
+    """
+    if planned is None or has_own_orbits(dispersed):
+        return planned
+    return replace(planned, offset=values[PHASE] / tau * planned.period)
+
+
+def own_orbits(scenario: Scenario, values: Matrix) -> OrbitEnvironment | None:
+    """Tables of runs with own orbits, each leaf with a leading axis of runs; None without.
+
+    Args:
+        scenario: Scenario of the runs.
+        values: Dispersed values, (runs, keys).
+
+    Raises:
+        InputError: An orbit is not possible, or its tables need more rows than those of the
+            nominal run.
+    """
+    if not has_own_orbits(scenario.dispersed):
+        return None
+    made = [_own_orbit(scenario, tuple(row)) for row in values.tolist()]
+    return jax.tree.map(lambda *leaves: np.stack(leaves), *made)
+
+
+def check_own_orbits(scenario: Scenario, values: Matrix) -> None:
+    """Check the orbits of the runs with the smallest and the largest value of each element.
+
+    Args:
+        scenario: Scenario of the runs.
+        values: Dispersed values, (runs, keys).
+
+    Raises:
+        InputError: See `own_orbits`.
+    """
+    columns = [k for k, key in enumerate(scenario.dispersed) if key.startswith("orbit.")]
+    ends = {int(end(values[:, k])) for k in columns for end in (np.argmin, np.argmax)}
+    own_orbits(scenario, values[sorted(ends)])
+
+
+@lru_cache(maxsize=8)
+def _own_step(scenario: Scenario) -> int:
+    """Step of the tables of every run, s; other orbits may need more rows than the nominal."""
+    _, accuracy = _tabulated(scenario, scenario.values)
+    return next((step for step in STEPS if step < accuracy.step), STEPS[-1])
+
+
+def orbit_of(
+    scenario: Scenario, values: Mapping[str, float], planned: OrbitEnvironment | None
+) -> OrbitEnvironment | None:
+    """Orbit of a run, which may have tables of its own.
+
+    Args:
+        scenario: Scenario of the run.
+        values: Values of the run.
+        planned: Tables as from `planned_orbit`.
+    """
+    if planned is not None and has_own_orbits(scenario.dispersed):
+        row = tuple(float(values[key]) for key in scenario.dispersed)
+        return _own_orbit(scenario, row)
+    return orbit_of_run(values, planned, scenario.dispersed)
+
+
+@lru_cache(maxsize=256)
+def _own_orbit(scenario: Scenario, row: tuple[float, ...]) -> OrbitEnvironment:
+    drawn = dict(zip(scenario.dispersed, row, strict=True))
+    try:
+        return _tabulated(scenario, {**scenario.values, **drawn}, _own_step(scenario))[0]
+    except InputError as error:
+        own = {key: value for key, value in drawn.items() if key.startswith("orbit.")}
+        about = ", ".join(f"{key} {value:.6g}" for key, value in own.items())
+        raise InputError(f"run with {about}: {error}: use less spread") from None
+
+
+def _tabulated(
+    scenario: Scenario,
+    values: Mapping[str, float],
+    step: int | None = None,
+    share: float = 0.0,
+) -> tuple[OrbitEnvironment, OrbitAccuracy]:
+    """Tables from the phase on, for a run and a share of a period more, and their accuracy."""
+    texts = {
+        text.path.removeprefix("orbit."): text.text
+        for text in scenario.texts
+        if text.path.startswith("orbit.")
+    }
+    orbit = ORBITS[scenario.orbit].make(options_of(values, "orbit"), texts)
+    epoch = texts.get("epoch") or orbit.epoch
+    names = ("f107", "f107a", "ap", "ut1_utc")
+    indices = {name: float(values[f"orbit.{name}"]) for name in names}
+    return orbit_environment(
+        orbit,
+        epoch,
+        scenario.duration + share * orbit.period,
+        start=float(values[PHASE]) / tau * orbit.period,
+        step=step,
+        **indices,
+    )

@@ -1,0 +1,1 @@
+"""Metrics of a scenario: their keys, names, units and meanings."""

@@ -1,0 +1,89 @@
+"""Names, units and meanings of the metrics of a scenario."""
+
+from typing import NamedTuple
+
+from gyrostat.scenario.metrics.budget import BUDGET, gained
+from gyrostat.scenario.metrics.kinds import RUN_METRICS, WINDOW_METRICS
+from gyrostat.scenario.metrics.schema import PERCENTILE, WINDOW_PERCENTILE
+from gyrostat.scenario.metrics.window_metric import WindowMetric, WindowStart
+from gyrostat.scenario.scenario import Scenario, Window
+
+
+class Metric(NamedTuple):
+    """Metric of a run: a column of the table of runs.
+
+    Attributes:
+        unit: SI unit.
+        meaning: One sentence.
+        window: Name of its window; None for the whole run.
+    """
+
+    unit: str
+    meaning: str
+    window: str | None = None
+
+
+def metrics_of(scenario: Scenario) -> dict[str, Metric]:
+    """Every metric of a scenario, by name and in the order of the table of runs."""
+    percentiles = [percentile_name(percent) for percent in scenario.percentiles]
+    columns = dict.fromkeys(percentiles, PERCENTILE)
+    for kind in RUN_METRICS:
+        columns |= kind.columns
+    found = {name: Metric(column.unit, column.meaning) for name, column in columns.items()}
+    for window in scenario.windows:
+        own = {name: Metric(*WINDOW_PERCENTILE[:2], window.name) for name in percentiles}
+        own |= window_metrics(window_start(scenario, window))
+        found |= {f"{window.name}.{name}": metric for name, metric in own.items()}
+    found |= {each.metric: Metric(each.unit, each.meaning) for each in scenario.requirements}
+    return found | _own_metrics(scenario) | _budget(scenario)
+
+
+def _budget(scenario: Scenario) -> dict[str, Metric]:
+    """Metrics of the momentum budget."""
+    if not scenario.budget:
+        return {}
+    names = ["constant"]
+    names += ["gravity_gradient", "harmonic"] if scenario.environment == "orbit" else []
+    names += [part.name for part in scenario.parts if part.section == "environment.torque"]
+    names += [f"actuator.{part.name}" for part in scenario.parts if part.section == "actuator"]
+    return {gained(name): Metric(BUDGET.unit, BUDGET.meaning) for name in names}
+
+
+def _own_metrics(scenario: Scenario) -> dict[str, Metric]:
+    parts = [part for part in scenario.parts if part.section == "metric"]
+    if not parts:
+        return {}
+    from gyrostat.scenario.kinds.registry import component  # imports JAX, which takes long
+
+    made = {part.name: component(part.section, part.kind, scenario.sources) for part in parts}
+    return {name: Metric(own.unit, own.meaning) for name, own in made.items()}
+
+
+def percentile_name(percent: float) -> str:
+    """Name of a percentile of the pointing error."""
+    return f"error_p{percent:g}"
+
+
+def window_metrics(window: WindowStart) -> dict[str, Metric]:
+    """Metrics of a window except percentiles, without the name of the window."""
+    return {
+        name: Metric(column.unit, column.meaning, window.window.name)
+        for kind in kinds_of_window(window)
+        for name, column in kind.columns_of(window).items()
+    }
+
+
+def kinds_of_window(window: WindowStart) -> list[type[WindowMetric]]:
+    """Metrics that a window asks for."""
+    asked = {"", *window.values}
+    asked |= {"boresight"} if window.boresight is not None else set()
+    asked |= {"propellant"} if window.window.propellant is not None else set()
+    return [kind for kind in WINDOW_METRICS if kind.asked_by in asked]
+
+
+def window_start(scenario: Scenario, window: Window) -> WindowStart:
+    """Window of a scenario with the numbers that it gives."""
+    prefix = f"window.{window.name}."
+    own = {k.removeprefix(prefix): v for k, v in scenario.values.items() if k.startswith(prefix)}
+    boresight = window.boresight or scenario.boresight
+    return WindowStart(window, scenario.wheels, boresight, own)

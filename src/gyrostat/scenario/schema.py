@@ -1,0 +1,264 @@
+"""Keys of a scenario file: dimension, default and meaning of each."""
+
+import itertools
+import math
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from math import inf, nan
+from typing import TYPE_CHECKING
+
+from gyrostat.core.any_unit import ANY_UNIT
+from gyrostat.core.units import SI_UNIT
+from gyrostat.core.validation import LARGEST
+from gyrostat.scenario.scenario import AXES
+
+if TYPE_CHECKING:
+    from gyrostat.wheel.friction_laws import Law
+
+
+@dataclass(frozen=True)
+class Key:
+    """Entry of the schema: a number or array in a scenario.
+
+    It describes a field of a user-defined part: `Annotated[float, Key("N·m", least=0.0)]`.
+
+    Attributes:
+        dimension: Key of `gyrostat.core.units.SI_UNIT`; or `ANY_UNIT`; or the SI unit of a number
+            that is given without unit. For a field of a user-defined part, the SI unit in any case.
+        default: Default value, SI, one for all components or one for each; None if the key is
+            required.
+        meaning: One sentence for the documentation.
+        least: Smallest allowed value.
+        most: Largest allowed value.
+        positive: Whether `least` itself is excluded.
+        shape: Shape of an array; () for a number.
+        unlimited: Whether the value may be infinite, the text "none" in a file. It always may be
+            if that is the default.
+    """
+
+    dimension: str
+    default: float | tuple[float, ...] | None = None
+    meaning: str = ""
+    least: float = -inf
+    most: float = inf
+    positive: bool = False
+    shape: tuple[int, ...] = ()
+    unlimited: bool = False
+
+    @property
+    def unit(self) -> str:
+        """SI unit; empty if it is not known."""
+        if self.dimension == ANY_UNIT:
+            return ""
+        return SI_UNIT.get(self.dimension, self.dimension)
+
+    def ends(self, name: str) -> tuple[str, ...]:
+        """Full keys of a number, or of the components of an array, with this name."""
+        if self.shape == (3,):
+            return tuple(f"{name}.{axis}" for axis in AXES)
+        places = itertools.product(*map(range, self.shape))
+        return tuple(".".join((name, *map(str, place))) for place in places)
+
+    def defaults(self) -> tuple[float, ...]:
+        """Default value of each component; empty if the key is required."""
+        if self.default is None or isinstance(self.default, tuple):
+            return self.default or ()
+        return (self.default,) * math.prod(self.shape)
+
+    def allows(self, value: float) -> bool:
+        """Whether a value is allowed; NaN is not."""
+        inside = self.least <= value <= self.most and not (self.positive and value == self.least)
+        special = value in self.defaults() or (self.unlimited and value == inf)
+        return inside and (abs(value) <= LARGEST or special)
+
+    def range(self, found: float = nan) -> str:
+        """Allowed values, for an error message about the value `found`."""
+        unit = "" if self.unit in ("", "1") else f", in {self.unit}"
+        if abs(found) > LARGEST:
+            return f"a size of {LARGEST:g} or less{unit}"
+        if self.least == -inf:
+            return f"a finite number{unit}" if self.most == inf else f"at most {self.most:g}{unit}"
+        bound = f"above {self.least:g}" if self.positive else f"{self.least:g} or more"
+        return f"{bound}{'' if self.most == inf else f', at most {self.most:g}'}{unit}"
+
+
+def positive(dimension: str, default: float | None, meaning: str, most: float = inf) -> Key:
+    """Key with values above 0."""
+    return Key(dimension, default, meaning, 0.0, most, positive=True)
+
+
+def size(dimension: str, default: float | None, meaning: str, most: float = inf) -> Key:
+    """Key with values of 0 or more."""
+    return Key(dimension, default, meaning, 0.0, most)
+
+
+def vector(dimension: str, meaning: str, default: float | tuple[float, ...] = 0.0) -> Key:
+    """Key of a vector in body axes, (3,), zero by default."""
+    return Key(dimension, default, meaning, shape=(3,))
+
+
+RUN: dict[str, Key] = {
+    "duration": positive("time", None, "Duration of a run; a whole number of control periods."),
+    "control_period": positive("time", None, "Time between samples, and between commands."),
+}
+START: dict[str, Key] = {
+    "attitude_error": vector("angle", "Rotation vector from `attitude` to the initial attitude."),
+    "rate": vector("speed", "Initial body rate, in body axes."),
+}
+EVENT_TIME = size("time", None, "Time of the event.")
+_DETECTED = size(
+    "time",
+    1.0,
+    "Time until the failure is notified; an error for a controller that is not notified.",
+)
+_DRAG = size("viscous", 0.0, "Viscous drag added to the bearing.")
+_UNTIL = size("time", inf, "End of the fault.")
+_SHARE = size("1", 1.0, "Probability that a sample is affected.", most=1.0)
+Measured = tuple[str, str | None]
+"""Dimension of a measured field, and the unit of its rate of change; see `MEASURED`."""
+MEASURED: dict[str, Measured] = {
+    "attitude": ("1", None),
+    "rate": ("speed", "rad/s²"),
+    "wheel_speed": ("speed", "rad/s²"),
+}
+"""Measured field -> its dimension, and the unit of its rate of change. The unit is None for a
+quaternion, whose sign may change from one sample to the next."""
+GYROLESS = "star_tracker"
+"""Sensors without a gyro."""
+
+
+def measured_by(sensors: str) -> dict[str, Measured]:
+    """Fields of `MEASURED` that sensors, a kind of [sensors], measure."""
+    return {n: field for n, field in MEASURED.items() if n != "rate" or sensors != GYROLESS}
+
+
+def guard_keys(fields: Mapping[str, Measured]) -> dict[str, Key]:
+    """Keys of the measurement limits.
+
+    Args:
+        fields: Measured field -> its dimension, and the unit of its rate of change, see `MEASURED`.
+    """
+    lower = {n: Key(d, -inf, "Smallest accepted value.") for n, (d, _) in fields.items()}
+    upper = {n: Key(d, inf, "Largest accepted value.") for n, (d, _) in fields.items()}
+    # closer limits would reject attitudes: a component of a quaternion can be -1 or 1
+    lower["attitude"] = replace(lower["attitude"], most=-1.0)
+    upper["attitude"] = replace(upper["attitude"], least=1.0)
+    return {
+        **{f"{name}_lower": key for name, key in lower.items()},
+        **{f"{name}_upper": key for name, key in upper.items()},
+        **{
+            f"{name}_change": positive(unit, inf, "Largest accepted rate of change.")
+            for name, (_, unit) in fields.items()
+            if unit is not None
+        },
+    }
+
+
+GUARD = guard_keys(MEASURED)
+"""Keys of the measurement limits without further sensors."""
+EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
+    "slew": ("The target attitude of the controller changes to `target`.", {}),
+    "torque_lost": (
+        "The motor of `wheel` loses its torque; friction slows the rotor down.",
+        {"detected_after": _DETECTED, "added_viscous": _DRAG},
+    ),
+    "stuck_torque": (
+        "The motor of `wheel` gives a constant torque and ignores commands.",
+        {"detected_after": _DETECTED, "torque": Key("torque", None, "Constant motor torque.")},
+    ),
+    "seized": (
+        "The rotor of `wheel` stops instantly; its momentum is transferred to the body.",
+        {"detected_after": _DETECTED},
+    ),
+    "degraded": (
+        "The motor of `wheel` gives a fraction of the commanded torque; the controller is not "
+        "notified.",
+        {
+            "torque_share": size("1", None, "Remaining fraction of torque.", most=1.0),
+            "added_viscous": _DRAG,
+        },
+    ),
+    "drag": (
+        "The viscous drag of the bearing of `wheel` increases; the controller is not notified.",
+        {"added_viscous": size("viscous", None, "Viscous drag added to the bearing.")},
+    ),
+    "friction_step": (
+        "The bearing friction of `wheel` changes: it is multiplied by `factor`, or parameters of "
+        "the friction model, such as `coulomb`, get the values given here under their names; the "
+        "controller is not notified.",
+        {
+            "factor": size(
+                "1", 1.0, "Factor on friction torques and viscous drag that are not given here."
+            ),
+            "rise_time": size(
+                "time", 0.0, "Time over which the friction changes linearly; 0: a step."
+            ),
+        },
+    ),
+    "tachometer_lost": (
+        "The speed of `wheel` is no longer measured: the measurement keeps its last value.",
+        {},
+    ),
+    "sensor_dropout": (
+        "Samples of the measured field `sensor` are missing: the controller gets NaN.",
+        {"until": _UNTIL, "share": _SHARE},
+    ),
+    "sensor_spike": (
+        "`magnitude` is added to samples of the measured field `sensor`, in the unit of the field.",
+        {"until": _UNTIL, "share": _SHARE},
+    ),
+    "sensor_stuck": (
+        "The measured field `sensor` keeps its last value.",
+        {"until": _UNTIL},
+    ),
+}
+"""Kind of event -> its meaning, and its keys beside its time."""
+WHEEL_IS_LOST = ("torque_lost", "stuck_torque", "seized")
+"""Kinds of events after which the controller no longer uses the wheel."""
+SENSOR_FAULT = "sensor_"
+"""Prefix of the kinds of events that affect a sensor."""
+
+
+def event_keys(
+    kind: str,
+    sensor: str | None,
+    friction: "Law",
+    fields: Mapping[str, Measured] = MEASURED,
+) -> dict[str, Key]:
+    """Keys of an event; those of the friction model are optional.
+
+    Args:
+        kind: Kind of the event, a key of `EVENTS`.
+        sensor: Affected measured field, or None.
+        friction: Friction law of the wheels.
+        fields: Measured fields, see `MEASURED`.
+    """
+    keys = {"time": EVENT_TIME, **EVENTS[kind][1]}
+    if kind == "sensor_spike" and sensor is not None:
+        keys["magnitude"] = Key(fields[sensor][0], None, "Offset added to the value.")
+    return keys | (friction_keys(friction) if kind == "friction_step" else {})
+
+
+INERTIA = Key(
+    "inertia", None, "Body inertia, without the inertia of the rotors about their spin axes."
+)
+CENTRE_OF_MASS = vector("length", "Centre of mass, from the origin of the body axes.")
+BODY = {"mass": positive("mass", None, "Mass with the wheels."), "centre_of_mass": CENTRE_OF_MASS}
+"""Keys of the body that a spacecraft file may have."""
+DISTRIBUTIONS: Mapping[str, tuple[str, ...]] = {
+    "normal": ("sigma",),
+    "uniform": ("low", "high"),
+    "log_normal": ("sigma",),
+}
+"""Distribution -> its parameters."""
+
+
+def friction_keys(law: "Law") -> dict[str, Key]:
+    """Keys of the parameters of a friction law."""
+    meaning = "Friction parameter."
+    return {
+        name: Key(dimension, None, meaning)
+        if name in law.signed()
+        else (positive if dimension in ("speed", "stiffness") else size)(dimension, None, meaning)
+        for name, dimension in law.dimensions().items()
+    }

@@ -1,0 +1,65 @@
+"""Structure of a scenario: what determines its program."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass, fields, replace
+from math import inf, isfinite
+from typing import Any
+
+from gyrostat.scenario.requirement import ErrorSignal, signals_of
+from gyrostat.scenario.scenario import Components, Event, Scenario
+from gyrostat.scenario.schema import WHEEL_IS_LOST, measured_by
+
+
+@dataclass(frozen=True, kw_only=True)
+class Structure(Components):
+    """Part of a scenario that determines its program; all other numbers are data of the program.
+
+    The functions that build and trace a run get this part only, so that a program cannot depend on
+    anything else. Its events have no targets.
+
+    Attributes:
+        turning_points: Slews and wheel failures, in the nominal order of their notification.
+        keys: Keys of all values.
+        dispersed: Keys whose values differ from run to run.
+        limited: Measured fields whose rate of change is limited.
+        signals: Error vectors that pointing requirements need; their numbers are not part of it.
+    """
+
+    turning_points: tuple[Event, ...]
+    keys: tuple[str, ...]
+    dispersed: tuple[str, ...]
+    limited: tuple[str, ...]
+    signals: tuple[ErrorSignal, ...]
+
+
+def structure_of(scenario: Scenario) -> Structure:
+    """Structure of a scenario."""
+    common = {field.name: getattr(scenario, field.name) for field in fields(Components)}
+    events = tuple(replace(event, target=None) for event in scenario.events)
+    turning = [e for e in events if e.kind == "slew" or e.kind in WHEEL_IS_LOST]
+    # by the nominal value, so that all runs have the same structure
+    limited = [
+        name
+        for name in measured_names(scenario)
+        if isfinite(scenario.values.get(f"guard.{name}_change", inf))
+    ]
+    return Structure(
+        **{**common, "events": events},
+        turning_points=tuple(sorted(turning, key=lambda e: notified(e, scenario.values))),
+        keys=tuple(scenario.values),
+        dispersed=scenario.dispersed,
+        limited=tuple(limited),
+        signals=signals_of(scenario.requirements),
+    )
+
+
+def measured_names(scenario: Components) -> tuple[str, ...]:
+    """Names of the measured fields whose values can have limits and faults."""
+    own = measured_by(scenario.sensors)
+    return (*own, *(part.name for part in scenario.parts if part.section == "sensor"))
+
+
+def notified(event: Event, values: Mapping[str, Any]) -> Any:
+    """Time at which the controller is notified of an event, s."""
+    own = f"event.{event.name}"
+    return values[f"{own}.time"] + values.get(f"{own}.detected_after", 0.0)

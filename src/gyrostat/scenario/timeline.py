@@ -1,0 +1,40 @@
+"""Events, slews and modes of a scenario, from which the times of windows are counted."""
+
+from collections.abc import Iterable
+
+from gyrostat.core.errors import InputError
+from gyrostat.scenario.scenario import Event, Part, Scenario
+
+
+def modes(parts: Iterable[Part]) -> list[str]:
+    """Names of the modes of the reference, in their order."""
+    return [part.name for part in parts if part.section == "reference.mode"]
+
+
+def event_times(events: Iterable[Event], parts: Iterable[Part]) -> dict[str, str]:
+    """Name of an event, or of a slew of the reference -> key of its time."""
+    slews = {part.name: _key(part) for part in parts if part.section == "reference.slew"}
+    return slews | {event.name: f"event.{event.name}.time" for event in events}
+
+
+def slew_times(events: Iterable[Event], parts: Iterable[Part]) -> list[str]:
+    """Keys of the times of all slews."""
+    slews = [_key(part) for part in parts if part.section == "reference.slew"]
+    return slews + [f"event.{event.name}.time" for event in events if event.kind == "slew"]
+
+
+def check_windows(scenario: Scenario) -> None:
+    """Validate that events and modes of the windows exist; raises `InputError`."""
+    known = {"event": event_times(scenario.events, scenario.parts), "mode": modes(scenario.parts)}
+    for window in scenario.windows:
+        for kind, names in known.items():
+            name = getattr(window, kind)
+            if name is not None and name not in names:
+                raise InputError(
+                    f"key metrics.window[{window.name}].{kind}: found {name!r}, expected "
+                    f"{'one of ' + ', '.join(names) if names else 'none'}"
+                )
+
+
+def _key(part: Part) -> str:
+    return f"{part.section}.{part.name}.time"

@@ -1,0 +1,298 @@
+"""Numbers of a scenario or spacecraft that are possible, but unlikely: one line for each.
+
+A unit or a decimal point is the usual reason. Nothing is refused here; see
+`gyrostat.scenario.impossible`.
+"""
+
+from collections.abc import Iterator, Mapping
+from dataclasses import dataclass, field
+from math import degrees, inf, isfinite, pi, tau
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.jax64 import jnp
+from gyrostat.core.text import plain
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.scenario.kinds.registry import numbers_of
+from gyrostat.scenario.scenario import AXES, INERTIA, Dispersion, Scenario
+from gyrostat.scenario.schema import CENTRE_OF_MASS, Key
+from gyrostat.scenario.spacecraft_values import spacecraft_values, surface_rows
+from gyrostat.spacecraft import SpacecraftFile
+from gyrostat.spacecraft.flexible.appendages import APPENDAGES
+from gyrostat.wheel.friction.lugre import static_curve
+from gyrostat.wheel.friction_laws import Law, law_of
+
+TRACKER_NOISE = np.radians(1.0)
+"""Largest usual noise of a star tracker, rad."""
+DENSITIES = 0.01, 20e3
+"""Usual mean densities of a spacecraft, kg/m³: of a deployed sail, and of tungsten."""
+SHARE = 0.02
+"""Least usual radius of gyration over the half diagonal of the surfaces."""
+FAR = 2.0
+"""Largest usual distance of the centre of mass from the middle of the surfaces, over their half
+diagonal."""
+ARM = 10.0
+"""Largest usual distance of the centre of mass from the origin, in radii of gyration."""
+FARTHEST = 100.0
+"""Largest usual distance where neither surfaces nor mass are known, m."""
+OFFSET = 2.0
+"""Largest usual sigma of a value of either sign, over the value: an offset may be near zero. Sigma
+of a vector's component is usually at most the length of the vector."""
+SPEEDS = np.linspace(0.0625, 1.0, 16)
+"""Speeds at which friction is compared with the motor, over that of the momentum limit."""
+DIAGONAL = ("body.inertia.xx", "body.inertia.yy", "body.inertia.zz")
+ROUNDING = 1e-9
+"""Relative excess of a bound that is due to rounding."""
+
+
+@dataclass(frozen=True)
+class Numbers:
+    """What the functions of this file look at.
+
+    Attributes:
+        values: Full key -> number, SI.
+        wheels: Names of the wheels.
+        axes: Spin axes of the wheels, (wheels, 3).
+        law: Friction law of the wheels.
+        surfaces: Facets, see `Scenario.surfaces`.
+        sensors: Kind of the sensors; empty for a spacecraft alone.
+        entries: Full key -> schema entry; empty for a spacecraft alone.
+        dispersions: Dispersions of the scenario.
+    """
+
+    values: Mapping[str, float]
+    wheels: tuple[str, ...]
+    axes: tuple[tuple[float, ...], ...]
+    law: Law
+    surfaces: tuple[tuple[float, ...], ...] = ()
+    sensors: str = ""
+    entries: Mapping[str, Key] = field(default_factory=dict)
+    dispersions: tuple[Dispersion, ...] = ()
+
+    def of_wheels(self, name: str, default: float = inf) -> Vector:
+        """Value of each wheel, (wheels,)."""
+        return np.array([self.values.get(f"wheel.{w}.{name}", default) for w in self.wheels])
+
+    def inertia_locked(self) -> Matrix:
+        """Inertia with all rotors locked to the body, (3, 3), kg·m²."""
+        axes = np.array(self.axes)
+        return inertia_of(self.values) + (axes.T * self.of_wheels("inertia")) @ axes
+
+
+def unlikely_numbers(scenario: Scenario) -> list[str]:
+    """Lines on the numbers of a scenario and its spacecraft that are unlikely.
+
+    Args:
+        scenario: Scenario that was read, or restored from its text.
+    """
+    return _lines(
+        Numbers(
+            scenario.values,
+            scenario.wheels,
+            scenario.axes,
+            law_of(scenario.friction, scenario.sources),
+            scenario.surfaces,
+            scenario.sensors,
+            numbers_of(scenario),
+            scenario.dispersions,
+        )
+    )
+
+
+def unlikely_spacecraft(file: SpacecraftFile) -> list[str]:
+    """Lines on the numbers of a spacecraft file that are unlikely."""
+    axes = np.asarray(file.spacecraft.wheels.axes).T.tolist()
+    law = type(file.spacecraft.wheels.friction)
+    values, rows = spacecraft_values(file), surface_rows(file)
+    return _lines(Numbers(values, file.wheel_names, tuple(map(tuple, axes)), law, rows))
+
+
+def inertia_of(values: Mapping[str, float]) -> Matrix:
+    """Body inertia from its keys, (3, 3), kg·m²."""
+    matrix = np.zeros((3, 3))
+    for end in INERTIA:
+        row, column = (AXES.index(axis) for axis in end)
+        matrix[row, column] = matrix[column, row] = values[f"body.inertia.{end}"]
+    return matrix
+
+
+def _lines(numbers: Numbers) -> list[str]:
+    """Lines of every function of this file."""
+    checks = (_damping, _spreads, _tracker, _centre_of_mass, _mass, _friction, _angles)
+    return [f"unlikely: {key}: {text}" for check in checks for key, text in check(numbers)]
+
+
+Lines = Iterator[tuple[str, str]]
+"""Pairs of a key, and what is unlikely about its number."""
+
+
+def _damping(numbers: Numbers) -> Lines:
+    """Damping ratios above 1."""
+    for key, value in numbers.values.items():
+        name = key.rsplit(".", 1)[-1]
+        of_mode = name == "damping" and key.split(".")[0] in APPENDAGES
+        if (of_mode or name in ("radial_damping", "rocking_damping")) and value > 1.0:
+            yield key, f"a damping ratio of {value:g} is above 1, the mode does not vibrate"
+
+
+def _spreads(numbers: Numbers) -> Lines:
+    """Standard deviations above the nominal value."""
+    for each in numbers.dispersions:
+        if each.distribution == "uniform":
+            continue
+        sigmas = np.linalg.norm(np.array(each.spread), axis=1)
+        for key, sigma in zip(each.keys, sigmas, strict=True):
+            nominal = abs(numbers.values[key])
+            share = float(sigma)
+            if each.distribution == "normal":
+                share = float(sigma) / nominal if nominal > 0.0 else 0.0
+            entry = numbers.entries.get(key)
+            signed = entry is not None and entry.least < 0.0 and key not in DIAGONAL
+            if share > (OFFSET if signed else 1.0) + ROUNDING:
+                yield f"dispersion of {key}", f"sigma is {plain(100.0 * share)} % of the value"
+            elif share > 1.0 and signed and entry is not None and entry.shape == (3,):
+                vector = key.rsplit(".", 1)[0]
+                length = np.linalg.norm([numbers.values[end] for end in entry.ends(vector)])
+                if sigma > length * (1.0 + ROUNDING):
+                    yield (
+                        f"dispersion of {key}",
+                        f"sigma is {plain(100.0 * share)} % of the value, and more than {vector}",
+                    )
+
+
+def _tracker(numbers: Numbers) -> Lines:
+    """Noise of a star tracker, or of another attitude sensor."""
+    for key, value in numbers.values.items():
+        head = key.startswith("star_tracker.") and key.endswith(("across_sigma", "about_sigma"))
+        if (head or key == "sensors.attitude_sigma") and value > TRACKER_NOISE * (1.0 + ROUNDING):
+            yield key, f"a star tracker with {plain(degrees(value))} deg of noise"
+
+
+def _extent(numbers: Numbers) -> tuple[Vector, float] | None:
+    """Middle of the surfaces, (3,), and the radius of a sphere around them, m; None without."""
+    if not numbers.surfaces:
+        return None
+    rows = np.array(numbers.surfaces)
+    area, normal, centre = rows[:, 0], rows[:, 1:4], rows[:, 4:7]
+    # the half width of a square facet, in its plane
+    half = 0.5 * np.sqrt(area)[:, None] * np.sqrt(np.clip(1.0 - normal**2, 0.0, None))
+    low, high = np.min(centre - half, axis=0), np.max(centre + half, axis=0)
+    return 0.5 * (low + high), float(0.5 * np.linalg.norm(high - low))
+
+
+def _gyration(numbers: Numbers) -> float | None:
+    """Radius of gyration about the centre of mass, m: root of tr(J) / 2 / m; None without mass."""
+    mass = numbers.values.get("body.mass")
+    return None if mass is None else float(np.sqrt(0.5 * np.trace(numbers.inertia_locked()) / mass))
+
+
+def _centre_of_mass(numbers: Numbers) -> Lines:
+    """Centre of mass far outside the body."""
+    key = "body.centre_of_mass"
+    if f"{key}.x" not in numbers.values:
+        return
+    centre = np.array([numbers.values[end] for end in CENTRE_OF_MASS.ends(key)])
+    extent, radius = _extent(numbers), _gyration(numbers)
+    if extent is not None:
+        away, size = float(np.linalg.norm(centre - extent[0])), extent[1]
+        if away > FAR * size:
+            yield (
+                key,
+                f"{plain(away)} m from the middle of the surfaces, which reach {plain(size)} m",
+            )
+        return
+    away = float(np.linalg.norm(centre))
+    if radius is not None and away > ARM * radius:
+        yield (
+            key,
+            f"{plain(away)} m from the origin, with a radius of gyration of {plain(radius)} m",
+        )
+    elif radius is None and away > FARTHEST:
+        yield key, f"{plain(away)} m from the origin of the body axes"
+
+
+def _mass(numbers: Numbers) -> Lines:
+    """Mass, inertia and size that do not belong to one body.
+
+    A sphere with the radius of gyration k = root(tr(J) / 2 / m) has the radius root(5 / 3) k.
+    """
+    extent, radius = _extent(numbers), _gyration(numbers)
+    mass = numbers.values.get("body.mass")
+    if extent is not None:
+        half = extent[1]
+        least = 0.5 * float(np.trace(numbers.inertia_locked())) / half**2
+        if radius is not None and not SHARE * half <= radius <= half:
+            yield (
+                "body.inertia",
+                f"with body.mass it has a radius of gyration of {plain(radius)} m, but the "
+                f"surfaces reach {plain(half)} m",
+            )
+        elif radius is None and least > DENSITIES[1] * 4.0 / 3.0 * pi * half**3:
+            yield (
+                "body.inertia",
+                f"surfaces that reach {plain(half)} m need {plain(least)} kg for it, denser than "
+                "tungsten",
+            )
+    if mass is None or radius is None:
+        return
+    density = mass / (4.0 / 3.0 * pi * (np.sqrt(5.0 / 3.0) * radius) ** 3)
+    if not DENSITIES[0] <= density <= DENSITIES[1]:
+        yield (
+            "body.mass",
+            f"with body.inertia it has a radius of gyration of {plain(radius)} m, which is a mean "
+            f"density of {plain(float(density), 3)} kg/m³",
+        )
+
+
+def _friction(numbers: Numbers) -> Lines:
+    """Friction that the motor cannot overcome, from rest to the speed of the momentum limit."""
+    limits = numbers.of_wheels("torque_limit")
+    if not np.any(np.isfinite(limits)):
+        return
+    law: Any = numbers.law
+    made = static_curve(law.of(**{name: numbers.of_wheels(name) for name in law.dimensions()}))
+    fastest = numbers.of_wheels("momentum_limit") / numbers.of_wheels("inertia")
+    speeds = np.where(np.isfinite(fastest), fastest, 0.0)
+    rest = np.max([np.abs(made.breakaway_torque(sense)) for sense in (1.0, -1.0)], axis=0)
+    turning = [
+        np.max([np.abs(made.torque(jnp.asarray(s * x * speeds), s)) for s in (1.0, -1.0)], axis=0)
+        for x in SPEEDS
+    ]
+    rest = np.broadcast_to(rest, limits.shape)
+    turning = np.broadcast_to(turning, (len(SPEEDS), *limits.shape))
+    for k, wheel in enumerate(numbers.wheels):
+        most = int(np.argmax(turning[:, k]))
+        speed = plain(float(SPEEDS[most] * speeds[k]))
+        where = ((rest[k], "at rest"), (turning[most, k], f"at {speed} rad/s"))
+        for torque, place in where:
+            if torque > limits[k]:
+                yield (
+                    f"wheel.{wheel}",
+                    f"friction of {plain(float(torque))} N·m {place} is above torque_limit, "
+                    f"{plain(float(limits[k]))} N·m",
+                )
+                break
+
+
+def _angles(numbers: Numbers) -> Lines:
+    """Angles whose size suggests that a number without a unit was meant in degrees."""
+    for key, entry in numbers.entries.items():
+        value = numbers.values.get(key, 0.0)
+        # a rotation vector or misalignment is at most half a turn
+        most = pi if entry.shape == (3,) else tau
+        if entry.unit == "rad" and isfinite(value) and abs(value) > most * (1.0 + ROUNDING):
+            yield key, _in_degrees(value)
+    for each in (d for d in numbers.dispersions if d.distribution == "normal"):
+        for key, row in zip(each.keys, each.spread, strict=True):
+            entry = numbers.entries.get(key)
+            sigma = float(np.linalg.norm(row))
+            if entry is not None and entry.unit == "rad" and sigma > pi:
+                yield f"dispersion of {key}, sigma", _in_degrees(sigma)
+
+
+def _in_degrees(value: float) -> str:
+    return (
+        f"{plain(value)} rad is {plain(degrees(value))} deg; a number without a unit is in rad, "
+        f"for degrees write '{value:g} deg'"
+    )

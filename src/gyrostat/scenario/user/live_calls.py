@@ -1,0 +1,92 @@
+"""Calls of user-defined objects in memory, compared with the calls of what their texts give.
+
+The comparison of the objects finds other code and other values. What JAX or functools stored of an
+earlier call is in neither, and whether two equal objects are the same one decides only while the
+code runs: both are found in the operations of a call.
+"""
+
+import contextlib
+import dataclasses
+import inspect
+from collections.abc import Callable, Iterator, Mapping
+from contextvars import ContextVar
+from typing import Any
+
+from gyrostat.codegen.comparison import first_difference
+from gyrostat.core.jax64 import jax
+from gyrostat.core.user_errors import OwnError
+from gyrostat.scenario.user.lines import line_in, silent
+from gyrostat.scenario.user.recording import traced
+
+_live: ContextVar[Mapping[str, Any] | None] = ContextVar("live", default=None)
+
+
+@contextlib.contextmanager
+def comparing(live: Mapping[str, Any]) -> Iterator[None]:
+    """Compare every call of user-defined parts inside; see `compare_live`.
+
+    Args:
+        live: Kind of a part -> its object in memory.
+    """
+    token = _live.set(live)
+    try:
+        yield
+    finally:
+        _live.reset(token)
+
+
+def compare_live(
+    part: str, inner: Any, method: str, arguments: tuple[Any, ...], call: Callable[[], Any]
+) -> None:
+    """Compare a call with the same call of the object in memory, if calls are compared.
+
+    Args:
+        part: Name of the part, which ends with its kind.
+        inner: Instance of the class that the text gives, or a function.
+        method: Name of the method.
+        arguments: Its arguments.
+        call: The call.
+
+    Raises:
+        OwnError: Their operations or constants differ.
+    """
+    kind = part.rpartition(" ")[2]
+    given = (_live.get() or {}).get(kind)
+    if given is None:
+        return
+    with comparing({}), silent():
+        one = traced(call)
+        try:
+            other = traced(lambda: getattr(_twin(given, inner), method)(*arguments))
+        except Exception:
+            # a class that JAX knows only from its text; the objects themselves were compared
+            return
+    difference = first_difference(one, other, same_run=True)
+    if difference is None:
+        return
+    line = line_in(difference.equation)
+    place, code = ("", "a call") if line is None else (f", line {line.number}", f"`{line.text}`")
+    if line is not None and f" {line.file}:" not in part:
+        place = f", {line.file} line {line.number}"
+    raise OwnError(
+        f"{part}{place}: found {code}, which gives {difference.found} from the text and "
+        f"{difference.other} in memory, expected the same: execute the definitions again, because "
+        "jax.jit, jax.lax and functools.cache keep what they computed before a change; and compare "
+        "equal objects by ==, not by `is`"
+    )
+
+
+def _twin(given: Any, inner: Any) -> Any:
+    """Object in memory with the values that the part has in the trial."""
+    if isinstance(inner, jax.tree_util.Partial):
+        return given
+    is_class = inspect.isclass(given)
+    twin = object.__new__(given if is_class else type(given))
+    fields = {field.name: field for field in dataclasses.fields(inner)}
+    entries = {} if is_class else dict(getattr(given, "__dict__", {}))
+    for name, field in fields.items():
+        if is_class or not field.metadata.get("static"):
+            entries[name] = getattr(inner, name)
+    for name, value in entries.items():
+        object.__setattr__(twin, name, value)
+    return twin

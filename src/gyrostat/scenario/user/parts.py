@@ -1,0 +1,280 @@
+"""Own parts: components from a user's Python file.
+
+The fields of a class are its keys, and are given by their names. Some names are reserved for what a
+part is given in a run: see `RESERVED`.
+"""
+
+import dataclasses
+import inspect
+import typing
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, replace
+from functools import cache, lru_cache
+from typing import Any, Self
+
+import equinox as eqx
+import numpy as np
+
+from gyrostat.core.any_unit import ANY_UNIT
+from gyrostat.core.arrays import Vector3
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.units import SI_UNIT
+from gyrostat.core.user_errors import OwnError, reported
+from gyrostat.core.user_modules import load, package_of
+from gyrostat.scenario.kinds.components import Component, Options
+from gyrostat.scenario.kinds.controllers import IGNORED, DesignCase, PlannedController
+from gyrostat.scenario.kinds.references import UNTIL, mode, single
+from gyrostat.scenario.scenario import Source
+from gyrostat.scenario.schema import Key
+from gyrostat.scenario.user.control import OwnControl
+from gyrostat.scenario.user.metric import OwnMetric
+from gyrostat.scenario.user.world import OwnChange, OwnProfile, OwnSensor, OwnTorque
+from gyrostat.spacecraft import Spacecraft
+
+TAKEN = ("kind", "python", "data", "target", "name")
+"""Keys of the tables of a scenario file, which no field can have as its name."""
+DIMENSION_OF = {unit: dimension for dimension, unit in SI_UNIT.items()}
+"""SI unit -> its dimension: a key in N·m accepts a text with any unit of torque."""
+RESERVED = ("spacecraft", "reference", "controller", "plant", "orbit")
+"""Fields that a part is given: the nominal spacecraft as the controller knows it, the reference,
+the wrapped controller of a compensator or an estimator, the plant of a sensor, the orbit."""
+
+
+@dataclass(frozen=True)
+class OwnPart:
+    """Class or function of a user's Python file.
+
+    Attributes:
+        name: Section and kind, for messages: "controller mission.py:EarthPointer".
+        made: The class or function.
+        fields: Names of the fields of the class; empty for a function.
+        keys: Keys of its numbers.
+    """
+
+    name: str
+    made: Any
+    fields: tuple[str, ...]
+    keys: Mapping[str, Key]
+
+    @property
+    def needs(self) -> tuple[str, ...]:
+        """What the scenario must have; see `gyrostat.scenario.kinds.components.Component`."""
+        return ("orbit",) if "orbit" in self.fields else ()
+
+    @property
+    def meaning(self) -> str:
+        """First line of its docstring."""
+        return (inspect.getdoc(self.made) or self.name).partition("\n")[0]
+
+    def build(self, options: Options, **given: Any) -> Any:
+        """Instance of the class; or the function, as a tree without leaves.
+
+        Args:
+            options: Values of its keys, SI.
+            given: Values of reserved fields; those that the class does not have are not used.
+        """
+        if not inspect.isclass(self.made):
+            return jax.tree_util.Partial(self.made)
+        numbers = {name: jnp.asarray(options[name], dtype=float) for name in self.keys}
+        with reported(self.name, self.made.__module__):
+            return self.made(**numbers, **{n: v for n, v in given.items() if n in self.fields})
+
+    def refuse(self, found: str, expected: str) -> OwnError:
+        """Error for a class that cannot be used."""
+        return OwnError(f"{self.name}: found {found}, expected {expected}")
+
+    def with_methods(self, **methods: str) -> Self:
+        """Return the part itself if it is a class with these methods.
+
+        Args:
+            methods: Name of a method -> its arguments and result, for the message.
+
+        Raises:
+            OwnError: It is a function, or has no such method.
+        """
+        if not inspect.isclass(self.made):
+            raise self.refuse("a function", "a class")
+        for method, form in methods.items():
+            # every class has an attribute __call__, that of its type
+            if not any(method in vars(base) for base in self.made.__mro__):
+                raise self.refuse(f"no method {method}", f"{method}{form}")
+        return self
+
+
+@lru_cache(maxsize=64)
+def own_part(section: str, kind: str, sources: tuple[Source, ...]) -> OwnPart:
+    """Class or function of a user's Python file with its keys.
+
+    Raises:
+        InputError: It cannot be loaded, or a field of the class is not a number.
+    """
+    part = OwnPart(f"{section} {kind}", None, (), {})
+    with reported(part.name, package_of(sources)):
+        found = load(sources, kind)
+    if not inspect.isclass(found):
+        if not callable(found):
+            raise part.refuse(type(found).__name__, "a class or function")
+        return replace(part, made=found)
+    made = as_tree(part, found)
+    with reported(part.name):
+        hints = typing.get_type_hints(made, include_extras=True)
+    fields = [f for f in dataclasses.fields(made) if f.init and not f.metadata.get("static")]
+    keys = {f.name: _key(part, f, hints[f.name]) for f in fields if f.name not in RESERVED}
+    return replace(part, made=made, fields=tuple(f.name for f in fields), keys=keys)
+
+
+def as_tree(part: OwnPart, found: type) -> type:
+    """The class, with its fields as leaves of a tree for JAX.
+
+    Raises:
+        OwnError: It is no class with fields.
+    """
+    if issubclass(found, eqx.Module):
+        return found
+    # an attribute of the class can also be one of its metaclass
+    if not any("__dataclass_params__" in vars(base) for base in found.__mro__):
+        if "__init__" in vars(found):
+            raise part.refuse("a method __init__", "annotated fields such as `gain: float` instead")
+    elif not found.__dataclass_params__.frozen:  # pyright: ignore[reportAttributeAccessIssue]
+        raise part.refuse("a dataclass that can change", "@dataclass(frozen=True)")
+    return _registered(found)
+
+
+@cache  # JAX keeps every class, and takes it once
+def _registered(found: type) -> type:
+    """The class as a frozen dataclass, registered as a tree once."""
+    is_made = any("__dataclass_params__" in vars(base) for base in found.__mro__)
+    made = found if is_made else dataclass(frozen=True)(found)
+    names = [field.name for field in dataclasses.fields(made)]
+    return jax.tree_util.register_dataclass(made, names, [])
+
+
+def _key(part: OwnPart, field: Any, hint: Any) -> Key:
+    """Key of a field: a number, or an array if its default or its annotation is one."""
+    if field.name in TAKEN:
+        raise part.refuse(f"a field {field.name}", "another name: it is a key of the section")
+    default = None if field.default is dataclasses.MISSING else field.default
+    if field.default_factory is not dataclasses.MISSING:
+        default = field.default_factory()
+    own = [entry for entry in getattr(hint, "__metadata__", ()) if isinstance(entry, Key)]
+    key = own[0] if own else Key(ANY_UNIT)
+    key = replace(key, dimension=DIMENSION_OF.get(key.dimension, key.dimension))
+    bare = typing.get_args(hint)[0] if own else hint
+    shape = (3,) if bare is Vector3 else ()
+    if default is not None:
+        try:
+            value = np.asarray(default, dtype=float)
+        except (TypeError, ValueError):
+            raise part.refuse(f"{field.name} = {default!r}", "a number or an array") from None
+        shape, default = value.shape, tuple(value.ravel().tolist())
+        default = default if shape else default[0]
+    meaning = key.meaning or f"Field of {part.name}."
+    return replace(key, default=default, shape=shape, meaning=meaning)
+
+
+def _controller(part: OwnPart) -> PlannedController:
+    def plan(case: DesignCase) -> Spacecraft:
+        return case.spacecraft
+
+    def make(plan: Spacecraft, options: Options, momentum: Vector3) -> OwnControl:
+        made = part.build(options, spacecraft=plan, reference=None, orbit=None)
+        return OwnControl(made, part.name, plan.wheels.count)
+
+    part = part.with_methods(**CONTROL)
+    return PlannedController(part.meaning, part.keys, make, plan, IGNORED, needs=part.needs)
+
+
+def _wrapping(part: OwnPart) -> Component:
+    """Compensator or estimator."""
+
+    def make(options: Options, controller: Any, known: Spacecraft, *others: Any) -> OwnControl:
+        made = part.build(options, controller=controller, spacecraft=known, orbit=None)
+        return OwnControl(made, part.name, known.wheels.count)
+
+    part = part.with_methods(**CONTROL)
+    if "controller" not in part.fields:
+        raise part.refuse("no field controller", "it, for the controller that the part wraps")
+    return Component(part.meaning, part.keys, make, needs=part.needs)
+
+
+CONTROL = {
+    "start": "(period), which returns the memory",
+    "__call__": "(memory, measurement), which returns (memory, command)",
+}
+"""Methods of a controller, compensator or estimator."""
+
+
+def _in_world(wrapper: Callable[[Any, str], Any], call: str, **methods: str) -> Any:
+    """Function that makes the component of a torque, sensor, actuator, event or metric.
+
+    Args:
+        wrapper: Class of `gyrostat.scenario.user.world` or `gyrostat.scenario.user.metric`.
+        call: Arguments and result of the part.
+        methods: Other methods of the part; without any, it can be a function.
+    """
+
+    def component(part: OwnPart) -> Component:
+        def make(options: Options, *, place: str, **given: Any) -> Any:
+            file = part.name.rpartition(" ")[2]
+            return wrapper(part.build(options, **given), f"{place} {file}")
+
+        if methods or inspect.isclass(part.made):
+            part = part.with_methods(**methods, __call__=call)
+        unit = getattr(part.made, "unit", "1")
+        unit = unit if isinstance(unit, str) else "1"
+        return Component(part.meaning, part.keys, make, unit=unit, needs=part.needs)
+
+    return component
+
+
+def _profile(part: OwnPart) -> Any:
+    """Function that makes the attitude over time of a user-defined reference or mode."""
+    if inspect.isclass(part.made):
+        part = part.with_methods(__call__="(time), which returns a quaternion (4,)")
+
+    def make(options: Options, planned: Any, place: str) -> OwnProfile:
+        return OwnProfile(part.build(options, orbit=planned.orbit), part.name)
+
+    return make
+
+
+def _reference(part: OwnPart) -> Component:
+    return Component(part.meaning, part.keys, single(_profile(part)), needs=part.needs)
+
+
+def _mode(part: OwnPart) -> Component:
+    return Component(part.meaning, {**part.keys, **UNTIL}, mode(_profile(part)), needs=part.needs)
+
+
+TORQUE = "which returns a torque in body axes (3,), N·m"
+OWN: dict[str, Callable[[OwnPart], Any]] = {
+    "controller": _controller,
+    "compensator": _wrapping,
+    "estimator": _wrapping,
+    "reference": _reference,
+    "reference.mode": _mode,
+    "environment.torque": _in_world(OwnTorque, f"(spacecraft, attitude, time), {TORQUE}"),
+    "actuator": _in_world(OwnTorque, f"(value, attitude, time), {TORQUE}"),
+    "event": _in_world(OwnChange, "(plant), which returns the plant with other numbers"),
+    "sensor": _in_world(
+        OwnSensor,
+        "(memory, state, key), which returns (memory, value)",
+        start="(state, period), which returns the memory",
+    ),
+    "metric": _in_world(
+        OwnMetric,
+        "(memory, sample), which returns the memory",
+        result="(memory), which returns a number",
+    ),
+}
+"""Section of a scenario -> function that makes the component of a user-defined part."""
+
+
+@lru_cache(maxsize=64)
+def own_component(section: str, kind: str, sources: tuple[Source, ...]) -> Any:
+    """Component of a section from a user's Python file.
+
+    Raises:
+        InputError: See `own_part`.
+    """
+    return OWN[section](own_part(section, kind, sources))

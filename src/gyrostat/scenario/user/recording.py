@@ -1,0 +1,150 @@
+"""Calls of user-defined parts during a trial: each is traced again, alone, and must be the same."""
+
+import contextlib
+from collections.abc import Callable, Iterator
+from contextvars import ContextVar
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gyrostat.codegen.comparison import Difference, first_difference
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.user_errors import OwnError
+from gyrostat.scenario.user.lines import Line, line_in, line_that_differs, silent
+from gyrostat.scenario.user.state import SHARED, kept_tracers, state_of
+
+FROZEN = (
+    "the same in each call: a part is compiled once, so that NumPy's random numbers, the time or a "
+    "counter would keep their first value in all runs (the memory is for what changes, "
+    "measurement.time is the time, the key of a sensor gives random numbers)"
+)
+RETURNED = "the value in the memory, which each call returns"
+
+
+class Call(NamedTuple):
+    """Call of a user-defined part.
+
+    Attributes:
+        part: Name of the part, such as "controller mission.py:EarthPointer".
+        method: Name of the method.
+        traced: Its operations, a closed jaxpr without arguments, whose constants can be values of
+            the trace of the whole loop.
+        simulated: Whether the simulation makes this call; otherwise only flight code does.
+    """
+
+    part: str
+    method: str
+    traced: Any
+    simulated: bool
+
+
+class ImpureError(OwnError):
+    """User-defined part that keeps something outside its memory; the line is not known yet.
+
+    Attributes:
+        at_line: Function that gives the error that names the line.
+    """
+
+    def __init__(self, at_line: Callable[[Line | None], OwnError]):
+        super().__init__(str(at_line(None)))
+        self.at_line = at_line
+
+
+_calls: ContextVar[list[Call] | None] = ContextVar("calls", default=None)
+
+
+@contextlib.contextmanager
+def recording() -> Iterator[list[Call]]:
+    """Record all calls of user-defined parts that are traced inside."""
+    calls: list[Call] = []
+    token = _calls.set(calls)
+    try:
+        yield calls
+    finally:
+        _calls.reset(token)
+
+
+def record(
+    part: str, method: str, module: str, call: Callable[[], Any], *, simulated: bool = True
+) -> None:
+    """Record a call of a user-defined part, if calls are recorded.
+
+    Args:
+        part: Name of the part.
+        method: Name of the method.
+        module: Module of the user's class or function.
+        call: The call; it is traced twice.
+        simulated: See `Call`.
+
+    Raises:
+        OwnError: The part keeps something outside its memory, or its second trace differs.
+    """
+    calls = _calls.get()
+    if calls is None:
+        return
+    package = module.partition(".")[0]
+    refuse_kept(part, package)
+    token = _calls.set(None)
+    try:
+        with silent():
+            one, before = traced(call), state_of(package)
+            other, after = traced(call), state_of(package)
+        refuse_changed(part, before, after)
+        difference = first_difference(one, other, same_run=True)
+        if difference is not None:
+            traces = [lambda: traced(call)] * 2
+            raise differing(part, difference, line_that_differs(*traces))
+    finally:
+        _calls.reset(token)
+    calls.append(Call(part, method, one, simulated))
+
+
+def refuse_kept(part: str, package: str) -> None:
+    """Check that no value of a trace is stored in a global.
+
+    Raises:
+        ImpureError: There is one.
+    """
+    kept = kept_tracers(package)
+    if kept:
+        raise ImpureError(
+            lambda line: _placed(part, line, f"keeps a value of the run in {kept[0]}", RETURNED)
+        )
+
+
+def refuse_changed(part: str, before: dict[str, Any], after: dict[str, Any]) -> None:
+    """Check that no global has changed in a call.
+
+    Raises:
+        ImpureError: One has.
+    """
+    changed = [name for name in after if after[name] != before.get(name)]
+    if changed:
+        expected = FROZEN if changed[0] == SHARED else RETURNED
+        raise ImpureError(lambda line: _placed(part, line, f"changes {changed[0]}", expected))
+
+
+def differing(part: str, difference: Difference, line: Line | None) -> OwnError:
+    """Error for two traces that differ."""
+    line = line or line_in(difference.equation)
+    what = f"gives {difference.found} in one trace and {difference.other} in another"
+    return _placed(part, line, what, FROZEN)
+
+
+def _placed(part: str, line: Line | None, found: str, expected: str) -> OwnError:
+    if line is None:
+        return OwnError(f"{part}: found a line that {found}, expected {expected}")
+    file = "" if f" {line.file}:" in part else f" {line.file}"
+    place = f"{part},{file} line {line.number}"
+    return OwnError(f"{place}: found `{line.text}`, which {found}, expected {expected}")
+
+
+def traced(call: Callable[[], Any]) -> Any:
+    """Closed jaxpr of a call without arguments; its results are the numbers among them."""
+
+    def numbers() -> list[Any]:
+        found = jax.tree.leaves(call())
+        kinds = jax.Array | np.ndarray | np.generic | bool | int | float | complex
+        return [jnp.asarray(leaf) for leaf in found if isinstance(leaf, kinds)]
+
+    return jax.make_jaxpr(numbers)()

@@ -1,0 +1,70 @@
+"""Environment torques, sensors, actuators and events of a user, in the simulated spacecraft.
+
+Each validates what the user's Python returns, and reports mistakes with the name of the part.
+"""
+
+from typing import Any
+
+from jaxtyping import PRNGKeyArray
+
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.jax64 import jax
+from gyrostat.core.user_errors import OwnError, numbers, same_memory
+from gyrostat.scenario.user.wrapper import Own
+
+
+class OwnTorque(Own):
+    """Environment torque or actuator of a user.
+
+    See `gyrostat.spacecraft.TorqueModel`, whose first argument is the spacecraft, and
+    `gyrostat.spacecraft.Actuator`, whose first argument is the value of the command.
+    """
+
+    def __call__(self, given: Any, attitude: Quaternion, time: Scalar) -> Vector3:
+        """Torque in body axes, (3,), N·m."""
+        torque = self.called("__call__", given, attitude, time)
+        return numbers(self.name, "torque, N·m in body axes", torque, (3,))
+
+
+class OwnProfile(Own):
+    """Attitude over time of a user; see `gyrostat.control.guidance.Profile`."""
+
+    def __call__(self, time: Scalar) -> Quaternion:
+        """Attitude at a time, s."""
+        attitude = self.called("__call__", time)
+        return numbers(self.name, "attitude, a quaternion", attitude, (4,))
+
+
+class OwnChange(Own):
+    """Event of a user; see `gyrostat.spacecraft.Change`."""
+
+    def __call__(self, plant: Any) -> Any:
+        """Plant after the event."""
+        return self.called("__call__", plant)
+
+
+class OwnSensor(Own):
+    """Sensor of a user; see `gyrostat.spacecraft.AddedSensor`."""
+
+    @property
+    def unit(self) -> Any:
+        """Unit of the value, or None."""
+        return getattr(self.inner, "unit", None)
+
+    def start(self, state: Any, period: Scalar) -> Any:
+        """Memory before the first sample."""
+        return self.begun(state, period)
+
+    def __call__(self, memory: Any, state: Any, key: PRNGKeyArray) -> tuple[Any, Any]:
+        """Measure.
+
+        Raises:
+            InputError: The part raised an exception, or returned something else than its memory
+                and a value.
+        """
+        made = self.called("__call__", memory, state, key)
+        if not isinstance(made, tuple) or len(made) != 2:
+            found = "an array" if isinstance(made, jax.Array) else type(made).__name__
+            raise OwnError(f"{self.name}: found {found} as result, expected (memory, value)")
+        after = same_memory(self.name, memory, made[0])
+        return after, numbers(self.name, "value", made[1])

@@ -1,0 +1,248 @@
+"""Comparison of values: numbers, texts, arrays, containers and instances."""
+
+import dataclasses
+import inspect
+import types
+import typing
+from collections.abc import Callable, Iterable
+from enum import Enum
+from pathlib import PurePath
+from typing import Any, Protocol
+
+import numpy as np
+
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.local_modules import is_local
+from gyrostat.scenario_files.python.difference import DifferentError, Place, shown
+from gyrostat.scenario_files.python.literals import LARGEST
+
+PLAIN = (bool, int, float, complex, bytes, type(None), type(...), type(NotImplemented), range)
+CONTAINERS = (tuple, list, dict, set, frozenset)
+NAMES = ("__module__", "__name__", "__qualname__", "__doc__", "__annotations__")
+"""Attributes that a wrapper copies from a function; they do not change what it does."""
+Rule = Callable[["Comparer", Place, Any, Any], None]
+
+
+class Comparer(Protocol):
+    """Comparison that these rules are part of."""
+
+    def compare(self, place: Place, live: Any, loaded: Any) -> None:
+        """Compare two objects; raises `DifferentError`."""
+        ...
+
+    def text(self, live: str) -> str:
+        """Text in another process for a text in memory: names of modules and paths differ."""
+        ...
+
+
+def rule_of(value: Any) -> Rule:
+    """Rule for a value whose type is the same in memory and from the text."""
+    for kind, rule in _RULES:
+        if isinstance(value, kind):
+            return rule
+    return _instance
+
+
+def refuse_unequal(place: Place, live: Any, loaded: Any, *, equal: bool) -> None:
+    """Raise `DifferentError` unless two values are equal."""
+    if not equal:
+        one, other = shown(live), shown(loaded)
+        raise DifferentError(place, one, f"another {other}" if one == other else other)
+
+
+def _plain(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
+    # repr is exact, and tells 0.0 from -0.0
+    refuse_unequal(place, live, loaded, equal=repr(live) == repr(loaded))
+
+
+def _text(comparer: Comparer, place: Place, live: str, loaded: str) -> None:
+    same = str.__eq__(live, loaded) or comparer.text(str(live)) == str(loaded)
+    refuse_unequal(place, live, loaded, equal=same)
+
+
+def _path(comparer: Comparer, place: Place, live: PurePath, loaded: PurePath) -> None:
+    _text(comparer, place, str(live), str(loaded))
+
+
+def _array(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
+    if jnp.issubdtype(live.dtype, jax.dtypes.prng_key):
+        live, loaded = jax.random.key_data(live), jax.random.key_data(loaded)
+    alike = (live.dtype, live.shape) == (loaded.dtype, loaded.shape)
+    alike &= getattr(live, "weak_type", False) == getattr(loaded, "weak_type", False)
+    one, other = np.asarray(live), np.asarray(loaded)
+    if alike and one.dtype.hasobject:
+        comparer.compare(place, one.tolist(), other.tolist())
+        return
+    if not alike:
+        raise DifferentError(
+            place, *(f"an array {each.dtype}{each.shape}" for each in (one, other))
+        )
+    if one.tobytes() != other.tobytes():
+        limit = f" (of more than {LARGEST} numbers, the statement is copied and not the numbers)"
+        first = f"an array {one.dtype}{one.shape}{limit if one.size > LARGEST else ''}"
+        raise DifferentError(place, first, "other numbers")
+
+
+def _sequence(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
+    one, other = list(_elements(live)), list(_elements(loaded))
+    if len(one) != len(other):
+        raise DifferentError(place, f"{len(one)} elements", f"{len(other)}")
+    for k, pair in enumerate(zip(one, other, strict=True)):
+        comparer.compare(place.inside(f"[{k}]"), *pair)
+    _state(comparer, place, live, loaded)
+
+
+def _elements(value: Iterable[Any]) -> Iterable[Any]:
+    if isinstance(value, tuple):
+        return tuple.__iter__(value)
+    return list.__iter__(value) if isinstance(value, list) else value
+
+
+def _set(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
+    one, other = sorted(live, key=repr), sorted(loaded, key=repr)
+    comparer.compare(place, one, other)
+    _state(comparer, place, live, loaded)
+
+
+def _mapping(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
+    pairs = list(dict.items(live)), list(dict.items(loaded))
+    if [str(key) for key, _ in pairs[0]] != [str(key) for key, _ in pairs[1]]:
+        raise DifferentError(place, f"the keys {[*live]}"[:60], f"{[*loaded]}"[:60])
+    for (key, one), (other_key, other) in zip(*pairs, strict=True):
+        comparer.compare(place.inside(f" key {key!r}"), key, other_key)
+        comparer.compare(place.inside(f"[{key!r}]"), one, other)
+    _state(comparer, place, live, loaded)
+
+
+def _proxy(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
+    comparer.compare(place, dict(live), dict(loaded))
+
+
+def _member(comparer: Comparer, place: Place, live: Enum, loaded: Enum) -> None:
+    comparer.compare(place.inside(".name"), live.name, loaded.name)
+    comparer.compare(place.inside(".value"), live.value, loaded.value)
+
+
+def _signature(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
+    def parameters(each: inspect.Signature) -> list[Any]:
+        return [(p.name, p.kind.name, p.default) for p in each.parameters.values()]
+
+    comparer.compare(place, parameters(live), parameters(loaded))
+
+
+def _tree(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
+    """Structures of trees, which can name a user's class."""
+    comparer.compare(place, live.node_data(), loaded.node_data())
+    comparer.compare(place, live.children(), loaded.children())
+
+
+def _type_variable(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
+    for name in ("__name__", "__bound__", "__constraints__"):
+        comparer.compare(place, getattr(live, name), getattr(loaded, name))
+
+
+def _field(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
+    """Fields of data classes; their annotations are compared with those of the class."""
+    for name in ("name", "default", "default_factory", "init", "kw_only", "metadata"):
+        comparer.compare(place.inside(f".{name}"), getattr(live, name), getattr(loaded, name))
+
+
+def _slot(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
+    """Descriptors of slots: the names in `__slots__` say all about them."""
+    comparer.compare(place, live.__name__, loaded.__name__)
+
+
+_RULES: tuple[tuple[Any, Rule], ...] = (
+    (Enum, _member),
+    (PLAIN, _plain),
+    (str, _text),
+    (PurePath, _path),
+    ((np.ndarray, np.generic, jax.Array), _array),
+    ((tuple, list), _sequence),
+    ((set, frozenset), _set),
+    (dict, _mapping),
+    (types.MappingProxyType, _proxy),
+    (inspect.Signature, _signature),
+    (dataclasses.Field, _field),
+    (jax.tree_util.PyTreeDef, _tree),
+    ((typing.TypeVar, typing.ParamSpec), _type_variable),
+    ((types.MemberDescriptorType, types.GetSetDescriptorType), _slot),
+)
+"""Kind of a value -> its rule; the first that fits holds."""
+
+
+def _instance(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
+    """Instances: by their fields; those of a library by what they give to be copied."""
+    if not is_local(type(live).__module__):
+        one, other = _reduced(live), _reduced(loaded)
+        if one is not None and other is not None:
+            comparer.compare(place, one, other)
+            return
+    if _is_compiled(type(live)):
+        raise DifferentError(place, shown(live), "it is not known whether it is the same")
+    _state(comparer, place, live, loaded)
+
+
+def _reduced(value: Any) -> tuple[Any, ...] | None:
+    """What a value gives to be copied: function, arguments, state, elements; None: nothing."""
+    try:
+        reduced = value.__reduce_ex__(4)
+    except Exception:
+        return None
+    if not isinstance(reduced, tuple):
+        return None
+    parts: Any = (*reduced, None, None, None)[:5]
+    make, arguments, state, *elements = parts
+    if isinstance(state, dict):
+        state = {name: entry for name, entry in state.items() if name not in NAMES}
+    return make, arguments, state, *(each and list(each) for each in elements)
+
+
+def _is_compiled(kind: type) -> bool:
+    """Whether instances have a state that Python does not show."""
+    known = (object, *CONTAINERS, *PLAIN[:4], bytes, str)
+    return any(base not in known and _is_in_c(base) for base in kind.__mro__)
+
+
+def _is_in_c(kind: type) -> bool:
+    """Whether a class has methods of its own in C; classes of extensions can be heap types."""
+    return any(
+        (
+            isinstance(entry, types.WrapperDescriptorType | types.MethodDescriptorType)
+            and entry.__objclass__ is kind
+        )
+        or (isinstance(entry, types.BuiltinFunctionType) and entry.__self__ is kind)
+        for entry in vars(kind).values()
+    )
+
+
+def _state(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
+    """Attributes of instances."""
+    for name in sorted({*_fields(live), *_fields(loaded)}):
+        one, other = (_fields(each).get(name, _NONE) for each in (live, loaded))
+        if one is not _NONE and other is not _NONE:
+            comparer.compare(place.inside(f".{name}"), one, other)
+        elif one is not other:
+            raise DifferentError(
+                place.inside(f".{name}"),
+                *("nothing" if each is _NONE else shown(each) for each in (one, other)),
+            )
+
+
+_NONE: Any = object()
+"""Attribute that an instance does not have."""
+
+
+def _fields(value: Any) -> dict[str, Any]:
+    """Attributes of an instance, in its dictionary and its slots."""
+    found = dict(getattr(value, "__dict__", {}))
+    for base in type(value).__mro__:
+        slots = vars(base).get("__slots__", ())
+        for slot in (slots,) if isinstance(slots, str) else slots:
+            descriptor = vars(base).get(slot)
+            if isinstance(descriptor, types.MemberDescriptorType):
+                try:
+                    found[slot] = descriptor.__get__(value)
+                except AttributeError:
+                    found[slot] = _NONE
+    return found

@@ -1,0 +1,226 @@
+"""Own parts given as Python objects: their class by content, their fields as values.
+
+The class is loaded again from its text, in this process too, so that a scenario with an object is
+the same as one that names the file. A class of an imported module is the text of its file. Of a
+class of a script or a notebook, the definition is extracted with the names that it uses, because
+workers must not run the script. What the text gives is compared with the object in memory: a text
+that was changed later, or an object that was, is refused.
+"""
+
+import contextlib
+import dataclasses
+import inspect
+import sys
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gyrostat.core.local_modules import is_library_file
+from gyrostat.core.user_data import with_data
+from gyrostat.core.user_errors import OwnError, reported
+from gyrostat.core.user_modules import loaded_again, module_name, package_of, packaged
+from gyrostat.core.user_sources import sources_below
+from gyrostat.scenario.scenario import Source
+from gyrostat.scenario.user.parts import RESERVED, OwnPart, as_tree, own_part
+from gyrostat.scenario_files.python.comparison import Comparison
+from gyrostat.scenario_files.python.difference import DifferentError, PatchedError, Place
+from gyrostat.scenario_files.python.library_names import imported_names
+from gyrostat.scenario_files.python.script_source import extracted
+
+MOST_CHOICES = 50
+"""Most combinations of definitions of a script that are tried."""
+
+
+class OwnObject(NamedTuple):
+    """Own part from a Python object.
+
+    Attributes:
+        kind: "FILE.py:NAME".
+        sources: Its file and the local modules that this imports.
+        values: Values of its keys, without the section, SI.
+        live: The object in memory.
+    """
+
+    kind: str
+    sources: tuple[Source, ...]
+    values: dict[str, float]
+    live: Any
+
+
+class _Text(NamedTuple):
+    """Text of a class or function.
+
+    Attributes:
+        kind: "FILE.py:NAME".
+        sources: Its file and the local modules that this imports.
+        folder: Folder of the files.
+        module: Name of its module in memory.
+    """
+
+    kind: str
+    sources: tuple[Source, ...]
+    folder: Path
+    module: str
+
+
+def own_object(section: str, given: Any) -> OwnObject:
+    """Kind, sources and values of an object.
+
+    Args:
+        section: Section of the scenario, such as "controller".
+        given: Instance of a user-defined class; or the class itself, for the default values.
+
+    Raises:
+        InputError: The class cannot be found in a file or extracted from a script, is not the one
+            of its text, or a field is not a number.
+    """
+    is_made = inspect.isclass(given) or inspect.isroutine(given) or hasattr(given, "__wrapped__")
+    made = given if is_made else type(given)
+    place = f"{section} {getattr(made, '__qualname__', type(made).__name__)}"
+    kind, sources = _source(section, place, made, given)
+    part = own_part(section, kind, sources)
+    values: dict[str, float] = {}
+    for name, key in part.keys.items():
+        if given is made and key.default is None:
+            raise OwnError(f"{place}: found no value of {name}, expected an object with one")
+        if given is made:
+            value = key.defaults()
+        else:
+            value = _numbers(place, name, getattr(given, name), key.shape)
+        values |= dict(zip(key.ends(name), value, strict=True))
+    for name in RESERVED:
+        if given is not made and getattr(given, name, None) is not None:
+            raise OwnError(
+                f"{place}: found a value of {name}, expected None: the scenario gives it"
+            )
+    return OwnObject(kind, sources, values, given)
+
+
+def _numbers(place: str, name: str, value: Any, shape: tuple[int, ...]) -> tuple[float, ...]:
+    try:
+        found = np.asarray(value, dtype=float)
+    except (TypeError, ValueError):
+        found = None
+    if found is None or found.shape != shape:
+        expected = "a number" if shape == () else f"numbers of shape {shape}"
+        raise OwnError(f"{place}: found {name} = {value!r}, expected {expected}")
+    return tuple(found.ravel().tolist())
+
+
+def _source(section: str, place: str, made: Any, given: Any) -> tuple[str, tuple[Source, ...]]:
+    """Kind and sources of a class or function, which were compared with the object."""
+    if "." in made.__qualname__ or not made.__name__.isidentifier():
+        raise OwnError(
+            f"{place}: found a lambda, or a definition inside another, expected a class or "
+            "function of a module"
+        )
+    if getattr(sys.modules.get(made.__module__), made.__name__, made) is not made:
+        raise OwnError(
+            f"{place}: found an earlier definition of {made.__name__}, expected an object of the "
+            "present one"
+        )
+    packed = packaged(made.__module__)
+    if packed is not None:
+        path, sources = packed
+        return f"{path}:{made.__name__}", sources
+    if made.__module__ != "__main__":
+        text = _of_file(place, made)
+        remedy = "import the module again in a new process, or write the change into its file"
+        try:
+            _require_equal(section, place, text, made, given)
+        except DifferentError as different:
+            raise _refused(place, text, different, remedy) from None
+        return text.kind, text.sources
+    chosen: Mapping[str, int] | None = {}
+    first: tuple[_Text, DifferentError] | None = None
+    for _ in range(MOST_CHOICES):
+        extract = extracted(place, made, chosen)
+        kind = f"{extract.file}:{made.__name__}"
+        sources = sources_below(extract.folder, {}, {extract.file: extract.text})
+        sources = with_data(extract.folder, sources, [kind], {})
+        text = _Text(kind, sources, extract.folder, "__main__")
+        try:
+            _require_equal(section, place, text, made, given)
+        except DifferentError as different:
+            first = first or (text, different)
+            chosen = extract.other(different.place.names)
+        else:
+            return text.kind, text.sources
+        if chosen is None:
+            break
+    assert first is not None
+    remedy = "execute its definition again, or move it into a module file and import it"
+    raise _refused(place, *first, remedy)
+
+
+def _refused(place: str, text: _Text, different: DifferentError, remedy: str) -> OwnError:
+    file = text.kind.partition(":")[0]
+    if isinstance(different, PatchedError):
+        return OwnError(
+            f"{place}: found {different.place.text}: {different.live} in memory, expected "
+            f"{different.loaded}: other processes do not have the change; restore it, and give the "
+            "value a name of your own"
+        )
+    return OwnError(
+        f"{place}: found {different.place.text}: {different.live} in memory, {different.loaded} "
+        f"from the text of {file}, expected the same: {remedy}"
+    )
+
+
+def _of_file(place: str, made: Any) -> _Text:
+    """Text of a class or function of a local module."""
+    module = sys.modules.get(made.__module__)
+    path = Path(getattr(module, "__file__", None) or "")
+    if made.__module__.partition(".")[0] == "gyrostat":
+        raise OwnError(
+            f"{place}: found a class of gyrostat, expected a class of yours, or a kind by its name"
+        )
+    if path.suffix != ".py" or is_library_file(str(path.resolve())):
+        raise OwnError(
+            f"{place}: found {made.__qualname__} of {made.__module__}, which is no local file, "
+            "expected an object of a class of your own"
+        )
+    depth = made.__module__.count(".") + (path.name == "__init__.py")
+    folder = path.resolve().parents[depth]
+    inside = path.resolve().relative_to(folder).as_posix()
+    kind = f"{inside}:{made.__name__}"
+    sources = with_data(folder, sources_below(folder, {inside: place}), [kind], {})
+    return _Text(kind, sources, folder, made.__module__)
+
+
+def _require_equal(section: str, place: str, text: _Text, made: Any, given: Any) -> None:
+    """Compare an object in memory with the one that its text gives.
+
+    Raises:
+        DifferentError: They differ.
+        InputError: The text raises an exception.
+    """
+    part = OwnPart(f"{section} {text.kind}", None, (), {})
+    with contextlib.ExitStack() as stack:
+        with reported(part.name, package_of(text.sources)):
+            again = stack.enter_context(loaded_again(text.sources, text.kind))
+        package, _, own = again.__module__.partition(".")
+        names = [module_name(source.path) for source in text.sources if source.is_module]
+        texts = {name: f"{package}.{name}" for name in names}
+        root = str(Path(sys.modules[again.__module__].__file__ or "").parents[own.count(".")])
+        texts |= {text.module: again.__module__, str(text.folder): root}
+        comparison = Comparison(texts)
+        comparison.require_equal(made.__name__, made, again)
+        for source in text.sources:
+            for module, name in imported_names(source.text):
+                comparison.library_name(Place(f"{module.__name__}.{name}"), module, name)
+        if given is not made:
+            kind = as_tree(part, again)
+            with reported(part.name, again.__module__):
+                remade = _remade(kind, given)
+            for name in sorted({*vars(given), *vars(remade)}):
+                one, other = (getattr(each, name, "nothing") for each in (given, remade))
+                comparison.compare(Place(f"{made.__name__}.{name}"), one, other)
+
+
+def _remade(kind: type, given: Any) -> Any:
+    """Instance of a class with the fields of another one that the scenario passes on."""
+    fields = [f.name for f in dataclasses.fields(kind) if f.init and not f.metadata.get("static")]
+    return kind(**{name: getattr(given, name, None) for name in fields})

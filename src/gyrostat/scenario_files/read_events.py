@@ -1,0 +1,121 @@
+"""Read [[event]] tables of a scenario file."""
+
+from collections.abc import Mapping
+from math import inf
+
+from gyrostat.core.errors import InputError
+from gyrostat.scenario.kinds.controllers import NOTIFIED, PlannedController
+from gyrostat.scenario.kinds.registry import own_event_keys
+from gyrostat.scenario.scenario import AXES, Event, Source
+from gyrostat.scenario.schema import EVENTS, SENSOR_FAULT, Measured, event_keys
+from gyrostat.scenario_files.read_user_parts import OWN_KEYS, own_kind
+from gyrostat.scenario_files.tables import Table
+from gyrostat.spacecraft import SpacecraftFile
+
+
+def within_run(table: Table, key: str, time: float, values: Mapping[str, float]) -> None:
+    """Validate that a time, s, is before the end of the run; raises `InputError`."""
+    if time >= values["run.duration"]:
+        raise table.refuse(
+            key, time, f"a time before the end of the run, {values['run.duration']:g} s"
+        )
+
+
+def read_events(
+    top: Table,
+    craft: SpacecraftFile,
+    values: dict[str, float],
+    controller: PlannedController,
+    fields: Mapping[str, Measured],
+    sources: tuple[Source, ...],
+) -> list[Event]:
+    """Read the events of a scenario file and add their numbers to its values.
+
+    Args:
+        top: Top-level table of the file.
+        craft: Spacecraft of the scenario.
+        values: Full key -> number, SI; the numbers of the events are added.
+        controller: Controller of the scenario.
+        fields: Measured fields, see `gyrostat.scenario.kinds.registry.measured`.
+        sources: Python files of the scenario.
+
+    Raises:
+        InputError: A key is unknown, missing or has a value that is not allowed.
+    """
+    found: list[Event] = []
+    for number, row in enumerate(top.tables("event")):
+        name = row.unique_name(str(number + 1), [event.name for event in found])
+        row = Table(top.path, f"event[{name}].", row.row)
+        if "python" in row.row:
+            found.append(_own_event(row, name, values, sources))
+            continue
+        event = _event(row, name, craft, values, controller, fields)
+        step = event.kind == "friction_step"
+        if event.wheel is not None and any(
+            (other.wheel, other.kind == "friction_step") == (event.wheel, step) for other in found
+        ):
+            raise InputError(
+                f"{row.place('wheel')}: found {craft.wheel_names[event.wheel]}, which another "
+                "event affects, expected one failure and one friction step per wheel"
+            )
+        found.append(event)
+    return found
+
+
+def _own_event(
+    row: Table, name: str, values: dict[str, float], sources: tuple[Source, ...]
+) -> Event:
+    event = Event(name, own_kind(row))
+    keys = own_event_keys(event.kind, sources)
+    row.known(("name", *OWN_KEYS, *keys))
+    values |= row.numbers(keys, f"event.{name}.")
+    within_run(row, "time", values[f"event.{name}.time"], values)
+    return event
+
+
+def _event(
+    row: Table,
+    name: str,
+    craft: SpacecraftFile,
+    values: dict[str, float],
+    controller: PlannedController,
+    fields: Mapping[str, Measured],
+) -> Event:
+    kind = row.one_of("kind", EVENTS)
+    sensor = row.one_of("sensor", fields) if kind.startswith(SENSOR_FAULT) else None
+    own = ("target",) if kind == "slew" else ("wheel",)
+    if sensor is not None:
+        own = ("sensor", *{"rate": ("axis",), "wheel_speed": ("wheel",)}.get(sensor, ()))
+    law = type(craft.spacecraft.wheels.friction)
+    friction = law.dimensions()
+    keys = event_keys(kind, sensor, law, fields)
+    if "detected_after" in keys and controller.losses != NOTIFIED:
+        if "detected_after" in row.row:
+            raise row.refuse(
+                "detected_after",
+                row.row["detected_after"],
+                "none: this controller is not notified of failures",
+            )
+        del keys["detected_after"]
+    row.known(("name", "kind", *own, *keys))
+    if kind == "friction_step":
+        keys = {key: entry for key, entry in keys.items() if key in row.row or key not in friction}
+        if "factor" not in row.row and not any(key in friction for key in keys):
+            raise InputError(
+                f"{row.place('factor')}: found none, expected one, or values of "
+                f"{', '.join(friction)}"
+            )
+    values |= row.numbers(keys, f"event.{name}.")
+    time, end = values[f"event.{name}.time"], values.get(f"event.{name}.until", inf)
+    within_run(row, "time", time, values)
+    if end <= time:
+        raise row.refuse("until", end, f"a time after its start, {time:g} s")
+    target = row.unit("target", 4, None) if kind == "slew" else None
+    wheel = element = None
+    if "wheel" in own and (sensor is None or "wheel" in row.row):
+        wheel = craft.wheel_number(row.text("wheel", None), row.place("wheel"))
+    elif "axis" in row.row:
+        element = AXES.index(row.one_of("axis", AXES))
+    if sensor is not None:
+        return Event(name, kind, sensor=sensor, element=element if wheel is None else wheel)
+    return Event(name, kind, wheel=wheel, target=target)

@@ -1,0 +1,135 @@
+"""Read the lists of parts of a scenario file: [[environment.torque]], [[sensor]], [[actuator]]."""
+
+import keyword
+import re
+from collections.abc import Collection, Iterator
+
+from gyrostat.core.errors import InputError
+from gyrostat.scenario.kinds.registry import PARTS, component
+from gyrostat.scenario.metrics.kinds import RUN_METRICS
+from gyrostat.scenario.scenario import Part, Source
+from gyrostat.scenario.user.parts import OWN
+from gyrostat.scenario_files.read_user_parts import OWN_KEYS, own_kind
+from gyrostat.scenario_files.tables import Table
+from gyrostat.spacecraft import SpacecraftMeasurement, TrackerGyroMeasurement
+
+_MEASURED = (*TrackerGyroMeasurement._fields, *SpacecraftMeasurement._fields, "time")
+TAKEN = {
+    "sensor": (tuple(dict.fromkeys(_MEASURED)), ("attitude_", "wheel_")),
+    "actuator": (("torque", "external_torque"), ()),
+    "metric": (
+        ("run", "status", "ended", *(name for kind in RUN_METRICS for name in kind.columns)),
+        (),
+    ),
+}
+"""Section -> names of fields that exist already, and beginnings of names that belong to others."""
+
+
+def read_parts(top: Table) -> list[tuple[Part, Table]]:
+    """Read the names and kinds of the parts of all lists.
+
+    Args:
+        top: Top-level table of the file.
+
+    Returns:
+        Each part with its table, in the order of the file.
+
+    Raises:
+        InputError: A kind or a name is not allowed, or two parts of a list have the same name.
+    """
+    found: list[tuple[Part, Table]] = []
+    for section in PARTS:
+        for row in _tables(top, section):
+            part = _part(section, row, [p.name for p, _ in found if p.section == section])
+            found.append((part, Table(top.path, f"{section}[{part.name}].", row.row)))
+    return found
+
+
+def part_values(
+    parts: Collection[tuple[Part, Table]], sources: tuple[Source, ...]
+) -> dict[str, float]:
+    """Read the numbers of all parts: full keys -> values, SI.
+
+    Args:
+        parts: Parts with their tables.
+        sources: Python files of the scenario.
+
+    Raises:
+        InputError: A key is unknown, missing or has a value that is not allowed.
+    """
+    values: dict[str, float] = {}
+    for part, row in parts:
+        made = component(part.section, part.kind, sources)
+        own = OWN_KEYS if "python" in row.row and part.section in OWN else ()
+        row.known(("name", "kind", *own, *made.keys, *made.texts))
+        values |= row.numbers(made.keys, f"{part.section}.{part.name}.")
+    return values
+
+
+def own_tables(top: Table) -> Iterator[Table]:
+    """Table of each user-defined part of a list and of each user-defined event."""
+    for section in (section for section in (*PARTS, "event") if section in OWN):
+        for row in _tables(top, section):
+            if "python" in row.row:
+                yield row
+
+
+def _tables(top: Table, section: str) -> list[Table]:
+    if section == "sensor" and isinstance(top.row.get("sensor"), dict):
+        raise InputError(
+            f"{top.place('sensor')}: found a table [sensor], expected [sensors], or tables "
+            "[[sensor]] for further sensors"
+        )
+    outer, _, inner = section.rpartition(".")
+    return (top.table(outer, None) if outer else top).tables(inner)
+
+
+def _part(section: str, row: Table, others: Collection[str]) -> Part:
+    kinds = PARTS[section]
+    if "python" in row.row and section in OWN:
+        kind = own_kind(row)
+    elif not kinds:
+        found = sorted(row.row) or "none"
+        raise InputError(
+            f"{row.place('python')}: found keys {', '.join(found)}, expected "
+            'python = "FILE.py:NAME"'
+        )
+    else:
+        kind = row.one_of("kind", kinds, next(iter(kinds)) if len(kinds) == 1 else None)
+    return Part(section, part_name(section, row, kind, others), kind)
+
+
+def part_name(section: str, row: Table, kind: str, others: Collection[str]) -> str:
+    """Name of a part; by default its kind, or its class in lower case with underscores.
+
+    Args:
+        section: Section of the part.
+        row: Its table.
+        kind: Its kind.
+        others: Names of the other parts of the section.
+
+    Raises:
+        InputError: The name is not allowed, or exists already.
+    """
+    short = kind.rpartition(":")[2]
+    default = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", short).lower()
+    name = row.text("name", default)
+    plain = name.isascii() and name.isidentifier() and not name.startswith("_")
+    if not plain or keyword.iskeyword(name):
+        raise row.refuse(
+            "name", name, "letters, digits and underscores, a letter first, and no Python keyword"
+        )
+    if name in others:
+        raise row.refuse("name", name, f"another name than that of another [[{section}]]")
+    fields, beginnings = TAKEN.get(section, ((), ()))
+    if name in fields:
+        raise row.refuse("name", name, f"none of {', '.join(fields)}, which exist already")
+    for beginning in beginnings:
+        if name.startswith(beginning):
+            owner = f"{beginning}measured"
+            raise row.refuse(
+                "name",
+                name,
+                f"a name that does not begin with {beginning}, as fields of {owner} do",
+            )
+    return name

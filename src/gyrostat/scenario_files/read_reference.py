@@ -1,0 +1,118 @@
+"""Read [reference], [[reference.mode]] and [[reference.slew]] of a scenario file."""
+
+from collections.abc import Mapping, Sequence
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.toml_file import read_text
+from gyrostat.scenario.attitude_table import attitude_table
+from gyrostat.scenario.kinds.environments import ORBIT
+from gyrostat.scenario.kinds.references import ERROR, LIMITS, LISTS, POSITION_ERROR
+from gyrostat.scenario.scenario import Part, Source
+from gyrostat.scenario_files.read_events import within_run
+from gyrostat.scenario_files.tables import Table
+
+LARGEST_TABLE = 10_000_000
+"""Largest size of an attitude table, bytes."""
+
+
+def with_defaults(table: Table, kind: str, values: Mapping[str, float]) -> Table:
+    """Table of a reference or mode whose missing numbers are given elsewhere in the scenario.
+
+    Args:
+        table: Table [reference] or [[reference.mode]].
+        kind: Kind of the reference or mode.
+        values: Full key -> value of the sections read before.
+    """
+    row = {k: v for k, v in table.row.items() if k not in LIMITS or v != "auto"}
+    if kind == "nadir":
+        orbit = {name: f"environment.{name}" for name in ORBIT}
+        row = {n: values[key] for n, key in orbit.items() if key in values} | row
+    return Table(table.path, table.prefix, row)
+
+
+def position_error(table: Table, kind: str, orbit: str) -> dict[str, float]:
+    """Values of the position error of the reference; none if it is not given.
+
+    Args:
+        table: Table [reference].
+        kind: Kind of the reference.
+        orbit: Kind of [orbit].
+
+    Raises:
+        InputError: It is no vector of lengths, or nothing depends on it.
+    """
+    if "position_error" not in table.row:
+        return {}
+    given = table.row["position_error"]
+    if orbit == "none" or kind == "fixed":
+        raise table.refuse("position_error", given, "none without [orbit] and a moving reference")
+    return table.number("position_error", ERROR, given, POSITION_ERROR)
+
+
+def check_reference(
+    kind: str, parts: Sequence[tuple[Part, Table]], top: Table, values: Mapping[str, float]
+) -> None:
+    """Check targets and times of a reference, and that the controller has no target beside it.
+
+    Args:
+        kind: Kind of the reference.
+        parts: Parts of all lists with their tables.
+        top: Top-level table of the file.
+        values: Full key -> value.
+
+    Raises:
+        InputError: A target is no quaternion or is given twice, or the slews are not in the order
+            of their times.
+    """
+    controller = top.table("controller", None)
+    if kind != "fixed" and "target" in controller.row:
+        raise InputError(
+            f"{controller.place('target')}: found a target attitude beside the reference {kind}, "
+            "expected none: the reference is the target"
+        )
+    last = -1.0
+    for part, row in parts:
+        if "target" in row.row and part.section in LISTS.values():
+            row.unit("target", 4, None)
+        if part.section == "reference.slew":
+            time = values[f"{part.section}.{part.name}.time"]
+            within_run(row, "time", time, dict(values))
+            if time <= last:
+                raise row.refuse("time", time, f"a time after the slew before, {last:g} s")
+            last = time
+
+
+def read_tables(
+    kind: str, parts: Sequence[tuple[Part, Table]], top: Table, duration: float
+) -> tuple[Source, ...]:
+    """Read the attitude tables of a reference.
+
+    Args:
+        kind: Kind of the reference.
+        parts: Parts of all lists with their tables.
+        top: Top-level table of the file.
+        duration: Duration of the run, s.
+
+    Raises:
+        InputError: A file cannot be read, or is not a table of attitudes; or the table of a
+            reference of one mode does not cover the run.
+    """
+    rows = {
+        f"{part.section}.{part.name}": row
+        for part, row in parts
+        if (part.section, part.kind) == ("reference.mode", "table")
+    }
+    if kind == "table":
+        rows["reference"] = top.table("reference", None)
+    found = []
+    for place, row in rows.items():
+        path = row.path.parent / row.text("file", None)
+        text = read_text(path, "an attitude table", LARGEST_TABLE)
+        times = attitude_table(str(path), text).times
+        if kind == "table" and not times[0] <= 0.0 <= duration <= times[-1]:
+            raise InputError(
+                f"{path}: found times from {times[0]:g} s to {times[-1]:g} s, expected them to "
+                f"cover the run, 0 s to {duration:g} s"
+            )
+        found.append(Source(place, text))
+    return tuple(found)

@@ -1,0 +1,196 @@
+"""Execution of a search from the first flight to the table of results, resumable."""
+
+from collections.abc import Callable, Generator, Mapping, Sequence
+from pathlib import Path
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+
+from gyrostat.campaigns.blocks import columns_of, table_at
+from gyrostat.campaigns.description import Campaign
+from gyrostat.campaigns.engine import prepare
+from gyrostat.campaigns.execute import replay
+from gyrostat.campaigns.executors import Opener, kept_open, threads
+from gyrostat.campaigns.jobs import work_here
+from gyrostat.campaigns.noise import parts_of
+from gyrostat.campaigns.store import Store
+from gyrostat.core.files import set_aside
+from gyrostat.core.processors import usable_cores
+from gyrostat.core.types import Vector
+from gyrostat.core.validation import check_seed
+from gyrostat.runs.fingerprint import FLAGS, engine_record, refuse_other
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.search.flights import PIECE, Columns, Flights, Piece, together
+from gyrostat.search.moves import Answers, Moves
+
+
+class Question(Protocol):
+    """Protocol of what a search asks."""
+
+    def options(self) -> dict[str, Any]:
+        """Options that campaign.json stores."""
+        ...
+
+    def response(self, columns: Columns) -> Vector:
+        """Response of runs, (runs,), from the columns of their table: the larger the worse."""
+        ...
+
+    def searches(self, runs: int, seed: int) -> Sequence[Generator[Moves, Answers, Any]]:
+        """Independent searches, for a largest number of runs.
+
+        Raises:
+            InputError: There are too few runs.
+        """
+        ...
+
+
+class Options(NamedTuple):
+    """Options of the execution of a search.
+
+    Attributes:
+        runs: Largest number of runs.
+        seed: Seed of the draws.
+        workers: Number of threads; None for one for each core.
+        worst: Number of worst runs whose histories are kept.
+        force: See `gyrostat.campaigns.run_campaign`.
+        verify: See `gyrostat.campaigns.native.program_of`.
+    """
+
+    runs: int
+    seed: int = 0
+    workers: int | None = None
+    worst: int = 3
+    force: bool = False
+    verify: bool = False
+
+
+def run_search(
+    scenario: Scenario,
+    out: Path,
+    question: Question,
+    options: Options,
+    *,
+    on_progress: Callable[[int, int], None] | None = None,
+    say: Callable[[str], None] = lambda text: None,
+) -> Path:
+    """Carry out a search and store every run, or resume an interrupted search.
+
+    Args:
+        scenario: Scenario with dispersions.
+        out: Folder of the search.
+        question: What is searched.
+        options: Options.
+        on_progress: Called with the number of finished runs and the largest number of runs.
+        say: Called with each message for the user.
+
+    Returns:
+        Path of the table of all runs.
+
+    Raises:
+        InputError: There are too few runs, the native engine cannot simulate the scenario, or the
+            folder has another campaign.
+    """
+    check_seed(options.seed)
+    question.searches(options.runs, options.seed)  # before compiling
+    prepare(scenario, parts=parts_of(scenario), verify=options.verify)
+    record = engine_record("cpu", FLAGS["cpu"], "native")
+    about = scenario.text(), scenario.digest(), options.seed, options.runs, PIECE, record
+    store = Store(out, say)
+    with store.locked():
+        campaign = store.begin(Campaign(*about, question.options()), force=options.force)
+        refuse_other(campaign.engine, str(out))
+        store.check(campaign)
+        with kept_open(threads(options.workers or usable_cores())) as pool:
+            count = _fly(store, scenario, campaign, question, pool, on_progress)
+            store.merge(campaign, count)
+            missing = sorted(_worst(store, question, options.worst) - store.histories(campaign))
+            replay(store, campaign, missing, pool, fly_job=work_here)
+    return store.table
+
+
+def _fly(
+    store: Store,
+    scenario: Scenario,
+    campaign: Campaign,
+    question: Question,
+    pool: Opener,
+    on_progress: Callable[[int, int], None] | None,
+) -> int:
+    """Carry out a search; returns the number of its blocks."""
+    blocks, damaged = store.blocks(campaign)
+    count = 0
+
+    def found(piece: Piece) -> Columns | None:
+        nonlocal count
+        count = piece.number + 1
+        if piece.number not in blocks:
+            return None
+        return columns_of(table_at(blocks[piece.number]))
+
+    def keep(number: int, columns: Columns) -> None:
+        for path in damaged.get(number, ()):
+            store.say(f"{path}: found a damaged block: its runs were simulated again")
+            set_aside(path)
+        store.write_block(campaign, number, columns)
+
+    def tell(done: int) -> None:
+        if on_progress is not None:
+            on_progress(done, campaign.runs)
+
+    flights = Flights(
+        *(scenario, campaign, question.response),
+        **{"found": found, "store": keep, "opener": pool, "on_progress": tell},
+    )
+    together(question.searches(campaign.runs, campaign.seed), flights.fly)
+    return count
+
+
+def _worst(store: Store, question: Question, count: int) -> set[int]:
+    """Numbers of the runs with the largest response."""
+    response = question.response(columns_of(store.read_table()))
+    return set(np.argsort(-response, kind="stable")[:count].tolist())
+
+
+class Stored(NamedTuple):
+    """Finished search.
+
+    Attributes:
+        campaign: Its description.
+        scenario: Its scenario.
+        columns: Columns of the table of runs.
+    """
+
+    campaign: Campaign
+    scenario: Scenario
+    columns: dict[str, Vector]
+
+    def options(self) -> Mapping[str, Any]:
+        """Options of the search."""
+        return self.campaign.search or {}
+
+    def results(self, question: Question) -> tuple[list[Any], int]:
+        """Results of the independent searches, and the number of runs with refused values."""
+
+        def found(piece: Piece) -> Columns | None:
+            if piece.runs[-1] >= len(self.columns["run"]):
+                return None
+            return {name: values[piece.runs] for name, values in self.columns.items()}
+
+        flights = Flights(self.scenario, self.campaign, question.response, found=found)
+        searches = question.searches(self.campaign.runs, self.campaign.seed)
+        return together(searches, flights.fly), flights.refused
+
+
+def stored_search(folder: Path) -> Stored:
+    """Read a finished search.
+
+    Args:
+        folder: Folder of the search.
+
+    Raises:
+        InputError: The folder has no finished search.
+    """
+    store = Store(folder)
+    campaign = store.known()
+    columns = columns_of(store.read_table())
+    return Stored(campaign, Scenario.from_text(campaign.scenario), columns)

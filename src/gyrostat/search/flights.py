@@ -1,0 +1,207 @@
+"""Flights of a search: numbered, simulated in pieces, stored, and found again.
+
+A search requests the same flights in the same order whenever it gets the same results. After an
+interruption it starts again, and finds the results of stored pieces instead of simulating them.
+"""
+
+import contextlib
+import os
+from collections import defaultdict
+from collections.abc import Callable, Generator, Mapping, Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+from scipy.special import ndtr, ndtri
+
+from gyrostat.campaigns.description import Campaign
+from gyrostat.campaigns.draws import check_values, shares, values_at
+from gyrostat.campaigns.engine import LANES, fly_given
+from gyrostat.campaigns.executors import Opener, carry_out
+from gyrostat.campaigns.noise import PARENT, REPLACED, noise_of, parts_of
+from gyrostat.core.errors import InputError
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.search.moves import FIRST, Answers, Moves
+
+PIECE, SAMPLES = 64, 5_000_000
+"""Largest number of flights that are simulated and stored together, and of their samples unless
+these are `LANES` flights."""
+Columns = Mapping[str, Vector]
+
+
+class Piece(NamedTuple):
+    """Flights that are simulated together.
+
+    Attributes:
+        number: Number of the piece.
+        runs: Numbers of the flights, (n,).
+        values: Dispersed values, (n, keys).
+    """
+
+    number: int
+    runs: NDArray[np.int64]
+    values: Matrix
+
+
+class Flights:
+    """Flights of a search.
+
+    Args:
+        scenario: Scenario.
+        campaign: Campaign of the search.
+        response: Columns of a table -> response of its runs.
+        found: Piece -> its stored columns; None if there are none.
+        store: Called with the number of a simulated piece and its columns.
+        opener: Opens the executor, threads of this process; None if every piece is stored.
+        on_progress: Called with the number of finished flights.
+
+    Attributes:
+        count: Number of flights.
+        refused: Number of requested flights whose values are not allowed.
+    """
+
+    def __init__(
+        self,
+        scenario: Scenario,
+        campaign: Campaign,
+        response: Callable[[Columns], Vector],
+        *,
+        found: Callable[[Piece], Columns | None],
+        store: Callable[[int, Columns], None] = lambda number, columns: None,
+        opener: Opener | None = None,
+        on_progress: Callable[[int], None] = lambda done: None,
+    ):
+        self.count = self.refused = self._pieces = 0
+        self._scenario, self._campaign, self._response = scenario, campaign, response
+        self._found, self._store, self._opener = found, store, opener
+        self._on_progress = on_progress
+        self._parents, self._shares = np.zeros(0, np.int64), np.zeros(0)
+
+    def fly(self, moves: Sequence[Moves]) -> list[Answers]:
+        """Simulate all requested flights together.
+
+        Raises:
+            InputError: A value of a flight with independent draws is not allowed, or the stored
+                results are those of another search.
+        """
+        answers = [self._numbered(each) for each in moves]
+        values = np.concatenate([each for _, _, each in answers])
+        numbers = np.concatenate([each for each, _, _ in answers])
+        flown = numbers >= 0
+        found = self._fly(numbers[flown], values[flown])
+        responses = np.full((len(numbers), *found.shape[1:]), -np.inf)
+        responses[flown] = found
+        ends = np.cumsum([len(each) for each, _, _ in answers])[:-1]
+        return [
+            Answers(number, normal, response)
+            for (number, normal, _), response in zip(
+                answers, np.split(responses, ends), strict=True
+            )
+        ]
+
+    def _numbered(self, moves: Moves) -> tuple[NDArray[np.int64], Matrix, Matrix]:
+        """Numbers, standard normal numbers and values of requested flights."""
+        scenario, first = self._scenario, self.count
+        if moves.normal is None:
+            numbers = first + np.arange(moves.size)
+            share = shares(scenario, self._campaign.seed, numbers)
+            normal, values = ndtri(share), values_at(scenario, share)
+            check_values(scenario, range(first, first + moves.size), values)
+            fine = np.ones(moves.size, bool)
+        else:
+            normal = moves.normal
+            values = values_at(scenario, ndtr(normal))
+            fine = allowed(scenario, values)
+            numbers = np.where(fine, first + np.cumsum(fine) - 1, FIRST)
+        self.count += int(np.sum(fine))
+        self.refused += int(np.sum(~fine))
+        self._parents = np.concatenate([self._parents, moves.parents[fine]])
+        self._shares = np.concatenate([self._shares, np.full(int(np.sum(fine)), moves.share)])
+        return numbers, normal, values
+
+    def _fly(self, numbers: NDArray[np.int64], values: Matrix) -> Vector:
+        """Responses of numbered flights."""
+        pieces, size = [], min(PIECE, max(LANES, SAMPLES // (self._scenario.count + 1)))
+        for first in range(0, len(numbers), size):
+            part = slice(first, first + size)
+            pieces.append(Piece(self._pieces, numbers[part], values[part]))
+            self._pieces += 1
+        known = {piece.number: self._found(piece) for piece in pieces}
+        missing = [piece for piece in pieces if known[piece.number] is None]
+        finished = self.count - sum(len(piece.runs) for piece in missing)
+
+        def take(piece: Piece, columns: Columns) -> None:
+            nonlocal finished
+            self._store(piece.number, columns)
+            known[piece.number] = columns
+            finished += len(piece.runs)
+            self._on_progress(finished)
+
+        if missing and self._opener is None:
+            raise InputError(
+                "search: found requested runs that are not in the table, expected all of them: use "
+                "the version that started it, or another folder"
+            )
+        if missing and self._opener is not None:
+            carry_out(
+                missing, self._simulate, self._opener, take, window=2 * (os.cpu_count() or 1) + 2
+            )
+        if not pieces:
+            return self._response(defaultdict(lambda: np.zeros(0)))
+        responses = []
+        for piece in pieces:
+            columns: Any = known[piece.number]
+            if not self._requested(piece, columns):
+                raise InputError(
+                    f"block {piece.number}: found the values of another search, expected those "
+                    "that this software draws: use the version that started it, or another folder"
+                )
+            responses.append(self._response(columns))
+        return np.concatenate(responses)
+
+    def _requested(self, piece: Piece, columns: Columns) -> bool:
+        """Whether columns have the values and the noise of the flights that were requested."""
+        wanted = dict(zip(self._scenario.dispersed, piece.values.T, strict=True))
+        wanted |= {PARENT: self._parents[piece.runs], REPLACED: self._shares[piece.runs]}
+        return all(np.array_equal(columns[name], each) for name, each in wanted.items())
+
+    def _simulate(self, piece: Piece) -> Columns:
+        """Simulate a piece: columns of its runs."""
+        scenario, seed = self._scenario, self._campaign.seed
+        keys = noise_of(piece.runs, self._parents, self._shares, seed, parts_of(scenario))
+        columns = fly_given(scenario, piece.runs, piece.values, keys).columns
+        own = {PARENT: self._parents[piece.runs], REPLACED: self._shares[piece.runs]}
+        return {**columns, **own}
+
+
+def allowed(scenario: Scenario, values: Matrix) -> NDArray[np.bool_]:
+    """Whether the dispersed values of runs are allowed, (n,)."""
+
+    def check(rows: range) -> bool:
+        with contextlib.suppress(InputError):
+            check_values(scenario, rows, values[rows.start : rows.stop])
+            return True
+        return False
+
+    if check(range(len(values))):
+        return np.ones(len(values), bool)
+    return np.array([check(range(k, k + 1)) for k in range(len(values))])
+
+
+def together(
+    searches: Sequence[Generator[Moves, Answers, Any]], fly: Callable[[list[Moves]], list[Answers]]
+) -> list[Any]:
+    """Results of independent searches whose flights are simulated together."""
+    results: list[Any] = [None] * len(searches)
+    asked = {place: next(search) for place, search in enumerate(searches)}
+    while asked:
+        answers = fly([*asked.values()])
+        follow = {}
+        for place, answer in zip(asked, answers, strict=True):
+            try:
+                follow[place] = searches[place].send(answer)
+            except StopIteration as end:
+                results[place] = end.value
+        asked = follow
+    return results
