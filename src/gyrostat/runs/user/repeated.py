@@ -49,10 +49,11 @@ class _Shapes:
 
 
 def try_parts(structure: Structure, plans: Any, own: str) -> tuple[Call, ...]:
-    """Trace the first control period three times, and each call of a user-defined part alone.
+    """Trace the first control period twice, and each call of a user-defined part alone.
 
-    The third trace has freshly loaded modules, so that it sees values that were computed while they
-    were loaded, or in functions that JAX traces once.
+    The second trace has freshly loaded modules and constructs each part once more than the first,
+    so that it sees values that were computed while modules were loaded, in constructors, or in
+    functions that JAX traces once.
 
     Args:
         structure: Structure of a scenario.
@@ -71,49 +72,65 @@ def try_parts(structure: Structure, plans: Any, own: str) -> tuple[Call, ...]:
 
 @lru_cache(maxsize=8)
 def _tried(structure: Structure, shapes: _Shapes, own: str) -> tuple[Call, ...]:
-    def fresh() -> Callable[[], Any]:
+    def fresh() -> Structure:
         empty = Source(f"trial{next(_numbers)}.py", "")
-        one = replace(structure, sources=(*structure.sources, empty))
+        loaded = replace(structure, sources=(*structure.sources, empty))
+        _load(loaded)
+        return loaded
 
-        def trace() -> Any:
-            _load(one)
-            return traced_period(one, shapes.plans)
+    def again() -> Any:
+        return traced_period(structure, shapes.plans)
 
-        return trace
+    def anew() -> Any:
+        return traced_period(fresh(), shapes.plans)
 
-    package = package_of(structure.sources)
     try:
-        first, calls = traced_period(structure, shapes.plans)
+        with recording() as calls:
+            first = again()
         if not structure.sources:
             return ()
+        package = package_of(structure.sources)
         refuse_kept(own, package)
         with silent():
             before = state_of(package)
-            second, _ = traced_period(structure, shapes.plans)
+            _construct(structure, shapes.plans)
             refuse_changed(own, before, state_of(package))
-            third, _ = fresh()()
+            loaded = fresh()
+            _construct(loaded, shapes.plans)
+            second = traced_period(loaded, shapes.plans)
     except ImpureError as error:
-        raise error.at_line(line_that_changes(fresh())) from None
-    again = fresh()
-    for other, pair in ((second, (again, again)), (third, (fresh(), fresh()))):
-        difference = first_difference(first, other)
-        if difference is not None:
-            with silent(), contextlib.suppress(OwnError):
-                again()  # loads the modules
-            raise differing(own, difference, line_that_differs(*pair))
+        raise error.at_line(line_that_changes(anew)) from None
+    difference = first_difference(first, second)
+    if difference is not None:
+        with silent(), contextlib.suppress(OwnError):
+            again()  # loads the modules
+        line = line_that_differs(again, again) or line_that_differs(anew, anew)
+        raise differing(own, difference, line)
     return tuple(calls)
 
 
-def traced_period(structure: Structure, plans: Any) -> tuple[Any, list[Call]]:
-    """Jaxpr of the first control period, and the calls of user-defined parts in it."""
-    numbers = np.zeros(len(structure.keys)), Drawn(np.zeros(len(structure.dispersed)))
+def traced_period(structure: Structure, plans: Any) -> Any:
+    """Jaxpr of the first control period."""
+    loop_at = loop_of(structure)
 
     def period(*given: Any) -> Any:
-        loop = loop_of(structure)(*given)
+        loop = loop_at(*given)
         return jax.tree.leaves(loop.tick(loop.begin(), 0))
 
-    with recording() as calls:
-        return jax.make_jaxpr(period)(*numbers, plans, jax.random.key(0)), calls
+    return jax.make_jaxpr(period)(*_arguments(structure, plans))
+
+
+def _construct(structure: Structure, plans: Any) -> None:
+    """Construct the parts of a run as they are in a trace."""
+    loop_at = loop_of(structure)
+    arguments = _arguments(structure, plans)
+    jax.eval_shape(lambda *given: jax.tree.leaves(loop_at(*given).begin()), *arguments)
+
+
+def _arguments(structure: Structure, plans: Any) -> tuple[Any, ...]:
+    """What the loop of a run is constructed from: values, draws, designs and random key."""
+    drawn = Drawn(np.zeros(len(structure.dispersed)))
+    return np.zeros(len(structure.keys)), drawn, plans, jax.random.key(0)
 
 
 def _load(structure: Structure) -> None:
