@@ -149,6 +149,14 @@ distribution = "uniform"
 low = "0 s"
 high = "2 s"
 """
+SHORT = """
+[run]
+duration = "5 s"
+control_period = "0.25 s"
+[spacecraft]
+file = "cubesat.toml"
+[controller]
+"""
 RUNS, SEED = 100, 16
 UNOPTIMISED = """
 from gyrostat.core.jax64 import jax
@@ -164,6 +172,17 @@ def folder(tmp_path_factory):
         (made / name).write_text((EXAMPLES / name).read_text())
     (made / "scenario.toml").write_text(SCENARIO)
     return made
+
+
+@pytest.fixture(scope="session")
+def short(folder):
+    """Writes own.toml, a scenario of 20 samples, with these lines of its controller."""
+
+    def written(controller='python = "own.py:P"', more=""):
+        (folder / "own.toml").write_text(f"{SHORT}{controller}\n{more}")
+        return folder / "own.toml"
+
+    return written
 
 
 @pytest.fixture(scope="session")

@@ -14,6 +14,7 @@ from gyrostat.runs.plans import plans_of
 from gyrostat.scenario import Scenario
 from gyrostat.scenario.schema import GUARD
 from gyrostat.scenario.structure import structure_of
+from gyrostat.scenario.unlikely import unlikely_numbers
 from gyrostat.scenario_files.scenario_file import read_scenario
 from gyrostat.simulation import control_loop
 
@@ -32,6 +33,7 @@ def scenario(request):
 def test_every_example_is_read_and_traced(scenario):
     """One control period with all its numbers, dispersed or not, as unknowns."""
     assert scenario.dispersions
+    assert unlikely_numbers(scenario) == []
     assert Scenario.from_text(scenario.text()).digest() == scenario.digest()
     plans = plans_of(scenario)
 

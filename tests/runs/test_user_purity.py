@@ -8,15 +8,6 @@ from gyrostat.codegen.comparison import first_difference
 from gyrostat.core.errors import InputError
 from gyrostat.scenario_files.scenario_file import read_scenario
 
-SCENARIO = """
-[run]
-duration = "5 s"
-control_period = "0.25 s"
-[spacecraft]
-file = "cubesat.toml"
-[controller]
-python = "own.py:P"
-"""
 HEAD = """
 import functools, itertools, time
 from typing import NamedTuple
@@ -94,13 +85,12 @@ PURE = {
 
 
 @pytest.fixture
-def read(folder):
+def read(folder, short):
     """Reads the scenario with a text of own.py."""
 
     def with_text(text):
-        (folder / "own.toml").write_text(SCENARIO)
         (folder / "own.py").write_text(text)
-        return read_scenario(folder / "own.toml")
+        return read_scenario(short())
 
     return with_text
 

@@ -13,15 +13,6 @@ from gyrostat.runs.plans import designs_of
 from gyrostat.scenario.structure import structure_of
 from gyrostat.scenario_files.scenario_file import read_scenario
 
-SCENARIO = """
-[run]
-duration = "5 s"
-control_period = "0.25 s"
-[spacecraft]
-file = "cubesat.toml"
-[controller]
-python = "own.py:P"
-"""
 HEAD = """
 from typing import NamedTuple
 import equinox as eqx
@@ -72,12 +63,13 @@ def refused(function):
 
 
 @pytest.mark.parametrize(("start", "line", "native", "export"), CASES.values(), ids=CASES)
-def test_check_says_what_happens_and_because_of_which_line(folder, start, line, native, export):
+def test_check_says_what_happens_and_because_of_which_line(
+    folder, short, start, line, native, export
+):
     text = HEAD + source(start, line)
-    (folder / "own.toml").write_text(SCENARIO)
     (folder / "own.py").write_text(text)
     said = []
-    support = gs.check(folder / "own.toml", say=said.append).parts["controller"]
+    support = gs.check(short(), say=said.append).parts["controller"]
     scenario = read_scenario(folder / "own.toml")
     refusals = [refused(lambda: _trace(structure_of(scenario), designs_of(scenario), 0))]
     if native != export or export is None:  # an export takes long
@@ -94,17 +86,10 @@ def test_check_says_what_happens_and_because_of_which_line(folder, start, line, 
     assert f"export to C: {'no' if export else 'yes'}" in said[1]
 
 
-def test_each_part_has_its_own_line(run, folder):
+def test_each_part_has_its_own_line(run, folder, short):
     """The controller and its wrapper are native, a torque is not."""
-    (folder / "own.toml").write_text(
-        SCENARIO
-        + """
-[compensator]
-python = "own.py:Wrapper"
-[[environment.torque]]
-python = "own.py:drag"
-"""
-    )
+    compensator = '[compensator]\npython = "own.py:Wrapper"\n'
+    torque = '[[environment.torque]]\npython = "own.py:drag"\n'
     wrapper = source(
         "self.controller.start(period)",
         "memory, command = self.controller(memory, y)",
@@ -119,7 +104,7 @@ python = "own.py:drag"
         + f"\ndef drag(spacecraft, attitude, time):\n    {OF_TIME}\n"
         + "    return 1e-9 * w * jnp.ones(3)\n"
     )
-    code, out, err = run("check", folder / "own.toml", "--json")
+    code, out, err = run("check", short(more=compensator + torque), "--json")
     assert code == 0, err
     parts = json.loads(out)["parts"]
     assert parts["controller"] == parts["compensator"]
@@ -131,8 +116,7 @@ python = "own.py:drag"
     assert "export to C: not in flight code" in err
 
 
-def test_a_random_key_in_the_memory_is_refused_in_one_line(folder):
-    (folder / "own.toml").write_text(SCENARIO)
+def test_a_random_key_in_the_memory_is_refused_in_one_line(folder, short):
     (folder / "own.py").write_text(HEAD + source("jax.random.key(3)", "w = 1.0"))
     with pytest.raises(InputError, match="found a random key of JAX as memory, expected numbers"):
-        read_scenario(folder / "own.toml")
+        read_scenario(short())

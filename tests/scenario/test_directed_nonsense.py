@@ -143,17 +143,18 @@ def test_friction_is_compared_with_the_motor_between_rest_and_the_fastest_speed(
 
 
 def test_no_number_of_the_examples_is_unlikely():
+    """Those of the ready scenarios are tested where they are traced."""
     read = 0
     for path in sorted(EXAMPLES.rglob("*.toml")):
         text = path.read_text()
-        if "[run]" in text:
+        if "[run]" in text and path.parent.name != "scenarios":
             assert unlikely_numbers(read_scenario(path)) == [], path
         elif "[body]" in text:
             assert unlikely_spacecraft(read_spacecraft(path)) == [], path
         else:
             continue
         read += 1
-    assert read > 15
+    assert read > 5
 
 
 LINES = (

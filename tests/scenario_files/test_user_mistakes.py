@@ -7,15 +7,6 @@ import pytest
 from gyrostat.core.errors import InputError
 from gyrostat.scenario_files.scenario_file import read_scenario
 
-SCENARIO = """
-[run]
-duration = "5 s"
-control_period = "0.25 s"
-[spacecraft]
-file = "cubesat.toml"
-[controller]
-python = "own.py:P"
-"""
 HEAD = """
 from typing import NamedTuple
 import equinox as eqx
@@ -146,14 +137,12 @@ MISTAKES = {
 
 
 @pytest.fixture
-def read(folder):
+def read(folder, short):
     """Reads the scenario with a text of own.py."""
-    (folder / "own.toml").write_text(SCENARIO)
 
-    def with_text(text, toml=SCENARIO):
-        (folder / "own.toml").write_text(toml)
+    def with_text(text, *controller):
         (folder / "own.py").write_text(text)
-        return read_scenario(folder / "own.toml")
+        return read_scenario(short(*controller))
 
     return with_text
 
@@ -199,7 +188,7 @@ def test_a_wrong_table_gives_one_line(read, folder, tmp_path, line, expected):
     if not (folder / "linked.py").is_symlink():
         (folder / "linked.py").symlink_to(tmp_path / "linked.py")
     with pytest.raises(InputError, match=r"own\.toml: ") as caught:
-        read(source(), SCENARIO.replace('python = "own.py:P"', line))
+        read(source(), line)
     assert expected in str(caught.value)
 
 

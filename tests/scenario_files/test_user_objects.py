@@ -14,15 +14,6 @@ from gyrostat.scenario.user.parts import own_part
 from gyrostat.scenario_files.python.objects import own_object
 from gyrostat.scenario_files.scenario_file import read_scenario
 
-SCENARIO = """
-[run]
-duration = "5 s"
-control_period = "0.25 s"
-[spacecraft]
-file = "cubesat.toml"
-[controller]
-kind = "three_axis"
-"""
 SECTION = "environment.torque"
 HEAD = "import functools\nimport dataclasses\nimport jax.numpy as jnp\nimport numpy as np\n"
 PART = """class P:
@@ -312,9 +303,8 @@ def test_code_that_asks_which_of_two_equal_objects_it_has_is_refused(notebook):
         compare_calls(notebook(*cells, "B = A").P())
 
 
-def test_a_stored_trace_is_found_when_a_scenario_takes_the_object(notebook, folder):
-    (folder / "own.toml").write_text(SCENARIO)
-    scenario = read_scenario(folder / "own.toml")
+def test_a_stored_trace_is_found_when_a_scenario_takes_the_object(notebook, short):
+    scenario = read_scenario(short('kind = "three_axis"'))
     cells = (*STALE["jax.jit"], P)
     scenario.replace(environment=(notebook(*cells).P(),))
     with pytest.raises(InputError, match=r"environment.torque.p notebook_P.py:P, line"):

@@ -5,7 +5,7 @@ importance; here, variables are compared by the operations that compute them.
 """
 
 from collections.abc import Iterable, Iterator
-from itertools import count, zip_longest
+from itertools import count, starmap, zip_longest
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -36,12 +36,24 @@ def first_difference(one: Any, other: Any, *, same_run: bool = False) -> Differe
         same_run: Whether both were traced inside one trace of a larger function; its values are
             then compared by identity, and otherwise by shape and type only.
     """
-    pairs = zip_longest(_operations(one, same_run), _operations(other, same_run))
-    for first, second in pairs:
-        if first is None or second is None or first[:3] != second[:3]:
-            equation = (first or second or (None,))[-1]
-            return Difference(_described(first, second), _described(second, first), equation)
-    return None
+    equal: set[tuple[int, int]] = set()  # a large trace calls the same few jaxprs many times
+
+    def compare(one: Any, other: Any) -> Difference | None:
+        pair = id(one), id(other)
+        if one is other or pair in equal:
+            return None
+        for first, second in zip_longest(_operations(one, same_run), _operations(other, same_run)):
+            if first is None or second is None or first[:3] != second[:3]:
+                equation = (first or second or (None,))[-1]
+                return Difference(_described(first, second), _described(second, first), equation)
+            inner = zip(_inner_of(first), _inner_of(second), strict=False)
+            found = next(filter(None, starmap(compare, inner)), None)
+            if found is not None:
+                return found
+        equal.add(pair)
+        return None
+
+    return compare(one, other)
 
 
 Operation = tuple[str, tuple[Any, ...], Any, Any]
@@ -49,31 +61,32 @@ Operation = tuple[str, tuple[Any, ...], Any, Any]
 
 
 def _operations(closed: Any, same_run: bool) -> Iterator[Operation]:
-    """Operations of a closed jaxpr in their order, with those of inner ones; then its results."""
+    """Operations of a jaxpr in their order, without those of inner ones; then its results."""
+    jaxpr, consts = getattr(closed, "jaxpr", closed), getattr(closed, "consts", ())
     numbers = count()
+    known: dict[Any, Any] = {variable: next(numbers) for variable in jaxpr.invars}
+    known |= {
+        variable: _value(value, same_run)
+        for variable, value in zip(jaxpr.constvars, consts, strict=False)
+    }
 
-    def walk(jaxpr: Any, consts: Any) -> Iterator[Operation]:
-        known: dict[Any, Any] = {variable: next(numbers) for variable in jaxpr.invars}
-        known |= {
-            variable: _value(value, same_run)
-            for variable, value in zip(jaxpr.constvars, consts, strict=False)
-        }
+    def operand(atom: Any) -> Any:
+        value = getattr(atom, "val", None)  # of a literal
+        return known.get(atom) if value is None else _value(value, same_run)
 
-        def operand(atom: Any) -> Any:
-            value = getattr(atom, "val", None)  # of a literal
-            return known.get(atom) if value is None else _value(value, same_run)
+    for equation in jaxpr.eqns:
+        results = tuple(str(atom.aval) for atom in equation.outvars)
+        inner = sum(1 for _ in _inner(equation.params.values()))
+        plain = _plain(equation.params, same_run), results, inner
+        yield equation.primitive.name, tuple(map(operand, equation.invars)), plain, equation
+        known.update((atom, next(numbers)) for atom in equation.outvars)
+    yield "result", tuple(map(operand, jaxpr.outvars)), None, None
 
-        for equation in jaxpr.eqns:
-            results = tuple(str(atom.aval) for atom in equation.outvars)
-            plain = _plain(equation.params, same_run)
-            operands = tuple(map(operand, equation.invars))
-            yield equation.primitive.name, operands, (plain, results), equation
-            for inner in _inner(equation.params.values()):
-                yield from walk(getattr(inner, "jaxpr", inner), getattr(inner, "consts", ()))
-            known.update((atom, next(numbers)) for atom in equation.outvars)
-        yield "result", tuple(map(operand, jaxpr.outvars)), None, None
 
-    return walk(closed.jaxpr, closed.consts)
+def _inner_of(operation: Operation) -> Iterator[Any]:
+    """Jaxprs that an operation executes."""
+    equation = operation[-1]
+    return _inner(() if equation is None else equation.params.values())
 
 
 def _inner(parameters: Iterable[Any]) -> Iterator[Any]:

@@ -1,7 +1,6 @@
 """Repeated traces of user-defined parts: a part must be the same each time it is constructed."""
 
 import contextlib
-from collections.abc import Callable
 from dataclasses import replace
 from functools import lru_cache
 from itertools import count
