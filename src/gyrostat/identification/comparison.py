@@ -1,7 +1,6 @@
 """Model comparison: fit, rank and cross-validate candidate friction models."""
 
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -9,50 +8,13 @@ import numpy as np
 from gyrostat.core.errors import InputError
 from gyrostat.identification.batch import identify
 from gyrostat.identification.checks import as_records
-from gyrostat.identification.fit import Fit
+from gyrostat.identification.fit import Candidate, Fit
 from gyrostat.identification.loss import Loss, loss_named
 from gyrostat.identification.prediction import CurrentHold
 from gyrostat.identification.validation import validate
 from gyrostat.telemetry import Record
 from gyrostat.wheel.friction import FRICTION_MODELS
 from gyrostat.wheel.friction_laws import Law, friction_law
-
-
-@dataclass(frozen=True)
-class Candidate:
-    """Friction model in a comparison.
-
-    Attributes:
-        model: Name of the friction model.
-        fit: Fit of this model; None if the records or the request do not allow one.
-        aic: Akaike information criterion, relative to the best of the comparison; None without a
-            valid fit. The same holds for `bic` and `held_out_rms`.
-        bic: Bayesian (Schwarz) information criterion, relative to the best.
-        held_out_rms: Root mean square residual on the held-out records, rad/s; None also without
-            held-out records.
-        failure: Reason why there is no valid fit or no residual on the held-out records; empty
-            otherwise.
-    """
-
-    model: str
-    fit: Fit | None
-    aic: float | None
-    bic: float | None
-    held_out_rms: float | None
-    failure: str = ""
-
-    def to_dict(self) -> dict[str, object]:
-        """Row of the comparison in fit.json."""
-        return {
-            "model": self.model,
-            "parameters": None if self.fit is None else len(self.fit.names),
-            "converged": self.fit is not None and self.fit.converged,
-            "rms_speed": None if self.fit is None else self.fit.rms_speed,
-            "aic": self.aic,
-            "bic": self.bic,
-            "held_out_rms": self.held_out_rms,
-            "failure": self.failure,
-        }
 
 
 def compare(

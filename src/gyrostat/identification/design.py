@@ -4,8 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 
 from gyrostat.core.types import Vector
+from gyrostat.core.views import lines
 from gyrostat.identification.current_profiles import Limits, Shape
-from gyrostat.identification.design_text import table
 
 
 @dataclass(frozen=True)
@@ -85,4 +85,4 @@ class Design:
 
     def __repr__(self) -> str:
         """Table that the command line prints."""
-        return "\n".join(table(self))
+        return "\n".join(lines(self))

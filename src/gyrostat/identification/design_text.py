@@ -1,20 +1,18 @@
 """Designed record as text and as JSON."""
 
 from dataclasses import asdict
-from typing import TYPE_CHECKING
 
 from gyrostat.core.text import aligned, or_none, plain
 from gyrostat.core.units import si_unit
-
-if TYPE_CHECKING:
-    from gyrostat.identification.design import Combination, Design
+from gyrostat.core.views import lines as text_view
+from gyrostat.identification.design import Combination, Design
 
 CLEAR = 3.0
 """Significance that the probability of a design refers to."""
 HEADER = ("parameter", "estimate", "sigma now", "sigma after", "in 9 of 10 wheels", "unit")
 
 
-def rows(design: "Design") -> list[tuple[str, ...]]:
+def rows(design: Design) -> list[tuple[str, ...]]:
     """Rows of the table of predicted uncertainty: name, estimate, sigma before and after, unit."""
     every = [*design.wanted, *(p for p in design.parameters if p.name not in design.names)]
     return [
@@ -30,7 +28,7 @@ def rows(design: "Design") -> list[tuple[str, ...]]:
     ]
 
 
-def _verdict(each: "Combination", design: "Design") -> str:
+def _verdict(each: Combination, design: Design) -> str:
     """Whether one combination reaches its target."""
     unit = si_unit(each.dimension)
     if each.target is None:
@@ -46,7 +44,7 @@ def _verdict(each: "Combination", design: "Design") -> str:
     )
 
 
-def summary(design: "Design") -> list[str]:
+def summary(design: Design) -> list[str]:
     """What the design is and what it reaches, one sentence per line."""
     numbers = ", ".join(f"{name} {plain(value, 3)}" for name, value in design.numbers.items())
     lines = [f"profile of {design.shape.family}, {design.time[-1]:.4g} s ({numbers})"]
@@ -78,12 +76,13 @@ def summary(design: "Design") -> list[str]:
     return lines
 
 
-def table(design: "Design") -> list[str]:
+@text_view.register
+def table(design: Design) -> list[str]:
     """Lines that the command line prints."""
     return [*summary(design), *(f"  {line}" for line in aligned(rows(design), HEADER))]
 
 
-def content(design: "Design") -> dict[str, object]:
+def content(design: Design) -> dict[str, object]:
     """Content of the JSON file, SI."""
     limits = {name: or_none(value) for name, value in asdict(design.limits).items()}
     return {

@@ -9,23 +9,21 @@ import numpy as np
 from gyrostat.core.errors import InputError
 from gyrostat.core.named_vector import NamedVector
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.views import content, lines
 from gyrostat.identification.averaging import Effect
 from gyrostat.identification.findings import Finding, Score
-from gyrostat.identification.fit_json import content
-from gyrostat.identification.fit_text import table
 from gyrostat.identification.friction_torques import friction_torques
 from gyrostat.identification.observability import Observability
 from gyrostat.identification.prediction import build_wheel, wheel_dimensions
 from gyrostat.identification.statistics import Whiteness
+from gyrostat.identification.temperature_trend import TemperatureTrend
 from gyrostat.identification.tolerances import Propagated
 from gyrostat.telemetry import Record
 from gyrostat.wheel import Wheel, WheelModel
 from gyrostat.wheel.friction import Friction
 
 if TYPE_CHECKING:
-    from gyrostat.identification.comparison import Candidate
     from gyrostat.identification.posterior import Posterior
-    from gyrostat.identification.temperature import TemperatureTrend
 
 
 @dataclass(frozen=True, eq=False)
@@ -43,6 +41,43 @@ class FrictionPoints:
     torque: Vector
     sigma: Vector
     when: Vector | None = None
+
+
+@dataclass(frozen=True)
+class Candidate:
+    """Friction model in a comparison.
+
+    Attributes:
+        model: Name of the friction model.
+        fit: Fit of this model; None if the records or the request do not allow one.
+        aic: Akaike information criterion, relative to the best of the comparison; None without a
+            valid fit. The same holds for `bic` and `held_out_rms`.
+        bic: Bayesian (Schwarz) information criterion, relative to the best.
+        held_out_rms: Root mean square residual on the held-out records, rad/s; None also without
+            held-out records.
+        failure: Reason why there is no valid fit or no residual on the held-out records; empty
+            otherwise.
+    """
+
+    model: str
+    fit: "Fit | None"
+    aic: float | None
+    bic: float | None
+    held_out_rms: float | None
+    failure: str = ""
+
+    def to_dict(self) -> dict[str, object]:
+        """Row of the comparison in fit.json."""
+        return {
+            "model": self.model,
+            "parameters": None if self.fit is None else len(self.fit.names),
+            "converged": self.fit is not None and self.fit.converged,
+            "rms_speed": None if self.fit is None else self.fit.rms_speed,
+            "aic": self.aic,
+            "bic": self.bic,
+            "held_out_rms": self.held_out_rms,
+            "failure": self.failure,
+        }
 
 
 @dataclass(frozen=True, repr=False)
@@ -117,13 +152,13 @@ class Fit:
     tolerances: Propagated | None = None
     impossible: tuple[str, ...] = ()
     choices: tuple[str, ...] = ()
-    comparison: "tuple[Candidate, ...]" = ()
-    temperatures: "tuple[TemperatureTrend, ...]" = ()
+    comparison: tuple[Candidate, ...] = ()
+    temperatures: tuple[TemperatureTrend, ...] = ()
     posterior: "Posterior | None" = None
 
     def __repr__(self) -> str:
         """Table that the command line prints."""
-        return "\n".join(table(self))
+        return "\n".join(lines(self))
 
     @property
     def sigma(self) -> NamedVector:

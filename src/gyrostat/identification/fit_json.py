@@ -4,21 +4,21 @@ import json
 from collections.abc import Callable, Mapping
 from dataclasses import asdict
 from pathlib import Path
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import Any, TypeVar
 
 import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import read_text
 from gyrostat.core.units import si_unit
-
-if TYPE_CHECKING:
-    from gyrostat.identification.fit import Fit
+from gyrostat.core.views import content as json_view
+from gyrostat.identification.fit import Fit
 
 T = TypeVar("T")
 
 
-def content(fit: "Fit") -> dict[str, object]:
+@json_view.register
+def content(fit: Fit) -> dict[str, object]:
     """Content of fit.json: numbers, text, lists and mappings.
 
     Args:
@@ -76,7 +76,7 @@ def content(fit: "Fit") -> dict[str, object]:
     return found
 
 
-def _tolerances(fit: "Fit") -> dict[str, dict[str, object]]:
+def _tolerances(fit: Fit) -> dict[str, dict[str, object]]:
     """Error of each parameter, SI, per standard deviation of each stated tolerance."""
     if fit.tolerances is None:
         return {}

@@ -7,16 +7,18 @@ import numpy as np
 
 from gyrostat.core.text import aligned, measured, plain
 from gyrostat.core.units import RPM, si_unit
+from gyrostat.core.views import lines as text_view
+from gyrostat.identification.fit import Fit
 
 if TYPE_CHECKING:
-    from gyrostat.identification.fit import Fit
     from gyrostat.identification.posterior import Posterior
 
 
 POSTERIOR_HEADER = ("posterior", "median", "95 % interval", "Gaussian 95 % interval", "unit")
 
 
-def table(fit: "Fit") -> list[str]:
+@text_view.register
+def table(fit: Fit) -> list[str]:
     """Format a fit as the command line prints it, in lines."""
     lines = summary(fit)
     header = ("parameter", "value ± sigma", "unit", "observable?")
@@ -43,7 +45,7 @@ def table(fit: "Fit") -> list[str]:
     return lines
 
 
-def parameter_rows(fit: "Fit") -> Iterator[tuple[str, str, str, str]]:
+def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str]]:
     """Rows of the parameter table: name, value ± sigma, unit, observable or not.
 
     Args:
@@ -59,7 +61,7 @@ def parameter_rows(fit: "Fit") -> Iterator[tuple[str, str, str, str]]:
         yield name, plain(value, 6), si_unit(fit.dimensions[name]), "held"
 
 
-def effect_rows(fit: "Fit") -> Iterator[tuple[str, str, str]]:
+def effect_rows(fit: Fit) -> Iterator[tuple[str, str, str]]:
     """Rows of the table of effects outside the model: title, size if present, probability.
 
     Args:
@@ -72,7 +74,7 @@ def effect_rows(fit: "Fit") -> Iterator[tuple[str, str, str]]:
         yield effect.title, f"{size} {unit}", f"{100.0 * effect.probability:.0f} %"
 
 
-def score_rows(fit: "Fit") -> Iterator[tuple[str, str, str]]:
+def score_rows(fit: Fit) -> Iterator[tuple[str, str, str]]:
     """Rows of the score tests: title, value ± sigma, significance.
 
     Args:
@@ -93,7 +95,7 @@ def posterior_summary(posterior: "Posterior") -> list[str]:
     return lines
 
 
-def estimate_of(fit: "Fit", name: str) -> tuple[float, float, str]:
+def estimate_of(fit: Fit, name: str) -> tuple[float, float, str]:
     """Value, standard deviation and unit of a parameter, or of a difference "a-b" of two."""
     first, _, second = name.partition("-")
     contrast = np.array([float(n == first) - float(n == second) for n in fit.names])
@@ -101,7 +103,7 @@ def estimate_of(fit: "Fit", name: str) -> tuple[float, float, str]:
     return float(contrast @ fit.values), sigma, si_unit(fit.dimensions[first])
 
 
-def posterior_rows(fit: "Fit") -> Iterator[tuple[str, str, str, str, str]]:
+def posterior_rows(fit: Fit) -> Iterator[tuple[str, str, str, str, str]]:
     """Rows of the posterior: name, median, 95 % interval, that of the Gaussian, unit.
 
     Args:
@@ -115,7 +117,7 @@ def posterior_rows(fit: "Fit") -> Iterator[tuple[str, str, str, str, str]]:
         yield own.name, plain(own.quantiles[2]), interval, gaussian, unit
 
 
-def share_rows(fit: "Fit") -> Iterator[tuple[str, ...]]:
+def share_rows(fit: Fit) -> Iterator[tuple[str, ...]]:
     """Contributions of record and tolerances to the variance of each estimate, in per cent.
 
     Args:
@@ -127,7 +129,7 @@ def share_rows(fit: "Fit") -> Iterator[tuple[str, ...]]:
             yield (name, *(f"{100.0 * float(part[k]):.0f} %" for part in shares.values()))
 
 
-def summary(fit: "Fit") -> list[str]:
+def summary(fit: Fit) -> list[str]:
     """Summary of a fit, one sentence per line."""
     records = ", ".join(r.name for r in fit.records)
     lines = [f"{fit.model.title} friction from {records} by the {fit.method} method"]

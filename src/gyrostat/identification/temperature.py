@@ -1,7 +1,6 @@
 """Friction over temperature, from records taken at different temperatures."""
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -12,43 +11,8 @@ from gyrostat.core.units import si_unit
 from gyrostat.identification.batch import identify
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.slopes import DISTINCT
+from gyrostat.identification.temperature_trend import TemperatureTrend
 from gyrostat.telemetry import Record
-
-
-@dataclass(frozen=True)
-class TemperatureTrend:
-    """Values of one parameter over the mean temperatures of the records.
-
-    Attributes:
-        name: Name of the parameter.
-        unit: Unit of the parameter.
-        temperature: Mean temperature of each record, (records,), °C.
-        value: Value from each record, (records,), SI.
-        sigma: Standard deviation of each value, (records,), SI.
-        slope: Change per °C, from a weighted straight line through the values, SI/°C.
-        slope_sigma: Standard deviation of the slope, scaled up if the values scatter about the line
-            by more than their own standard deviations.
-    """
-
-    name: str
-    unit: str
-    temperature: Vector
-    value: Vector
-    sigma: Vector
-    slope: float
-    slope_sigma: float
-
-    def to_dict(self) -> dict[str, object]:
-        """Convert to a row of the temperature table in fit.json."""
-        return {
-            "parameter": self.name,
-            "unit": self.unit,
-            "temperature_degC": self.temperature.tolist(),
-            "value": self.value.tolist(),
-            "sigma": self.sigma.tolist(),
-            "slope_per_degC": self.slope,
-            "slope_sigma": self.slope_sigma,
-        }
 
 
 def _alone(options: Mapping[str, Any], place: int, count: int) -> dict[str, Any]:
