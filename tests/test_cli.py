@@ -322,9 +322,9 @@ def test_units_on_the_command_line(run, tmp_path):
 
 
 def test_a_fit_that_does_not_converge_exits_1_and_leaves_no_model(run, tmp_path, monkeypatch):
-    import gyrostat.identification.batch as batch
+    import gyrostat.identification.solve as solve
 
-    monkeypatch.setattr(batch, "DEFAULT_ITERATIONS", 3)
+    monkeypatch.setattr(solve, "DEFAULT_ITERATIONS", 3)
     code, out, err = run(
         "identify", EXAMPLE, "--inertia", "1.5e-3", "--json", "--out", tmp_path / "fit"
     )

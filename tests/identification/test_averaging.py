@@ -6,7 +6,7 @@ from scipy.special import beta
 from scipy.stats import multivariate_normal
 
 from gyrostat.core.units import RPM
-from gyrostat.identification import batch, identify
+from gyrostat.identification import identify
 from gyrostat.identification.averaging import average
 from gyrostat.identification.effects import RIPPLES, Nuisance, TorqueNoise, accumulated
 from gyrostat.identification.hypotheses import Segment
@@ -204,13 +204,14 @@ def test_a_record_that_the_current_does_not_explain_gives_no_valid_result(record
 def test_a_long_record_that_no_start_explains_is_given_up_after_two(record, changed, monkeypatch):
     tried = []
     monkeypatch.setattr(
-        batch, "run_stages", lambda *given: tried.append(given) or run_stages(*given)
+        "gyrostat.identification.solve.run_stages",
+        lambda *given: tried.append(given) or run_stages(*given),
     )
     steps = record("viscous-coulomb", seed=8)
     unseen = changed(steps, current=steps.current + 0.03 * np.sin(steps.time / 6.0))
     identify(unseen, inertia=INERTIA, model="viscous-coulomb")
     many = len(tried)
-    monkeypatch.setattr(batch, "LONG", 1000)
+    monkeypatch.setattr("gyrostat.identification.solve.LONG", 1000)
     identify(unseen, inertia=INERTIA, model="viscous-coulomb")
     assert many > 2
     assert len(tried) == many + 2

@@ -1,15 +1,16 @@
 """Automatic model selection: include the effects that the diagnosis finds."""
 
-from collections.abc import Callable, Collection, Mapping, Sequence
 from dataclasses import dataclass, replace
-from typing import Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.identification.clipping import clipped_current, without_clipped
 from gyrostat.identification.findings import Finding
 from gyrostat.identification.fit import Fit
 from gyrostat.identification.prediction import SpeedPrediction
+from gyrostat.identification.problem import Problem
 from gyrostat.identification.signs import RESTORE, lost_sign
+from gyrostat.identification.solve import solve
+from gyrostat.identification.stages import Progress
 from gyrostat.telemetry import Record
 from gyrostat.wheel.friction_laws import friction_law
 
@@ -82,17 +83,7 @@ def _restored(record: Record) -> Record:
     return record if clipped_current(record) is None else without_clipped(record)
 
 
-def identify_automatically(
-    identify: Callable[..., Fit],
-    records: Sequence[Record],
-    *,
-    hold: Mapping[str, float | None],
-    free: Collection[str],
-    prior: Mapping[str, tuple[float, float]],
-    start: Mapping[str, float],
-    loss: str,
-    **options: Any,
-) -> Fit:
+def solve_automatically(problem: Problem, *, on_progress: Progress | None = None) -> Fit:
     """Identify a wheel with the model that its records support.
 
     Missing signs are restored and clipped currents are cut out. The simplest friction model is
@@ -100,14 +91,8 @@ def identify_automatically(
     first, until no further effect can be included. A step that leads to no valid wheel is undone.
 
     Args:
-        identify: `gyrostat.identification.identify`.
-        records: Records of one wheel.
-        hold: As for `identify`; names that a model does not have are ignored for it.
-        free: As `hold`.
-        prior: As `hold`.
-        start: As `hold`.
-        loss: As for `identify`.
-        options: Further arguments of `identify`.
+        problem: The problem; names that a model does not have are ignored for it.
+        on_progress: As for `gyrostat.identification.identify`.
 
     Returns:
         The fit, with the choices made in `choices`.
@@ -115,21 +100,19 @@ def identify_automatically(
     Raises:
         InputError: The records or the request cannot give an estimate.
     """
-    records = tuple(_restored(record) for record in records)
+    problem = replace(problem, records=tuple(_restored(record) for record in problem.records))
 
     def fitted(choice: _Choice) -> Fit:
-        known = SpeedPrediction(records, friction_law(choice.model), "zero-order").names
-        return identify(
-            records,
-            model=choice.model,
-            hold={n: v for n, v in hold.items() if n in known},
-            free=[n for n in {*free, *choice.free} if n in known],
-            prior={n: v for n, v in prior.items() if n in known},
-            start={n: v for n, v in start.items() if n in known},
+        law = friction_law(choice.model)
+        known = SpeedPrediction(problem.records, law, "zero-order").names
+        wider = replace(
+            problem,
+            model=law,
+            free=[*{*problem.free, *choice.free}],
             loss=choice.loss,
             include=choice.include,
-            **options,
         )
+        return solve(wider.named({name: name for name in known}), on_progress=on_progress)
 
     def attempt(choice: _Choice) -> Fit | None:
         try:
@@ -138,7 +121,7 @@ def identify_automatically(
             return None
         return fit if fit.converged else None
 
-    choice, causes = _Choice(loss=loss), []
+    choice, causes = _Choice(loss=problem.loss), []
     fit, refused = fitted(choice), set()
     for _ in range(MOST_STEPS):
         trials = [(f, choice.with_finding(f)) for f in fit.findings if f.names[0] not in refused]

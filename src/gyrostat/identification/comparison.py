@@ -1,16 +1,17 @@
 """Model comparison: fit, rank and cross-validate candidate friction models."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from gyrostat.core.errors import InputError
-from gyrostat.identification.batch import identify
-from gyrostat.identification.checks import as_records
 from gyrostat.identification.fit import Candidate, Fit
 from gyrostat.identification.loss import Loss, loss_named
 from gyrostat.identification.prediction import CurrentHold
+from gyrostat.identification.problem import Problem
+from gyrostat.identification.solve import solve
 from gyrostat.identification.validation import validate
 from gyrostat.telemetry import Record
 from gyrostat.wheel.friction import FRICTION_MODELS
@@ -23,12 +24,6 @@ def compare(
     *,
     models: Sequence[str | Law] | None = None,
     known: Fit | None = None,
-    hold: Mapping[str, float | None] | None = None,
-    free: Collection[str] = (),
-    prior: Mapping[str, tuple[float, float]] | None = None,
-    start: Mapping[str, float] | None = None,
-    loss: str = "quadratic",
-    current_hold: CurrentHold = "zero-order",
     **options: Any,
 ) -> list[Candidate]:
     """Fit candidate friction models to the same records and rank them by BIC.
@@ -39,14 +34,9 @@ def compare(
         models: Names or classes of the models; by default all of this package, and that of `known`.
         known: Fit of one of the models with the same arguments. It is reused if it is plain least
             squares, as the fits of the comparison are.
-        hold: As for `identify`; here and in the next three, names that a candidate does not have
-            are ignored for it.
-        free: As for `identify`.
-        prior: As for `identify`.
-        start: As for `identify`.
-        loss: As for `identify`; the criteria use the same loss.
-        current_hold: As for `identify`; also used to predict held-out records.
-        options: Further arguments of `identify`, the same for all.
+        options: Further arguments of `identify`, the same for all; names of parameters that a
+            candidate does not have are ignored for it. The criteria use the same loss, and held-out
+            records are predicted with the same hold of the current.
 
     Returns:
         The candidates, best BIC first, those without a valid fit last. The criteria take the noise
@@ -55,8 +45,18 @@ def compare(
     Raises:
         InputError: A model or loss is unknown, or there is no record.
     """
-    records = as_records(records)
-    chosen_loss = loss_named(loss)
+    return candidates_of(Problem.of(records, **options), held_out, models=models, known=known)
+
+
+def candidates_of(
+    problem: Problem,
+    held_out: Sequence[Record] = (),
+    *,
+    models: Sequence[str | Law] | None = None,
+    known: Fit | None = None,
+) -> list[Candidate]:
+    """Candidates for the records of a problem; see `compare`."""
+    chosen_loss = loss_named(problem.loss)
     usual = [*FRICTION_MODELS.values()]
     if known is not None and known.model not in usual:
         usual.append(known.model)
@@ -69,18 +69,9 @@ def compare(
             ended.append((name, known, ""))
             continue
         try:
-            fit = identify(
-                records,
-                model=law,
-                hold={n: v for n, v in (hold or {}).items() if n not in absent},
-                free=[n for n in free if n not in absent],
-                prior={n: v for n, v in (prior or {}).items() if n not in absent},
-                start={n: v for n, v in (start or {}).items() if n not in absent},
-                loss=loss,
-                current_hold=current_hold,
-                white_noise=True,
-                **options,
-            )
+            kept = {n: n for n in problem.asked - absent}
+            alike = replace(problem.named(kept), model=law, white_noise=True)
+            fit = solve(alike)
             ended.append((name, fit, ""))
         except InputError as error:
             ended.append((name, None, str(error)))
@@ -98,7 +89,7 @@ def compare(
             continue
         held_out_rms = None
         try:
-            held_out_rms = _held_out(fit, held_out, current_hold)
+            held_out_rms = _held_out(fit, held_out, problem.current_hold)
         except InputError as error:
             why = str(error)
         relative = [float(c[id(fit)] - min(c.values())) for c in (aic, bic)]

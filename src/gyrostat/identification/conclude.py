@@ -17,6 +17,7 @@ from gyrostat.identification.loss import Loss
 from gyrostat.identification.observability import Observability, observability
 from gyrostat.identification.plausibility import Scatter, judged
 from gyrostat.identification.prediction import Linearisation, SpeedPrediction
+from gyrostat.identification.problem import Problem
 from gyrostat.identification.selection import Selection
 from gyrostat.identification.stages import Outcome
 from gyrostat.identification.start_values import StartValues
@@ -137,6 +138,7 @@ def _widening(model, names: Sequence[str], honest: Matrix, formal: Matrix) -> di
 
 
 def conclude(
+    problem: Problem,
     prediction: SpeedPrediction,
     selection: Selection,
     outcome: Outcome,
@@ -145,15 +147,12 @@ def conclude(
     *,
     speed_sigmas: Sequence[float],
     noise: Sequence[float],
-    sigma_given: bool,
-    white_noise: bool = False,
-    tolerances: Mapping[str, float] | None = None,
-    include: Collection[str] = (),
-    ripple: float | None = None,
+    tolerances: Mapping[str, float],
 ) -> Fit:
     """Build the result from the end of a batch iteration.
 
     Args:
+        problem: What was asked.
         prediction: Records and friction model.
         selection: Estimated parameters and a-priori knowledge.
         outcome: End of the iteration.
@@ -161,12 +160,9 @@ def conclude(
         deterministic: Start values from the records alone.
         speed_sigmas: Noise used to whiten the residuals of each record, rad/s.
         noise: Noise of each record, estimated from its speed alone, rad/s.
-        sigma_given: Whether the user stated the noise.
-        white_noise: Whether the friction model in white noise is taken as complete.
-        tolerances: Name of a given quantity -> relative tolerance, one sigma.
-        include: Names of further effects to average over.
-        ripple: Level of the ripple at zero crossings; None: averaged over.
+        tolerances: Name of a given quantity -> relative tolerance, one sigma, validated.
     """
+    sigma_given, white_noise = problem.speed_sigma is not None, problem.white_noise
     records, solution = prediction.records, outcome.solution
     linear = prediction.linearise(outcome.values)
     assert linear is not None  # the iteration visits admissible points only
@@ -189,8 +185,8 @@ def conclude(
             plain,
             sigmas,
             sigma_given,
-            include,
-            ripple,
+            problem.include,
+            problem.ripple,
         )
     own = widened(best.covariance, np.sqrt(np.diag(formal)))
     counts = [int(r.valid.sum()) for r in records]

@@ -12,6 +12,7 @@ from gyrostat.core.validation import require
 from gyrostat.identification.least_squares import Prior
 from gyrostat.identification.parameters import check_parameter
 from gyrostat.identification.prediction import SpeedPrediction
+from gyrostat.identification.problem import Problem
 from gyrostat.identification.start_values import StartValues
 from gyrostat.wheel.friction.contract import start_fault
 
@@ -131,34 +132,23 @@ def _check_values(prediction: SpeedPrediction, given: Mapping[str, float], what:
         check_parameter(prediction.model, name, value, f"{what} {name}")
 
 
-def select(
-    prediction: SpeedPrediction,
-    deterministic: StartValues,
-    *,
-    inertia: float | None,
-    hold: Mapping[str, float | None],
-    free: Collection[str],
-    prior: Mapping[str, tuple[float, float]],
-    start: Mapping[str, float],
-) -> Selection:
+def select(prediction: SpeedPrediction, deterministic: StartValues, problem: Problem) -> Selection:
     """Select the estimated parameters.
 
     Args:
         prediction: Records and friction model.
-        deterministic: Start values from the records alone.
-        inertia: Inertia, kg·m², held unless "inertia" is in `free`.
-        hold: Name -> held value, SI, or None for the default.
-        free: Names estimated in addition to the default ones.
-        prior: Name -> a-priori mean and sigma, SI; these are also estimated.
-        start: Name -> start value, SI; otherwise the a-priori mean, otherwise `deterministic`.
+        deterministic: Start values from the records alone; a start value or a-priori mean of the
+            problem replaces them.
+        problem: Held, free and a-priori values.
 
     Raises:
         InputError: Names are unknown, values are impossible for a wheel, requests contradict each
             other, the inertia is missing, or no torque scale is known.
     """
+    hold, free, prior, start = problem.hold, problem.free, problem.prior, problem.start
     for what, names in (("hold", hold), ("free", free), ("prior", prior), ("start", start)):
         _known(names, prediction, what)
-    fixed = _held_values(prediction, hold, inertia)
+    fixed = _held_values(prediction, hold, problem.inertia)
     _check_values(prediction, {n: v for n, v in fixed.items() if n not in hold}, "parameter")
     _check_values(prediction, {n: v for n, v in fixed.items() if n in hold}, "held")
     _check_values(prediction, {n: m for n, (m, _) in prior.items()}, "a-priori mean of")

@@ -1,6 +1,6 @@
 """Friction over temperature, from records taken at different temperatures."""
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -8,35 +8,12 @@ import numpy as np
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
 from gyrostat.core.units import si_unit
-from gyrostat.identification.batch import identify
 from gyrostat.identification.fit import Fit
+from gyrostat.identification.problem import Problem
 from gyrostat.identification.slopes import DISTINCT
+from gyrostat.identification.solve import solve
 from gyrostat.identification.temperature_trend import TemperatureTrend
 from gyrostat.telemetry import Record
-
-
-def _alone(options: Mapping[str, Any], place: int, count: int) -> dict[str, Any]:
-    """Arguments of `identify` for all records, changed to those for a single record.
-
-    Args:
-        options: Arguments for all records.
-        place: Index of the record.
-        count: Number of records.
-    """
-    own, several = f"initial_speed_{place + 1}", "initial_speed_"
-    kept: dict[str, Any] = dict(options)
-    for key in ("hold", "free", "prior", "start"):
-        asked = options.get(key) or ()
-        names = {n: "initial_speed" if n == own else n for n in asked}
-        names = {n: new for n, new in names.items() if not new.startswith(several)}
-        if isinstance(asked, Mapping):
-            kept[key] = {new: asked[n] for n, new in names.items()}
-        else:
-            kept[key] = list(names.values())
-    sigma = options.get("speed_sigma")
-    if sigma is not None and np.size(sigma) == count > 1:
-        kept["speed_sigma"] = float(np.asarray(sigma)[place])
-    return kept
 
 
 def temperature_trends(
@@ -53,6 +30,14 @@ def temperature_trends(
         One trend for each estimated parameter of the wheel. Empty if fewer than two records have a
         temperature and a valid fit, or if their mean temperatures differ by less than `DISTINCT`.
     """
+    return trends_of(Problem.of(records, **options), on_left_out)
+
+
+def trends_of(
+    problem: Problem, on_left_out: Callable[[str], None] | None = None
+) -> list[TemperatureTrend]:
+    """Temperature trends of the records of a problem; see `temperature_trends`."""
+    records = problem.records
     temperatures: list[float] = []
     fits: list[Fit] = []
     means = [None if r.temperature is None else float(np.mean(r.temperature)) for r in records]
@@ -63,7 +48,7 @@ def temperature_trends(
         if temperature is None:
             continue
         try:
-            fit = identify(record, **_alone(options, place, len(records)))
+            fit = solve(problem.alone(place))
             failure = "" if fit.converged else f"{record.name}: did not converge alone"
         except InputError as error:
             fit, failure = None, str(error)

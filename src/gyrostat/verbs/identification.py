@@ -155,34 +155,31 @@ def identify(
     if method == "batch":
         title = choice if isinstance(choice, str) else choice.name
         say(f"identifying {title} friction from {', '.join(r.name for r in measured)}")
-        options: dict[str, Any] = {
-            **common,
-            "free": [free] if isinstance(free, str) else list(() if free is None else free),
-            "prior": priors(prior, law),
-            "start": parameters_in_si(named(start, "--start"), law, "--start"),
-            "speed_sigma": sigmas or None,
-            "loss": loss or "quadratic",
-            "current_hold": current_hold or "zero-order",
-        }
-        fit = stage.identify(
+        problem = stage.Problem.of(
             measured,
+            **common,
             model=choice,
-            tolerance=tolerance,
-            ripple=ripple,
-            posterior=posterior,
+            free=[free] if isinstance(free, str) else list(() if free is None else free),
+            prior=priors(prior, law),
+            start=parameters_in_si(named(start, "--start"), law, "--start"),
+            speed_sigma=sigmas or None,
+            loss=loss,
+            current_hold=current_hold,
+        )
+        fit = stage.identify_problem(
+            replace(problem, tolerance=tolerance, ripple=ripple, posterior=posterior),
             on_draws=lambda count: say(f"  posterior: {count} draws of each chain"),
             on_progress=lambda stage, count, cost: say(
                 f"  {stage}: iteration {count}, cost {cost:.6g}"
             ),
-            **options,
         )
-        trends = stage.temperature_trends(measured, model=fit.model, on_left_out=say, **options)
+        trends = stage.trends_of(replace(problem, model=fit.model), say)
         fit = replace(fit, temperatures=tuple(trends))
         if compare or held_out:
             others = load_records(held_out or (), say, **reading)
             say("ranking the other friction models")
             others = [record.scaled(**factors) for record in others]
-            ranking = stage.compare(measured, others, known=fit, **options)
+            ranking = stage.candidates_of(problem, others, known=fit)
             fit = replace(fit, comparison=tuple(ranking))
     else:
         batch_only = {

@@ -1,0 +1,204 @@
+"""Solution of a problem of batch identification: nonlinear least squares on the speed.
+
+If the wheel model can stick, the cost has more than one minimum. If the first start value leads to
+a result that does not explain the records, other start values are tried and the best result is
+kept.
+"""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import replace
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.identification.checks import (
+    check_excitation,
+    check_sigma,
+    check_signals,
+    place,
+)
+from gyrostat.identification.conclude import conclude
+from gyrostat.identification.fit import Fit
+from gyrostat.identification.loss import Loss, loss_named
+from gyrostat.identification.posterior import sample_posterior
+from gyrostat.identification.prediction import SpeedPrediction
+from gyrostat.identification.problem import Problem
+from gyrostat.identification.selection import Selection, check_start, select
+from gyrostat.identification.signs import lost_sign
+from gyrostat.identification.stages import Measurements, Outcome, Progress, refine, run_stages
+from gyrostat.identification.start_values import integral_regression
+from gyrostat.identification.statistics import NUMERICAL_NOISE, noise_level, whiteness
+from gyrostat.identification.tolerances import check_tolerances
+from gyrostat.identification.uncertainty import FEW, residual_levels
+from gyrostat.telemetry import cut, pool
+from gyrostat.wheel.friction_laws import friction_law
+
+DEFAULT_ITERATIONS = 50
+RESTARTS = ((1.0, 0.9), (1.0, 0.7), (2.0, 1.0))
+"""Factors on the start values of motor constant and friction torques. A wheel that turns more
+easily than the real one still moves whenever the records do."""
+EXCESS = 1.25
+"""Rms residual over noise above which a result does not explain its records."""
+EXPLAINED = 0.7
+"""Rms residual over noise below which patterns in the residuals are ignored."""
+CHANCE = 1e-4
+"""P-value below which a pattern in the residuals is not attributed to chance."""
+LONG = 50_000
+"""Number of samples above which the second start is the last one, which bounds the time."""
+SHOWN = 3000
+"""Number of samples that show the pattern of a wrong minimum. Weaker patterns, which longer records
+reveal, come from the wheel or from pooled samples that share their ends."""
+
+
+def _given_sigmas(
+    speed_sigma: float | Sequence[float] | None, count: int
+) -> tuple[float, ...] | None:
+    """Stated noise of each record, rad/s, or None."""
+    if speed_sigma is None:
+        return None
+    given = np.atleast_1d(np.asarray(speed_sigma, dtype=float)).tolist()
+    for sigma in given:
+        check_sigma(sigma)
+    if len(given) not in (1, count):
+        raise InputError(f"speed sigma: found {len(given)} values, expected 1 or {count}")
+    return tuple(given * count if len(given) == 1 else given)
+
+
+def _explains(outcome: Outcome, measure: Measurements, loss: Loss, noise: Sequence[float]) -> bool:
+    """Whether the residuals are only noise, of the level found in the records, rad/s."""
+    parts = measure.by_record(outcome.solution.residual)
+    levels = residual_levels(parts, len(outcome.solution.x), loss)
+    if not outcome.solution.converged or max(levels) > EXCESS:
+        return False
+    left = [k * sigma / n for k, sigma, n in zip(levels, measure.sigmas, noise, strict=True) if n]
+    residual = outcome.solution.residual
+    if len(residual) < FEW or max(left, default=0.0) < EXPLAINED:
+        return True
+    test = whiteness(residual, power=SHOWN)
+    return min(test.runs_probability, test.ljung_box_probability) > CHANCE
+
+
+def _starts(selection: Selection, prediction: SpeedPrediction) -> Iterator[Selection]:
+    """The requested start, the start values from the records, and variations of them."""
+    yield selection
+    own = replace(selection, values=selection.fallback, told=frozenset())
+    if not np.array_equal(selection.values, own.values):
+        yield own
+    for motor, torque in RESTARTS:
+        factor = {"motor_constant": motor, "torque": torque}
+        factors = [
+            factor.get(dimension, 1.0) if name in selection.free else 1.0
+            for name, dimension in prediction.dimensions.items()
+        ]
+        yield replace(own, values=own.values * factors)
+
+
+def _search(
+    selection: Selection,
+    measure: Measurements,
+    loss: Loss,
+    max_iterations: int,
+    noise: Sequence[float],
+    on_progress: Progress | None,
+) -> Outcome | None:
+    """Best result of all starts tried; None if the modelled wheel sticks for each of them."""
+
+    def rank(outcome: Outcome) -> float:
+        # of two equally good minima, prefer the one that converged
+        return outcome.solution.cost + (not outcome.solution.converged)
+
+    best: Outcome | None = None
+    for first in _starts(selection, measure.prediction):
+        outcome = run_stages(first, measure, loss, max_iterations, on_progress)
+        if outcome is None:
+            continue
+        last = best is not None and len(outcome.solution.residual) > LONG
+        if best is None or rank(outcome) < rank(best):
+            best = outcome
+        if last or _explains(outcome, measure, loss, noise):
+            break
+    return best
+
+
+def solve(
+    problem: Problem,
+    *,
+    on_progress: Progress | None = None,
+    on_draws: Callable[[int], None] = lambda count: None,
+) -> Fit:
+    """Solve a problem with one friction model.
+
+    Args:
+        problem: The problem.
+        on_progress: As for `identify`.
+        on_draws: As for `identify`.
+
+    Returns:
+        The fit; `converged` says whether it is valid.
+
+    Raises:
+        InputError: The problem or its records do not allow an estimate.
+    """
+    pooled = [pool(cut(record)) for record in problem.records]
+    records = tuple(record for record, _ in pooled)
+    chosen_loss = loss_named(problem.loss)
+    given = _given_sigmas(problem.speed_sigma, len(records))
+    if given is not None:
+        given = tuple(s / np.sqrt(size) for s, (_, size) in zip(given, pooled, strict=True))
+    prediction = SpeedPrediction(records, friction_law(problem.model), problem.current_hold)
+    check_signals(records)
+    deterministic = integral_regression(records)
+    selection = select(prediction, deterministic, problem)
+    check_start(prediction, selection)
+    tolerances = check_tolerances(problem.tolerance, selection.free)
+    noise = [noise_level(r.speed[r.valid]) for r in records]
+    check_excitation(records, prediction.model, selection.free, noise)
+    smallest = NUMERICAL_NOISE * deterministic.speed_level
+    measure = Measurements(prediction, given or [max(n, smallest) for n in noise])
+    most = DEFAULT_ITERATIONS if problem.max_iterations is None else problem.max_iterations
+
+    best = _search(selection, measure, chosen_loss, most, noise, on_progress)
+    if best is None:
+        lost = [finding for r in records if (finding := lost_sign(r)) is not None]
+        if lost:
+            raise InputError(
+                f"{place(records)}: found a {lost[0].titles[0]}, expected a signed one; "
+                f"{lost[0].options[0]} restores it"
+            )
+        raise InputError(
+            f"{place(records)}: found no start from which the modelled wheel turns as the record "
+            "does, expected start or held values closer to this wheel"
+        )
+    if given is None:
+        parts = measure.by_record(best.solution.residual)
+        levels = residual_levels(parts, len(best.solution.x), chosen_loss)
+        seen = zip(levels, measure.sigmas, strict=True)
+        shown = Measurements(prediction, [max(level * s, smallest) for level, s in seen])
+        again = refine(selection, shown, best.values, chosen_loss, most, best.solution.iterations)
+        if again is not None:
+            best, measure = again, shown
+    fit = conclude(
+        problem,
+        prediction,
+        selection,
+        best,
+        chosen_loss,
+        deterministic,
+        speed_sigmas=measure.sigmas,
+        noise=noise,
+        tolerances=tolerances,
+    )
+    if not (problem.posterior and fit.converged):
+        return fit
+    own = [fit.names.index(name) for name in selection.free]
+    found = sample_posterior(
+        prediction,
+        selection.free,
+        fit.parameters,
+        fit.covariance[np.ix_(own, own)],
+        selection.prior,
+        measure.sigmas,
+        () if problem.white_noise else fit.effects,
+        on_progress=on_draws,
+    )
+    return replace(fit, posterior=found)
