@@ -21,7 +21,7 @@ from scipy.optimize import least_squares
 
 from gyrostat.core.units import RPM
 from gyrostat.identification import identify
-from gyrostat.identification.prediction import SpeedPrediction
+from gyrostat.identification.fit.prediction import SpeedPrediction
 from gyrostat.simulation import CurrentRange, Telemetry, bench_record
 from gyrostat.wheel import Wheel
 from gyrostat.wheel.friction import Stribeck

@@ -16,17 +16,17 @@ from scipy.stats import chi2
 
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import RPM
-from gyrostat.identification.least_squares import Prior
-from gyrostat.identification.posterior import parameters_of
-from gyrostat.identification.posterior_density import (
+from gyrostat.identification.fit.least_squares import Prior
+from gyrostat.identification.fit.prediction import SpeedPrediction
+from gyrostat.identification.uncertainty.posterior import parameters_of
+from gyrostat.identification.uncertainty.posterior_density import (
     Posed,
     RecordData,
     density,
     posed,
     record_data,
 )
-from gyrostat.identification.posterior_sampler import chain
-from gyrostat.identification.prediction import SpeedPrediction
+from gyrostat.identification.uncertainty.posterior_sampler import chain
 from gyrostat.telemetry import Record
 from gyrostat.wheel.friction import Stribeck
 

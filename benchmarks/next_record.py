@@ -22,9 +22,9 @@ from bench_wheels import INERTIA, RATE, STRIBECK_SPEED, simulator
 from gyrostat.core.errors import InputError
 from gyrostat.core.units import RPM
 from gyrostat.identification import identify
-from gyrostat.identification.current_profiles import Limits
-from gyrostat.identification.experiment_design import design_record
-from gyrostat.identification.known_wheel import KnownWheel
+from gyrostat.identification.experiment.current_profiles import Limits
+from gyrostat.identification.experiment.experiment_design import design_record
+from gyrostat.identification.experiment.known_wheel import KnownWheel
 from gyrostat.telemetry import Record
 
 NOISE, WANTED = 5.0 * RPM, "static-coulomb"

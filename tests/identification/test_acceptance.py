@@ -10,7 +10,7 @@ from scipy.integrate import quad
 from gyrostat.core.errors import InputError
 from gyrostat.core.units import RPM
 from gyrostat.identification import accept, validate
-from gyrostat.identification.acceptance_lines import (
+from gyrostat.identification.judge.acceptance_lines import (
     FAIL,
     NO_LIMIT,
     NOT_JUDGED,
@@ -18,7 +18,7 @@ from gyrostat.identification.acceptance_lines import (
     UNDECIDED,
     conformance,
 )
-from gyrostat.identification.acceptance_text import acceptance_table
+from gyrostat.identification.judge.acceptance_text import acceptance_table
 from gyrostat.wheel import WheelModel, read_wheel_sheet, write_model
 from gyrostat.wheel.friction import FRICTION_MODELS
 

@@ -7,13 +7,13 @@ from scipy.stats import multivariate_normal
 
 from gyrostat.core.units import RPM
 from gyrostat.identification import identify
-from gyrostat.identification.averaging import average
-from gyrostat.identification.effects import RIPPLES, Nuisance, TorqueNoise, accumulated
-from gyrostat.identification.hypotheses import Segment
-from gyrostat.identification.innovations import innovations
-from gyrostat.identification.least_squares import Prior
-from gyrostat.identification.prediction import Linearisation, SpeedPrediction
-from gyrostat.identification.stages import run_stages
+from gyrostat.identification.fit.least_squares import Prior
+from gyrostat.identification.fit.prediction import Linearisation, SpeedPrediction
+from gyrostat.identification.fit.stages import run_stages
+from gyrostat.identification.uncertainty.averaging import average
+from gyrostat.identification.uncertainty.effects import RIPPLES, Nuisance, TorqueNoise, accumulated
+from gyrostat.identification.uncertainty.hypotheses import Segment
+from gyrostat.identification.uncertainty.innovations import innovations
 from gyrostat.wheel.friction import Stribeck
 
 INERTIA = 1.5e-3
@@ -89,8 +89,8 @@ def test_a_long_record_in_parts_gives_the_same(monkeypatch):
     whole, rows = innovations(columns, *given), accumulated(linear, linear.local)
     first = innovations(columns, *given[:-1], levels[:1])
     joined = first.with_levels(innovations(columns, *given[:-1], levels[1:]))
-    monkeypatch.setattr("gyrostat.identification.innovations.LONGEST", 128)
-    monkeypatch.setattr("gyrostat.identification.effects.LONGEST", 128)
+    monkeypatch.setattr("gyrostat.identification.uncertainty.innovations.LONGEST", 128)
+    monkeypatch.setattr("gyrostat.identification.uncertainty.effects.LONGEST", 128)
     for found in (joined, innovations(columns, *given)):
         np.testing.assert_allclose(found.products, whole.products, rtol=1e-12, atol=1e-12)
         np.testing.assert_allclose(found.log_variance, whole.log_variance, rtol=1e-12)

@@ -6,7 +6,7 @@ from scipy.integrate import solve_ivp
 
 from gyrostat.core.errors import InputError
 from gyrostat.identification import identify_coast
-from gyrostat.identification.coast import coasting_speed
+from gyrostat.identification.bench.coast import coasting_speed
 
 INERTIA = 1.5e-3
 TRUE = np.array([4.83e-6, 0.8795e-3])

@@ -7,7 +7,7 @@ from scipy.special import huber
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import RPM
 from gyrostat.identification import compare, identify, validate
-from gyrostat.identification.loss import Huber
+from gyrostat.identification.fit.loss import Huber
 from gyrostat.telemetry import Record
 from gyrostat.wheel import Wheel, speed_response
 from gyrostat.wheel.friction import Stribeck

@@ -9,14 +9,15 @@ from hypothesis import strategies as st
 
 import gyrostat as gs
 from gyrostat.core.units import RPM
-from gyrostat.identification import experiment_design, identify
-from gyrostat.identification.current_profiles import FAMILIES, Limits, Shape
-from gyrostat.identification.effects import RETURN
-from gyrostat.identification.experiment_design import design_record
-from gyrostat.identification.known_wheel import KnownWheel
-from gyrostat.identification.prediction import SpeedPrediction
-from gyrostat.identification.record_information import UNKNOWN_START, information_gained
-from gyrostat.identification.uncertainty import square_root
+from gyrostat.identification import identify
+from gyrostat.identification.experiment import experiment_design
+from gyrostat.identification.experiment.current_profiles import FAMILIES, Limits, Shape
+from gyrostat.identification.experiment.experiment_design import design_record
+from gyrostat.identification.experiment.known_wheel import KnownWheel
+from gyrostat.identification.experiment.record_information import UNKNOWN_START, information_gained
+from gyrostat.identification.fit.prediction import SpeedPrediction
+from gyrostat.identification.uncertainty.effects import RETURN
+from gyrostat.identification.uncertainty.sigmas import square_root
 from gyrostat.telemetry import Record, read_record
 from gyrostat.wheel import speed_response
 from gyrostat.wheel.friction import Stribeck, ViscousCoulomb

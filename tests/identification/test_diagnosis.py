@@ -8,14 +8,14 @@ import pytest
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import RPM
 from gyrostat.identification import identify
-from gyrostat.identification.clipping import clipped_current, without_clipped
-from gyrostat.identification.diagnosis import diagnose
-from gyrostat.identification.effects import Nuisance, TorqueNoise
-from gyrostat.identification.faults import wrong_units
-from gyrostat.identification.hypotheses import Segment, grid, whitened
-from gyrostat.identification.prediction import Linearisation
-from gyrostat.identification.signs import lost_sign, signed_current, signed_speed
-from gyrostat.identification.statistics import chi_square_tail
+from gyrostat.identification.fit.prediction import Linearisation
+from gyrostat.identification.judge.faults import wrong_units
+from gyrostat.identification.read.clipping import clipped_current, without_clipped
+from gyrostat.identification.read.signs import lost_sign, signed_current, signed_speed
+from gyrostat.identification.read.statistics import chi_square_tail
+from gyrostat.identification.uncertainty.diagnosis import diagnose
+from gyrostat.identification.uncertainty.effects import Nuisance, TorqueNoise
+from gyrostat.identification.uncertainty.hypotheses import Segment, grid, whitened
 from gyrostat.wheel import Wheel, speed_response
 from gyrostat.wheel.friction import Stribeck
 

@@ -11,8 +11,8 @@ from scipy.stats import kstest
 import gyrostat as gs
 from gyrostat.core.errors import InputError
 from gyrostat.identification import compare_fits, stored_fit
-from gyrostat.identification.spread import between, from_others, holm, line
-from gyrostat.identification.stored_fit import StoredFit, Tolerance, parse_date
+from gyrostat.identification.judge.spread import between, from_others, holm, line
+from gyrostat.identification.result.stored_fit import StoredFit, Tolerance, parse_date
 from gyrostat.reports.comparison import comparison_figure
 
 NAMES = ("motor_constant", "viscous", "coulomb")

@@ -6,8 +6,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import least_squares, rosen
 
-from gyrostat.identification.least_squares import Prior, minimise, triangularise
-from gyrostat.identification.loss import LOSSES, Huber, Quadratic
+from gyrostat.identification.fit.least_squares import Prior, minimise, triangularise
+from gyrostat.identification.fit.loss import LOSSES, Huber, Quadratic
 
 
 def linear(rows, right):

@@ -5,7 +5,7 @@ import pytest
 
 from gyrostat.core.units import RPM
 from gyrostat.identification import identify
-from gyrostat.identification.observability import judge
+from gyrostat.identification.uncertainty.observability import judge
 from gyrostat.simulation import CurrentRange, Telemetry, bench_record
 from gyrostat.wheel import Wheel
 from gyrostat.wheel.friction import Stribeck

@@ -10,12 +10,17 @@ import pytest
 import gyrostat as gs
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import RPM
-from gyrostat.identification import posterior_sampler
-from gyrostat.identification.effects import TorqueNoise
-from gyrostat.identification.least_squares import Prior
-from gyrostat.identification.posterior import Marginal, Posterior, judged
-from gyrostat.identification.posterior_density import coordinates, density, posed, record_data
-from gyrostat.identification.prediction import SpeedPrediction
+from gyrostat.identification.fit.least_squares import Prior
+from gyrostat.identification.fit.prediction import SpeedPrediction
+from gyrostat.identification.uncertainty import posterior_sampler
+from gyrostat.identification.uncertainty.effects import TorqueNoise
+from gyrostat.identification.uncertainty.posterior import Marginal, Posterior, judged
+from gyrostat.identification.uncertainty.posterior_density import (
+    coordinates,
+    density,
+    posed,
+    record_data,
+)
 from gyrostat.reports.page import fit_page
 from gyrostat.wheel.friction import Stribeck
 

@@ -5,7 +5,7 @@ from pathlib import Path
 import pytest
 
 from gyrostat.identification.batch import identify
-from gyrostat.identification.steady import identify_steady
+from gyrostat.identification.bench.steady import identify_steady
 from gyrostat.telemetry import read_record
 from gyrostat.wheel.friction import ViscousCoulomb
 

@@ -4,8 +4,8 @@ import numpy as np
 import pytest
 from scipy.stats import chi2, kstest
 
-from gyrostat.identification.loss import Huber, Quadratic
-from gyrostat.identification.statistics import (
+from gyrostat.identification.fit.loss import Huber, Quadratic
+from gyrostat.identification.read.statistics import (
     autocorrelation,
     block_tests,
     correlation_length,
@@ -14,7 +14,7 @@ from gyrostat.identification.statistics import (
     serial_meat,
     whiteness,
 )
-from gyrostat.identification.uncertainty import residual_levels
+from gyrostat.identification.uncertainty.sigmas import residual_levels
 
 
 def test_probabilities_are_uniform_for_white_residuals():

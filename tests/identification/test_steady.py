@@ -9,9 +9,9 @@ import pytest
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.identification.lines import LINE_PARAMETERS, _cuts
-from gyrostat.identification.plateaus import find_plateaus
-from gyrostat.identification.steady import identify_steady
+from gyrostat.identification.bench.steady import identify_steady
+from gyrostat.identification.read.lines import LINE_PARAMETERS, _cuts
+from gyrostat.identification.read.plateaus import find_plateaus
 from gyrostat.telemetry import Record
 from gyrostat.wheel import Wheel, advance, speed_response
 from gyrostat.wheel.friction import DirectionalStribeck, Stribeck, ViscousCoulomb

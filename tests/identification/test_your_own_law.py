@@ -10,7 +10,7 @@ import gyrostat as gs
 from gyrostat.core.errors import InputError
 from gyrostat.core.units import RPM
 from gyrostat.identification import identify
-from gyrostat.identification.known_wheel import KnownWheel
+from gyrostat.identification.experiment.known_wheel import KnownWheel
 from gyrostat.telemetry import Record
 from gyrostat.wheel import read_model, write_model
 from gyrostat.wheel.friction import Friction, parameter

@@ -8,7 +8,7 @@ from scipy.optimize import least_squares
 
 from gyrostat import cli
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.identification.statistics import crossing_times
+from gyrostat.identification.read.statistics import crossing_times
 from gyrostat.papers.carrara_kuga import CARRARA_KUGA
 from gyrostat.papers.carrara_kuga.bench import (
     breakaway_current,

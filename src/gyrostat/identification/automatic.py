@@ -3,14 +3,14 @@
 from dataclasses import dataclass, replace
 
 from gyrostat.core.errors import InputError
-from gyrostat.identification.clipping import clipped_current, without_clipped
-from gyrostat.identification.findings import Finding
-from gyrostat.identification.fit import Fit
-from gyrostat.identification.prediction import SpeedPrediction
-from gyrostat.identification.problem import Problem
-from gyrostat.identification.signs import RESTORE, lost_sign
+from gyrostat.identification.fit.prediction import SpeedPrediction
+from gyrostat.identification.fit.problem import Problem
+from gyrostat.identification.fit.stages import Progress
+from gyrostat.identification.read.clipping import clipped_current, without_clipped
+from gyrostat.identification.read.findings import Finding
+from gyrostat.identification.read.signs import RESTORE, lost_sign
+from gyrostat.identification.result.fit import Fit
 from gyrostat.identification.solve import solve
-from gyrostat.identification.stages import Progress
 from gyrostat.telemetry import Record
 from gyrostat.wheel.friction_laws import friction_law
 

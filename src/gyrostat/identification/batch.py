@@ -4,12 +4,12 @@ from collections.abc import Callable, Collection, Mapping, Sequence
 
 from gyrostat.core.errors import InputError
 from gyrostat.identification.automatic import AUTO, solve_automatically
-from gyrostat.identification.fit import Fit
-from gyrostat.identification.posterior_sampler import check_sampler
-from gyrostat.identification.prediction import CurrentHold
-from gyrostat.identification.problem import Problem
+from gyrostat.identification.fit.prediction import CurrentHold
+from gyrostat.identification.fit.problem import Problem
+from gyrostat.identification.fit.stages import Progress
+from gyrostat.identification.result.fit import Fit
 from gyrostat.identification.solve import solve
-from gyrostat.identification.stages import Progress
+from gyrostat.identification.uncertainty.posterior_sampler import check_sampler
 from gyrostat.telemetry import Record
 from gyrostat.wheel.friction_laws import Law
 
@@ -42,7 +42,7 @@ def identify(
     are held.
 
     The model is linearised at the least-squares fit. Estimates and uncertainty are then averaged
-    over hypotheses on effects outside the model (`gyrostat.identification.averaging`).
+    over hypotheses on effects outside the model (`gyrostat.identification.uncertainty.averaging`).
 
     Args:
         records: Records of one wheel.
@@ -71,7 +71,8 @@ def identify(
         include: Names of further effects to average over, as the diagnosis names them.
         ripple: Torque ripple at breakaways and zero crossings, rms over the dry friction torque. By
             default it is averaged over with the other effects; few crossings hardly tell it.
-        posterior: Whether to sample the posterior too (`gyrostat.identification.posterior`).
+        posterior: Whether to sample the posterior too
+            (`gyrostat.identification.uncertainty.posterior`).
         on_draws: Called with the number of draws of the posterior so far.
 
     Returns:

@@ -7,12 +7,12 @@ from typing import Any
 import numpy as np
 
 from gyrostat.core.errors import InputError
-from gyrostat.identification.fit import Candidate, Fit
-from gyrostat.identification.loss import Loss, loss_named
-from gyrostat.identification.prediction import CurrentHold
-from gyrostat.identification.problem import Problem
+from gyrostat.identification.fit.loss import Loss, loss_named
+from gyrostat.identification.fit.prediction import CurrentHold
+from gyrostat.identification.fit.problem import Problem
+from gyrostat.identification.judge.validation import validate
+from gyrostat.identification.result.fit import Candidate, Fit
 from gyrostat.identification.solve import solve
-from gyrostat.identification.validation import validate
 from gyrostat.telemetry import Record
 from gyrostat.wheel.friction import FRICTION_MODELS
 from gyrostat.wheel.friction_laws import Law, friction_law

@@ -6,24 +6,24 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.averaging import Effect, average
-from gyrostat.identification.candidates import candidates
-from gyrostat.identification.effects import nuisances, resolution, torque_noise
-from gyrostat.identification.faults import found_in
-from gyrostat.identification.findings import Finding, Score
-from gyrostat.identification.fit import Fit
-from gyrostat.identification.hypotheses import Segment
-from gyrostat.identification.loss import Loss
-from gyrostat.identification.observability import Observability, observability
-from gyrostat.identification.plausibility import Scatter, judged
-from gyrostat.identification.prediction import Linearisation, SpeedPrediction
-from gyrostat.identification.problem import Problem
-from gyrostat.identification.selection import Selection
-from gyrostat.identification.stages import Outcome
-from gyrostat.identification.start_values import StartValues
-from gyrostat.identification.statistics import NUMERICAL_NOISE, crossing_times, whiteness
-from gyrostat.identification.tolerances import Propagated, propagate
-from gyrostat.identification.uncertainty import covariance, residual_levels, widened
+from gyrostat.identification.fit.loss import Loss
+from gyrostat.identification.fit.prediction import Linearisation, SpeedPrediction
+from gyrostat.identification.fit.problem import Problem
+from gyrostat.identification.fit.selection import Selection
+from gyrostat.identification.fit.stages import Outcome
+from gyrostat.identification.fit.start_values import StartValues
+from gyrostat.identification.judge.faults import found_in
+from gyrostat.identification.judge.plausibility import Scatter, judged
+from gyrostat.identification.read.findings import Finding, Score
+from gyrostat.identification.read.statistics import NUMERICAL_NOISE, crossing_times, whiteness
+from gyrostat.identification.result.fit import Fit
+from gyrostat.identification.uncertainty.averaging import Effect, average
+from gyrostat.identification.uncertainty.candidates import candidates
+from gyrostat.identification.uncertainty.effects import nuisances, resolution, torque_noise
+from gyrostat.identification.uncertainty.hypotheses import Segment
+from gyrostat.identification.uncertainty.observability import Observability, observability
+from gyrostat.identification.uncertainty.sigmas import covariance, residual_levels, widened
+from gyrostat.identification.uncertainty.tolerances import Propagated, propagate
 
 UNJUDGED = (
     "effects outside the friction model could not be estimated (the wheel corrected for them does "

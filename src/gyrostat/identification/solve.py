@@ -11,25 +11,25 @@ from dataclasses import replace
 import numpy as np
 
 from gyrostat.core.errors import InputError
-from gyrostat.identification.checks import (
+from gyrostat.identification.conclude import conclude
+from gyrostat.identification.fit.loss import Loss, loss_named
+from gyrostat.identification.fit.prediction import SpeedPrediction
+from gyrostat.identification.fit.problem import Problem
+from gyrostat.identification.fit.selection import Selection, check_start, select
+from gyrostat.identification.fit.stages import Measurements, Outcome, Progress, refine, run_stages
+from gyrostat.identification.fit.start_values import integral_regression
+from gyrostat.identification.read.checks import (
     check_excitation,
     check_sigma,
     check_signals,
     place,
 )
-from gyrostat.identification.conclude import conclude
-from gyrostat.identification.fit import Fit
-from gyrostat.identification.loss import Loss, loss_named
-from gyrostat.identification.posterior import sample_posterior
-from gyrostat.identification.prediction import SpeedPrediction
-from gyrostat.identification.problem import Problem
-from gyrostat.identification.selection import Selection, check_start, select
-from gyrostat.identification.signs import lost_sign
-from gyrostat.identification.stages import Measurements, Outcome, Progress, refine, run_stages
-from gyrostat.identification.start_values import integral_regression
-from gyrostat.identification.statistics import NUMERICAL_NOISE, noise_level, whiteness
-from gyrostat.identification.tolerances import check_tolerances
-from gyrostat.identification.uncertainty import FEW, residual_levels
+from gyrostat.identification.read.signs import lost_sign
+from gyrostat.identification.read.statistics import NUMERICAL_NOISE, noise_level, whiteness
+from gyrostat.identification.result.fit import Fit
+from gyrostat.identification.uncertainty.posterior import sample_posterior
+from gyrostat.identification.uncertainty.sigmas import FEW, residual_levels
+from gyrostat.identification.uncertainty.tolerances import check_tolerances
 from gyrostat.telemetry import cut, pool
 from gyrostat.wheel.friction_laws import friction_law
 

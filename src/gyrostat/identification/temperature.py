@@ -8,11 +8,11 @@ import numpy as np
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
 from gyrostat.core.units import si_unit
-from gyrostat.identification.fit import Fit
-from gyrostat.identification.problem import Problem
-from gyrostat.identification.slopes import DISTINCT
+from gyrostat.identification.fit.problem import Problem
+from gyrostat.identification.read.slopes import DISTINCT
+from gyrostat.identification.result.fit import Fit
+from gyrostat.identification.result.temperature_trend import TemperatureTrend
 from gyrostat.identification.solve import solve
-from gyrostat.identification.temperature_trend import TemperatureTrend
 from gyrostat.telemetry import Record
 
 

@@ -10,7 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.fit import Fit, FrictionPoints
+from gyrostat.identification.result.fit import Fit, FrictionPoints
 from gyrostat.telemetry import Record
 
 WINDOW, WINDOWS = 12, 300

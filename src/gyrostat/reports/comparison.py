@@ -6,8 +6,8 @@ from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from matplotlib.figure import Figure
 
 from gyrostat.identification import Comparison
-from gyrostat.identification.comparison_text import shared_text, tables, verdict
-from gyrostat.identification.fit_changes import DAY
+from gyrostat.identification.judge.comparison_text import shared_text, tables, verdict
+from gyrostat.identification.judge.fit_changes import DAY
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
 from gyrostat.reports.drawing import WIDTH, literal, panels, svg
 from gyrostat.reports.template import render

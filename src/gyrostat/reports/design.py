@@ -4,8 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gyrostat.core.units import RPM, si_unit
-from gyrostat.identification.design import Design
-from gyrostat.identification.design_text import HEADER, rows, summary
+from gyrostat.identification.experiment.design import Design
+from gyrostat.identification.experiment.design_text import HEADER, rows, summary
 from gyrostat.reports.colours import MARK, MODEL
 from gyrostat.reports.drawing import panels, svg
 from gyrostat.reports.template import render

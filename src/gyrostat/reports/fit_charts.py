@@ -8,7 +8,7 @@ from markupsafe import Markup
 from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
 from gyrostat.identification import Fit
-from gyrostat.identification.statistics import autocorrelation, crossing_times
+from gyrostat.identification.read.statistics import autocorrelation, crossing_times
 from gyrostat.identification.torque_points import torque_points
 from gyrostat.reports.chart import HEIGHT, Axis, Chart, axis_of
 from gyrostat.reports.thinned import thinned

@@ -3,8 +3,9 @@
 from gyrostat.core.text import measured
 from gyrostat.core.units import si_unit
 from gyrostat.identification import Fit
-from gyrostat.identification.acceptance_text import HEADER, acceptance_rows
-from gyrostat.identification.fit_text import (
+from gyrostat.identification.judge.acceptance_text import HEADER, acceptance_rows
+from gyrostat.identification.judge.validation import Validation
+from gyrostat.identification.result.fit_text import (
     POSTERIOR_HEADER,
     effect_rows,
     parameter_rows,
@@ -15,7 +16,6 @@ from gyrostat.identification.fit_text import (
     summary,
 )
 from gyrostat.identification.torque_points import torque_regression
-from gyrostat.identification.validation import Validation
 from gyrostat.reports.fit_charts import friction_charts, record_charts, residual_charts
 from gyrostat.reports.template import render
 

@@ -4,7 +4,7 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gyrostat.identification import Fit
-from gyrostat.identification.fit_text import estimate_of
+from gyrostat.identification.result.fit_text import estimate_of
 from gyrostat.reports.colours import BAND, MODEL
 from gyrostat.reports.drawing import panels
 

@@ -8,7 +8,7 @@ from gyrostat.core.files import digest_of
 from gyrostat.core.outputs import check_outputs, new_files
 from gyrostat.core.user_modules import Source
 from gyrostat.identification import Fit
-from gyrostat.identification.fit_text import table
+from gyrostat.identification.result.fit_text import table
 from gyrostat.reports.page import fit_page
 from gyrostat.scenario_files.python.objects import own_object
 from gyrostat.wheel import write_model

@@ -102,8 +102,8 @@ def _amount(row: Table, name: str, entry: Key, nominal: float) -> float:
 def _from_fit(row: Table, scenario: Scenario, force: bool) -> Dispersion:
     """Dispersion of the parameters of a wheel by the covariance of its identification."""
     # slow to import, and most scenarios have no fit
-    from gyrostat.identification.fit_json import read_fit
-    from gyrostat.identification.uncertainty import square_root
+    from gyrostat.identification.result.fit_json import read_fit
+    from gyrostat.identification.uncertainty.sigmas import square_root
 
     path = row.path.parent / row.text("fit", None).replace("\0", "")
     wheel = row.text("wheel", None)

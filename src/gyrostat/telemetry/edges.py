@@ -101,7 +101,7 @@ def record_of_edges(
     """Build a record from sampled current and the times of a tachometer's edges.
 
     Differences of the angle are mean speeds over the sample intervals. One train of edges does not
-    give the sense of rotation: the speed is a magnitude (see `gyrostat.identification.signs`).
+    give the sense of rotation: the speed is a magnitude (see `gyrostat.identification.read.signs`).
 
     Args:
         name: Name of the record.

@@ -50,7 +50,7 @@ def compare(
 
     from gyrostat.core.outputs import check_outputs, new_files
     from gyrostat.identification import compare_fits, stored_fit
-    from gyrostat.identification.comparison_text import comparison_table
+    from gyrostat.identification.judge.comparison_text import comparison_table
     from gyrostat.reports.comparison import comparison_page
 
     if out is not None:
@@ -87,7 +87,7 @@ def _dated(fits: "list[StoredFit]", dates: str | Iterable[str]) -> "list[StoredF
     """Fits with the dates that the user gives."""
     from dataclasses import replace
 
-    from gyrostat.identification.stored_fit import parse_date
+    from gyrostat.identification.result.stored_fit import parse_date
 
     texts = [d.strip() for d in dates.split(",")] if isinstance(dates, str) else list(dates)
     if len(texts) != len(fits):

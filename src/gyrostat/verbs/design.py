@@ -11,8 +11,8 @@ from gyrostat.verbs.wheel_arguments import wheel_model
 
 if TYPE_CHECKING:
     from gyrostat.identification import Fit
-    from gyrostat.identification.design import Design
-    from gyrostat.identification.known_wheel import KnownWheel
+    from gyrostat.identification.experiment.design import Design
+    from gyrostat.identification.experiment.known_wheel import KnownWheel
     from gyrostat.wheel import Wheel, WheelModel
 
 USUAL_CURRENT = 4.0
@@ -30,7 +30,7 @@ def known_wheel(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) 
         InputError: The wheel or its uncertainty is not known.
     """
     from gyrostat.identification import Fit
-    from gyrostat.identification.known_wheel import KnownWheel
+    from gyrostat.identification.experiment.known_wheel import KnownWheel
 
     if isinstance(model, str | Path) and Path(model).suffix.lower() == ".json":
         return KnownWheel.read(Path(model), force=force)
@@ -86,9 +86,12 @@ def design(
     import numpy as np
 
     from gyrostat.core.outputs import check_outputs, new_files
-    from gyrostat.identification.current_profiles import Limits
-    from gyrostat.identification.design_text import content, table
-    from gyrostat.identification.experiment_design import breakaway_current, design_record
+    from gyrostat.identification.experiment.current_profiles import Limits
+    from gyrostat.identification.experiment.design_text import content, table
+    from gyrostat.identification.experiment.experiment_design import (
+        breakaway_current,
+        design_record,
+    )
     from gyrostat.reports.design import design_page
     from gyrostat.telemetry import Record, write_record
 

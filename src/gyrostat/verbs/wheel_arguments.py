@@ -60,7 +60,7 @@ def load_records(
 
 
 def _signed(record: "Record") -> "Record":
-    from gyrostat.identification.signs import signed_speed
+    from gyrostat.identification.read.signs import signed_speed
 
     signed = signed_speed(record)
     if signed is None:
@@ -130,7 +130,7 @@ def parameters_in_si(values: Mapping[str, Any], model: "str | Law", where: str) 
 
 
 def _parameter_in_si(value: Quantity, name: str, model: "str | Law", where: str) -> float:
-    from gyrostat.identification.parameters import parameter_dimension
+    from gyrostat.identification.fit.parameters import parameter_dimension
     from gyrostat.wheel.friction_laws import friction_law
 
     dimension = parameter_dimension(friction_law(model), name, where)

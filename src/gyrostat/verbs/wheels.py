@@ -23,7 +23,7 @@ from gyrostat.verbs.wheel_arguments import HOLDS, load_records, parameters_in_si
 
 if TYPE_CHECKING:
     from gyrostat.identification import Fit, Validation
-    from gyrostat.identification.design import Design
+    from gyrostat.identification.experiment.design import Design
     from gyrostat.telemetry import Record
     from gyrostat.wheel import Wheel, WheelModel, WheelSheet
     from gyrostat.wheel.friction import Friction
@@ -77,7 +77,7 @@ def validate(
     from gyrostat.core.units import RPM
     from gyrostat.identification import accept
     from gyrostat.identification import validate as predict
-    from gyrostat.identification.acceptance_text import acceptance_table
+    from gyrostat.identification.judge.acceptance_text import acceptance_table
     from gyrostat.reports.page import validation_page
     from gyrostat.wheel import read_wheel_sheet
 

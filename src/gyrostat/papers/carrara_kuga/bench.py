@@ -9,7 +9,7 @@ import numpy as np
 from gyrostat.core.jax64 import jax
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification import Fit, identify
-from gyrostat.identification.statistics import crossing_times
+from gyrostat.identification.read.statistics import crossing_times
 from gyrostat.papers.carrara_kuga import setup
 from gyrostat.papers.reproduction import Run
 from gyrostat.simulation import CurrentRange, Telemetry, bench_record

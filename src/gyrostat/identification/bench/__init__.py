@@ -1,0 +1,1 @@
+"""Dedicated bench methods: steady speeds, torque steps, coast-down."""

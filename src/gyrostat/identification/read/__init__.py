@@ -1,0 +1,1 @@
+"""What records show before a wheel is fitted to them."""

@@ -1,0 +1,1 @@
+"""A fit, its text and its file."""

@@ -1,0 +1,156 @@
+"""Identified parameters with their provenance, from a fit or its fit.json."""
+
+import math
+import os
+from collections.abc import Iterable, Mapping
+from contextlib import suppress
+from dataclasses import dataclass
+from datetime import UTC, datetime
+from functools import partial
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.result.fit_json import parsed, read_fit
+
+if TYPE_CHECKING:
+    from gyrostat.identification.result.fit import Fit
+
+DATE_FORMATS = ("%d.%m.%Y", "%Y/%m/%d", "%d %B %Y", "%d %b %Y", "%B %d, %Y")
+"""Formats of dates beside ISO 8601; those with day and month as bare numbers are ambiguous."""
+
+
+@dataclass(frozen=True)
+class Tolerance:
+    """Contribution of one stated tolerance to the errors of the parameters.
+
+    Attributes:
+        sigma: Relative tolerance, one sigma.
+        errors: Errors of the n parameters for an error of one sigma, (n,), SI.
+    """
+
+    sigma: float
+    errors: Vector
+
+
+@dataclass(frozen=True)
+class StoredFit:
+    """Identified parameters of one wheel at one date.
+
+    Attributes:
+        name: Path of the file, or name of the records.
+        model: Friction model.
+        names: Identified parameters of wheel and drive, without initial speeds and given values.
+        units: SI unit of each parameter.
+        values: Values, (n,), SI.
+        covariance: Covariance of their errors, (n, n), SI.
+        tolerances: Name of a given quantity -> contribution of its tolerance.
+        inertia: Inertia that the identification was given, kg·m²; None if it was estimated.
+        serial: Serial number of the wheel; empty if unknown.
+        date: Date of the first record, UTC where it has a time zone; None if unknown.
+        temperature: Mean temperature of the records, °C; None if unknown.
+    """
+
+    name: str
+    model: str
+    names: tuple[str, ...]
+    units: tuple[str, ...]
+    values: Vector
+    covariance: Matrix
+    tolerances: Mapping[str, Tolerance]
+    inertia: float | None
+    serial: str
+    date: datetime | None
+    temperature: float | None
+
+
+def parse_date(text: str) -> datetime | None:
+    """Date and time from text, without time zone; None if it is not an unambiguous date."""
+    found = None
+    with suppress(ValueError):
+        found = datetime.fromisoformat(text.strip())
+    for form in DATE_FORMATS:
+        with suppress(ValueError):
+            found = found or datetime.strptime(text.strip(), form)
+    if found is not None and found.tzinfo is not None:
+        found = found.astimezone(UTC).replace(tzinfo=None)
+    return found
+
+
+def stored_fit(fit: "Fit | str | os.PathLike[str]", *, force: bool = False) -> StoredFit:
+    """Read fit.json, or take the same content from a fit.
+
+    Args:
+        fit: Result of an identification, or path of its fit.json.
+        force: Whether to accept a wheel that its identification marked as impossible.
+
+    Raises:
+        InputError: The file is not a fit.json, the fit did not converge, its wheel is impossible,
+            or its records belong to several wheels.
+    """
+    if isinstance(fit, str | os.PathLike):
+        path = Path(fit)
+        return read_fit(path, partial(_stored, str(path)), force=force)
+    name = ", ".join(record.name for record in fit.records)
+    return parsed(name, fit.to_dict(), partial(_stored, name), force=force)
+
+
+def _stored(name: str, content: Mapping[str, Any]) -> StoredFit:
+    parameters = content["parameters"]
+    names = tuple(
+        n
+        for n, entry in parameters.items()
+        if not n.startswith("initial_speed") and not entry.get("given", False)
+    )
+    values = np.array([float(parameters[n]["value"]) for n in names])
+    sigma = np.array([float(parameters[n]["sigma"]) for n in names])
+    known = list(content["correlation"]["names"])
+    places = [known.index(n) for n in names]
+    matrix = np.array(content["correlation"]["matrix"], dtype=float)[np.ix_(places, places)]
+    covariance = matrix * np.outer(sigma, sigma)
+    finite = np.all(np.isfinite(values)) and np.all(np.isfinite(covariance)) and np.all(sigma > 0)
+    # with rounding errors, a correlation of fit.json may be slightly indefinite
+    if not names or not finite or np.linalg.eigvalsh(matrix).min() < -1e-6:
+        raise InputError(
+            f"{name}: found no identified parameters or an impossible covariance, expected finite "
+            "values with a positive semidefinite correlation"
+        )
+    tolerances = {
+        tolerance: Tolerance(
+            float(entry["sigma"]), np.array([float(entry["errors"].get(n, 0.0)) for n in names])
+        )
+        for tolerance, entry in content.get("tolerances", {}).items()
+    }
+    metadata = content.get("metadata", ())
+    serials = _each(metadata, "serial")
+    if len(set(serials)) > 1:
+        found = ", ".join(dict.fromkeys(serials))
+        raise InputError(
+            f"{name}: found records of several wheels (serial {found}), expected one wheel"
+        )
+    dates = [date for date in map(parse_date, _each(metadata, "date")) if date is not None]
+    means = [float(t) for t in content.get("mean_temperature", ()) if t is not None]
+    given = parameters.get("inertia", {})
+    inertia = content.get("held", {}).get("inertia")
+    inertia = float(given["value"]) if given.get("given", False) else inertia
+    return StoredFit(
+        name=name,
+        model=str(content["model"]),
+        names=names,
+        units=tuple(str(parameters[n]["unit"]) for n in names),
+        values=values,
+        covariance=covariance,
+        tolerances=tolerances,
+        inertia=None if inertia is None else float(inertia),
+        serial=serials[0] if serials else "",
+        date=min(dates) if dates else None,
+        temperature=math.fsum(means) / len(means) if means else None,
+    )
+
+
+def _each(metadata: Iterable[Mapping[str, str]], name: str) -> list[str]:
+    """Values of one entry in the metadata of several records."""
+    return [str(entry[name]) for entry in metadata if name in entry]

@@ -1,0 +1,1 @@
+"""Standard deviations, effects outside the model, posterior."""

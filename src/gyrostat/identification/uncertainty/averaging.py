@@ -1,0 +1,192 @@
+"""Bayesian model averaging of estimates and uncertainty over effects outside the friction model.
+
+Every hypothesis is a choice of scale (zero: absent) for each nuisance and of level for each random
+torque. Linearised at the least-squares fit, each has a Gaussian posterior of the parameters and a
+closed-form evidence. The result is the mixture of all of them, weighted by evidence times prior
+(Hoeting et al. 1999, Statistical Science 14). Each candidate is present with a probability that is
+itself unknown and common to all. A record that shows one effect thus makes the others more likely,
+and a record without effects makes them less likely (Scott and Berger 2010, Annals of Statistics
+38). The prior of a present candidate is uniform over its scales, which are decades apart, but for
+the ripple at zero crossings (`LARGEST_RIPPLE_ODDS`, `RESOLVED`).
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.fit.least_squares import Prior
+from gyrostat.identification.read.findings import Finding, Score
+from gyrostat.identification.uncertainty.diagnosis import TORQUES, diagnose
+from gyrostat.identification.uncertainty.effects import RESOLVED, RIPPLES, STRONG_RIPPLES, Nuisance
+from gyrostat.identification.uncertainty.hypotheses import (
+    Posteriors,
+    Segment,
+    grid,
+    posteriors,
+    whitened,
+)
+
+AT_THE_EDGE = 0.73
+"""Posterior weight of the strongest torque noise (0.63 a priori) above which stronger levels are
+considered."""
+
+
+@dataclass(frozen=True)
+class Effect:
+    """Posterior of one candidate effect.
+
+    Attributes:
+        name: Identifier in fit.json.
+        title: Title in reports.
+        probability: Posterior probability of its presence; 2/3 a priori, more for the ripple in a
+            record that resolves torques at rest finely.
+        value: Posterior mean of its size if it is present, in `unit`; the largest in size of
+            several coefficients.
+        sigma: Standard deviation of that coefficient; None for a random torque.
+        unit: Unit of value and sigma; "1" for fractions.
+    """
+
+    name: str
+    title: str
+    probability: float
+    value: float
+    sigma: float | None
+    unit: str
+
+    @property
+    def likely(self) -> bool:
+        """Whether it is more likely present than absent."""
+        return self.probability > 0.5
+
+
+@dataclass(frozen=True)
+class Average:
+    """Mixture over all hypotheses.
+
+    Attributes:
+        shift: Mean correction of the estimates, (n,), SI.
+        covariance: Covariance of the estimates, (n, n), SI.
+        coefficients: Mean coefficients of all nuisances, (m,).
+        effects: Posterior of each candidate.
+        findings: Effects that the diagnosis found, averaged or not.
+        scores: Score tests of all candidates.
+    """
+
+    shift: Vector
+    covariance: Matrix
+    coefficients: Vector
+    effects: tuple[Effect, ...]
+    findings: tuple[Finding, ...] = ()
+    scores: tuple[Score, ...] = ()
+
+
+def average(
+    segments: Sequence[Segment],
+    effects: Sequence[Nuisance],
+    prior: Prior,
+    x: Vector,
+    scale: Vector,
+    *,
+    stated: bool,
+    beside: Sequence[Nuisance] = (),
+    names: Sequence[str] = (),
+    ripple: float | None = None,
+    resolution: float = np.inf,
+) -> Average:
+    """Average estimates over all hypotheses, and diagnose the residuals.
+
+    Args:
+        segments: All records, linearised at the same fit.
+        effects: Deterministic candidates.
+        prior: A-priori knowledge of the n estimated parameters.
+        x: Estimates of the fit, (n,), SI.
+        scale: Plausible sizes of the parameters, (n,), SI.
+        stated: Whether the user stated the noise of the speed. It is then increased only if the
+            residuals clearly exceed it.
+        beside: Further candidates, which are diagnosed but not averaged.
+        names: Names of the estimated parameters; without them there is no diagnosis.
+        ripple: Level of the ripple at zero crossings; None: averaged over.
+        resolution: Standard deviation of a torque at rest in white noise, fraction of the dry
+            friction (`RESOLVED`).
+    """
+    rows = prior.rows() * scale
+    known = (rows.T @ rows, -rows.T @ prior.residual(x))
+    every = [*effects, *beside]
+    count = len(x)
+    own = 1 + count + sum(effect.columns[0].shape[1] for effect in effects)
+
+    def mixture() -> tuple[Posteriors, Vector]:
+        seen = posteriors([f.leading(own) for f in found], effects, known, levels, stated)
+        return seen, _weights(seen, ripple, resolution)
+
+    levels = grid(RIPPLES, ripple)
+    found = whitened(segments, every, scale, levels)
+    seen, weight = mixture()
+    free = seen.levels if ripple is None else seen.levels[:, 1:]
+    if weight[np.max(free, axis=1) == RIPPLES[-1]].sum() > AT_THE_EDGE:
+        wider = grid((*RIPPLES, *STRONG_RIPPLES), ripple)
+        further = wider[~np.any(np.all(wider[:, None] == levels, axis=2), axis=1)]
+        more = whitened(segments, every, scale, further)
+        levels = np.vstack([levels, further])
+        found = [a.with_levels(b) for a, b in zip(found, more, strict=True)]
+        seen, weight = mixture()
+    findings, scores = (), ()
+    if names:
+        findings, scores = diagnose(found, levels, every, known, names, scale, stated=stated)
+    mean = weight @ seen.mean
+    apart = seen.mean - mean
+    inside = np.einsum("h,hij->ij", weight, seen.covariance)
+    covariance = inside + np.einsum("h,hi,hj->ij", weight, apart, apart)
+    return Average(
+        shift=scale * mean[:count],
+        covariance=np.outer(scale, scale) * covariance[:count, :count],
+        coefficients=mean[count:],
+        effects=(*_found(seen, weight, effects, count), *_torques(seen, weight)),
+        findings=findings,
+        scores=scores,
+    )
+
+
+def _weights(seen: Posteriors, ripple: float | None, resolution: float) -> Vector:
+    """Normalised weights of all hypotheses; only those with a stated ripple count."""
+    odds = min(1.0, resolution / RESOLVED) ** 2
+    log_weight = seen.log_weight + np.where(seen.levels[:, 0] > 0.0, 0.0, np.log(odds))
+    if ripple is not None:
+        log_weight = np.where(seen.levels[:, 0] == ripple, log_weight, -np.inf)
+    weight = np.exp(log_weight - log_weight.max())
+    return weight / weight.sum()
+
+
+def _found(
+    seen: Posteriors, weight: Vector, effects: Sequence[Nuisance], count: int
+) -> list[Effect]:
+    """Posterior of each nuisance, given its presence."""
+    found, first = [], count
+    for place, effect in enumerate(effects):
+        last = first + effect.columns[0].shape[1]
+        own = weight * (seen.scales[:, place] > 0.0)
+        share = own / max(own.sum(), np.finfo(float).tiny)
+        mean = share @ seen.mean[:, first:last]
+        largest = int(np.argmax(np.abs(mean)))
+        at = first + largest
+        apart = seen.mean[:, at] - mean[largest]
+        variance = float(share @ (seen.covariance[:, at, at] + apart**2))
+        value, sigma = float(mean[largest]), float(np.sqrt(variance))
+        chance = float(min(own.sum(), 1.0))
+        found.append(Effect(effect.name, effect.title, chance, value, sigma, effect.unit))
+        first = last
+    return found
+
+
+def _torques(seen: Posteriors, weight: Vector) -> list[Effect]:
+    """Posterior of the random torques, given their presence."""
+    found = []
+    for place, (name, title) in enumerate(TORQUES):
+        level = seen.levels[:, place]
+        own = weight * (level > 0.0)
+        chance = float(min(own.sum(), 1.0))
+        value = float(own @ level / max(own.sum(), np.finfo(float).tiny))
+        found.append(Effect(name, title, chance, value, None, "1"))
+    return found

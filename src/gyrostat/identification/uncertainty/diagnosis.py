@@ -1,0 +1,283 @@
+"""Diagnosis of a fit: find the effects that explain its residuals, by score tests.
+
+All candidates are linear in their coefficients at the fit. One Kalman filter has whitened their
+columns for every level of random torque (`gyrostat.identification.uncertainty.innovations`). The
+deviance of any combination is then a small linear problem, and no fit is repeated (Rao 1948, score
+test).
+Effects are added one by one while the best one is significant over all candidates (Bonferroni).
+Effects that are no longer significant are removed at the end. An effect that explains the
+residuals nearly as well as one that was found cannot be distinguished from it: both are reported
+together.
+"""
+
+import math
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.read.findings import Finding, Score, by_evidence
+from gyrostat.identification.read.statistics import chi_square_tail
+from gyrostat.identification.uncertainty.effects import Nuisance
+from gyrostat.identification.uncertainty.hypotheses import summed
+from gyrostat.identification.uncertainty.innovations import Innovations
+
+FALSE_ALARMS = 0.04
+"""False-alarm rate: fraction of records without effects in which one is found (Bonferroni)."""
+INDISTINGUISHABLE = 6.0
+"""Difference of the BIC below which two effects are reported together (Kass and Raftery 1995:
+above it the evidence is strong)."""
+CATCH_ALL = 0.7
+"""Factor on the evidence of a random torque in comparisons with deterministic effects. It can
+follow any of them, and a strong, slightly nonlinear one better than the effect's own column can."""
+MOST_EFFECTS = 6
+"""Largest number of effects."""
+ALIEN = 1e-6
+"""Smallest fraction of a candidate's whitened column that is independent of the parameters'
+columns; below it the record cannot show the effect."""
+
+TORQUES = (
+    ("crossing_ripple", "torque ripple near zero speed, fraction of the dry friction"),
+    ("torque_walk", "random-walk torque over the record, fraction of the dry friction"),
+)
+"""Random torques, in the order of the levels."""
+
+
+class _Problem:
+    """Deviance of any set of effects at any level of random torque."""
+
+    def __init__(
+        self,
+        found: Sequence[Innovations],
+        levels: Matrix,
+        effects: Sequence[Nuisance],
+        prior: tuple[Matrix, Vector],
+        stated: bool,
+    ) -> None:
+        self.levels, self.effects = levels, effects
+        self.information, self.pull = prior
+        self.count = len(self.pull)
+        self.samples = sum(own.samples for own in found)
+        self.total, self.logs = summed(found, stated)
+        ends = self.count + np.cumsum([0, *(e.columns[0].shape[1] for e in effects)])
+        self.places = [range(a, b) for a, b in pairwise(ends.tolist())]
+
+    def solve(self, level: int, chosen: Sequence[int]) -> tuple[float, Vector, Matrix]:
+        """Deviance, coefficients of parameters and chosen effects, and their covariance."""
+        columns = [*range(self.count), *(p for k in chosen for p in self.places[k])]
+        rows = 1 + np.array(columns)
+        matrix = self.total[level][np.ix_(rows, rows)].copy()
+        right = self.total[level][rows, 0].copy()
+        matrix[: self.count, : self.count] += self.information
+        right[: self.count] += self.pull
+        unit = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
+        inverse = np.linalg.pinv(matrix / np.outer(unit, unit), rcond=1e-12, hermitian=True)
+        inverse /= np.outer(unit, unit)
+        solved = inverse @ right
+        deviance = self.logs[level] + self.total[level][0, 0] - float(right @ solved)
+        return float(deviance), solved, inverse
+
+    def visible(self, effect: int) -> bool:
+        """Whether an effect's columns are not a linear combination of the parameters' columns."""
+        rows = 1 + np.arange(self.count)
+        matrix = self.total[0][np.ix_(rows, rows)] + self.information
+        for place in self.places[effect]:
+            cross, own = self.total[0][rows, 1 + place], self.total[0][1 + place, 1 + place]
+            rest = own - float(cross @ np.linalg.lstsq(matrix, cross, rcond=1e-12)[0])
+            if own > 0.0 and rest > ALIEN * own:
+                return True
+        return False
+
+    def along(self, level: int, axis: int, *, present: bool) -> list[int]:
+        """Levels that differ from the given one at most in one random torque, present or absent."""
+        other = 1 - axis
+        same = self.levels[:, other] == self.levels[level, other]
+        return np.flatnonzero(same & ((self.levels[:, axis] > 0.0) == present)).tolist()
+
+
+@dataclass(frozen=True)
+class _State:
+    """Deterministic effects and the level of random torque included so far."""
+
+    level: int
+    chosen: tuple[int, ...] = ()
+
+
+_Key = tuple[str, int]
+
+
+def _keys(problem: _Problem) -> list[_Key]:
+    """All candidates: deterministic effects that the record can show, and random torques."""
+    shapes = [("shape", k) for k in range(len(problem.effects)) if problem.visible(k)]
+    return [*shapes, ("torque", 0), ("torque", 1)]
+
+
+def _present(problem: _Problem, state: _State, key: _Key) -> bool:
+    kind, place = key
+    return place in state.chosen if kind == "shape" else problem.levels[state.level, place] > 0.0
+
+
+def _added(problem: _Problem, state: _State, key: _Key) -> _State:
+    """State with a candidate added; a random torque at its best level."""
+    kind, place = key
+    if kind == "shape":
+        return _State(state.level, (*state.chosen, place))
+    levels = problem.along(state.level, place, present=True)
+    return _State(min(levels, key=lambda k: problem.solve(k, state.chosen)[0]), state.chosen)
+
+
+def _removed(problem: _Problem, state: _State, key: _Key) -> _State:
+    kind, place = key
+    if kind == "shape":
+        return _State(state.level, tuple(k for k in state.chosen if k != place))
+    return _State(problem.along(state.level, place, present=False)[0], state.chosen)
+
+
+def _gain(problem: _Problem, before: _State, after: _State, key: _Key) -> tuple[float, float]:
+    """Decrease of the BIC, and the probability of so large a decrease by chance."""
+    fall = problem.solve(before.level, before.chosen)[0]
+    fall -= problem.solve(after.level, after.chosen)[0]
+    kind, place = key
+    freedom = len(problem.places[place]) if kind == "shape" else 1
+    chance = chi_square_tail(fall, freedom)
+    # levels are nonnegative: in half of the records without random torque the estimate is zero
+    return fall - freedom * math.log(problem.samples), 0.5 * chance if kind == "torque" else chance
+
+
+def _rank(gain: float, key: _Key) -> float:
+    """Decrease of the BIC for ranking, penalised for random torques, which mimic all others."""
+    return CATCH_ALL * gain if key[0] == "torque" and gain > 0.0 else gain
+
+
+def _select(problem: _Problem, keys: Sequence[_Key]) -> _State:
+    """Add effects, best first, and remove those that are no longer significant."""
+    limit = FALSE_ALARMS / len(keys)
+    state = _State(int(np.flatnonzero(~problem.levels.any(axis=1))[0]))
+    for _ in range(MOST_EFFECTS):
+        trials = []
+        for key in keys:
+            if not _present(problem, state, key):
+                after = _added(problem, state, key)
+                gain, chance = _gain(problem, state, after, key)
+                if chance < limit:
+                    trials.append((_rank(gain, key), after))
+        if not trials:
+            break
+        state = max(trials, key=lambda trial: trial[0])[1]
+    for key in keys:
+        if _present(problem, state, key):
+            before = _removed(problem, state, key)
+            if _gain(problem, before, state, key)[1] >= limit:
+                state = before
+    return state
+
+
+def _describe(
+    problem: _Problem, state: _State, key: _Key, keys: Sequence[_Key], names, scale
+) -> Finding:
+    """Finding for an effect: size, evidence, consequences and equivalent effects."""
+    before = _removed(problem, state, key)
+    evidence, _ = _gain(problem, before, state, key)
+    found = [(_rank(evidence, key), evidence, key)]
+    for other in keys:
+        if not _present(problem, state, other):
+            gain, chance = _gain(problem, before, _added(problem, before, other), other)
+            alike = abs(evidence - gain) < INDISTINGUISHABLE
+            if alike and chance < FALSE_ALARMS / len(keys):
+                found.append((_rank(gain, other), gain, other))
+    found.sort(key=lambda row: -row[0])
+    _, evidence, first = found[0]
+    after = _added(problem, before, first)
+    deviance, solved, covariance = problem.solve(after.level, after.chosen)
+    bare, plain, _ = problem.solve(before.level, before.chosen)
+    kind, place = first
+    if kind == "shape":
+        width = len(problem.places[place])
+        own = np.arange(len(solved) - width, len(solved))
+        largest = own[int(np.argmax(np.abs(solved[own])))]
+        value, sigma = float(solved[largest]), float(np.sqrt(covariance[largest, largest]))
+        unit = problem.effects[place].unit
+    else:
+        value, sigma, unit = float(problem.levels[after.level, place]), None, "1"
+    shift = scale * (solved[: problem.count] - plain[: problem.count])
+    labels = [
+        (problem.effects[k].name, problem.effects[k].title) if kind == "shape" else TORQUES[k]
+        for *_, (kind, k) in found
+    ]
+    return Finding(
+        names=tuple(name for name, _ in labels),
+        titles=tuple(title for _, title in labels),
+        value=value,
+        sigma=sigma,
+        unit=unit,
+        significance=float(np.sqrt(max(bare - deviance, 0.0))),
+        evidence=evidence,
+        shifts=dict(zip(names, shift.tolist(), strict=True)),
+    )
+
+
+def _scores(problem: _Problem, state: _State, keys: Sequence[_Key]) -> list[Score]:
+    """Score tests of the deterministic candidates; those found are tested given the others."""
+    scores = []
+    for kind, place in keys:
+        if kind == "torque":
+            continue
+        before = _removed(problem, state, (kind, place))
+        after = _added(problem, before, (kind, place))
+        bare = problem.solve(before.level, before.chosen)[0]
+        deviance, solved, covariance = problem.solve(after.level, after.chosen)
+        width = len(problem.places[place])
+        own = np.arange(len(solved) - width, len(solved))
+        sigma = np.sqrt(np.maximum(np.diag(covariance)[own], np.finfo(float).tiny))
+        most = int(np.argmax(np.abs(solved[own]) / sigma))
+        effect = problem.effects[place]
+        scores.append(
+            Score(
+                name=effect.name,
+                title=effect.title,
+                value=float(solved[own[most]]),
+                sigma=float(sigma[most]),
+                unit=effect.unit,
+                significance=float(np.sqrt(max(bare - deviance, 0.0))),
+            )
+        )
+    return scores
+
+
+def diagnose(
+    found: Sequence[Innovations],
+    levels: Matrix,
+    effects: Sequence[Nuisance],
+    prior: tuple[Matrix, Vector],
+    names: Sequence[str],
+    scale: Vector,
+    *,
+    stated: bool,
+) -> tuple[tuple[Finding, ...], tuple[Score, ...]]:
+    """Find the effects that explain the residuals of a fit.
+
+    Args:
+        found: Whitened columns of each record: residual, n parameters, all effects.
+        levels: Levels of ripple and random-walk torque, (g, 2).
+        effects: Deterministic candidates, in the order of their columns.
+        prior: Information matrix of the whitened parameters, (n, n), and the information vector,
+            (n,).
+        names: Names of the n estimated parameters.
+        scale: Plausible sizes of the parameters, (n,), SI.
+        stated: Whether the user stated the noise of the speed.
+
+    Returns:
+        Findings, the one with most evidence first; and the score test of every deterministic
+        candidate that the record can show.
+    """
+    problem = _Problem(found, levels, effects, prior, stated)
+    keys = _keys(problem)
+    state = _select(problem, keys)
+    described = [
+        _describe(problem, state, key, keys, names, scale)
+        for key in keys
+        if _present(problem, state, key)
+    ]
+    return by_evidence(described), tuple(_scores(problem, state, keys))

@@ -1,0 +1,209 @@
+"""Hypotheses on effects outside the friction model: their posteriors and evidence."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+from itertools import product
+from math import lgamma
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.fit.prediction import Linearisation
+from gyrostat.identification.uncertainty.effects import (
+    LARGEST_RIPPLE_ODDS,
+    RIPPLES,
+    Nuisance,
+    TorqueNoise,
+)
+from gyrostat.identification.uncertainty.innovations import Innovations, innovations
+
+PRESENT, ABSENT = 0.5, 0.25
+"""Parameters of the Beta prior of the probability of presence of a candidate. It is wide, with mean
+2/3, because real wheels have most of the effects."""
+CLEARLY_MORE = 3.0
+"""Standard deviations by which residuals must exceed a stated noise to replace it."""
+
+
+@dataclass(frozen=True)
+class Segment:
+    """One record, linearised at a fit.
+
+    Attributes:
+        residual: Measured minus modelled speed, (N,), rad/s; NaN where missing.
+        rows: Derivative of the speed by the n estimated parameters, (N, n), SI.
+        linear: Linearisation over all parameters.
+        noise: Random torque at level one.
+        sigma: Noise of the measured speed, stated or a first estimate, rad/s.
+        weight: Weight of each sample under the loss of the fit, (N,).
+    """
+
+    residual: Vector
+    rows: Matrix
+    linear: Linearisation
+    noise: TorqueNoise
+    sigma: float
+    weight: Vector
+
+
+@dataclass(frozen=True)
+class Posteriors:
+    """Posterior of every combination of scales (h of them) at every level of torque noise.
+
+    Attributes:
+        mean: Whitened parameters and coefficients, (h, n + m).
+        covariance: Covariance of `mean`, (h, n + m, n + m).
+        log_weight: Logarithm of evidence times prior, (h,).
+        scales: Scale of each nuisance, (h, effects); zero: absent.
+        levels: Levels of ripple and random-walk torque, (h, 2).
+    """
+
+    mean: Matrix
+    covariance: Vector
+    log_weight: Vector
+    scales: Matrix
+    levels: Matrix
+
+
+def whitened(
+    segments: Sequence[Segment], effects: Sequence[Nuisance], scale: Vector, levels: Matrix
+) -> list[Innovations]:
+    """Whiten the residual and the derivatives of each record for each pair of levels.
+
+    Args:
+        segments: All records, linearised at the same fit.
+        effects: Deterministic candidates.
+        scale: Plausible sizes of the parameters, (n,), SI.
+        levels: Levels of ripple and random-walk torque, (g, 2).
+    """
+    found = []
+    for k, segment in enumerate(segments):
+        seen = np.isfinite(segment.residual)
+        columns = [np.where(seen, segment.residual, 0.0)[:, None], segment.rows * scale]
+        columns += [effect.columns[k] for effect in effects]
+        variance = segment.sigma**2 / np.maximum(segment.weight, np.finfo(float).tiny)
+        found.append(
+            innovations(
+                columns,
+                np.where(seen, variance, np.inf),
+                segment.linear.transition,
+                segment.noise,
+                levels,
+            )
+        )
+    return found
+
+
+def _variance_ratio(own: Innovations, stated: bool) -> Vector:
+    """Variance of the prediction errors of a record over the assumed one, for each level, (g,).
+
+    Args:
+        own: Whitened columns of the record.
+        stated: Whether the user stated the noise. It is then increased only if the errors clearly
+            exceed it.
+    """
+    size = np.sqrt(np.maximum(np.diagonal(own.products, axis1=1, axis2=2), 1e-300))
+    scaled = own.products / (size[:, :, None] * size[:, None, :])
+    misfit = []
+    for each, length in zip(scaled, size[:, 0], strict=True):
+        solved = np.linalg.lstsq(each[1:, 1:], each[1:, 0], rcond=1e-10)[0]
+        misfit.append(length**2 * max(1.0 - float(each[0, 1:] @ solved), 1e-12))
+    left = max(own.samples - (own.products.shape[1] - 1), 1)
+    ratio = np.array(misfit) / left
+    if not stated:
+        return ratio
+    return np.where(ratio > 1.0 + CLEARLY_MORE * np.sqrt(2.0 / left), ratio, 1.0)
+
+
+def summed(found: Sequence[Innovations], stated: bool) -> tuple[Vector, Vector]:
+    """Products, (g, 1 + c, 1 + c), and log variances, (g,), of all records at their own noise.
+
+    Args:
+        found: Whitened residual and c columns of each record at g levels of torque noise.
+        stated: Whether the user stated the noise of the speed.
+    """
+    pairs = [(own, _variance_ratio(own, stated)) for own in found]
+    total = np.sum([own.products / ratio[:, None, None] for own, ratio in pairs], axis=0)
+    logs = np.sum([own.samples * np.log(ratio) + own.log_variance for own, ratio in pairs], axis=0)
+    return total, logs
+
+
+def posteriors(
+    found: Sequence[Innovations],
+    effects: Sequence[Nuisance],
+    prior: tuple[Matrix, Vector],
+    levels: Matrix,
+    stated: bool,
+) -> Posteriors:
+    """Posterior of every hypothesis: each choice of scales at each pair of levels.
+
+    Args:
+        found: Whitened columns of each record.
+        effects: Deterministic candidates.
+        prior: Information matrix of the whitened parameters, (n, n), and the information vector,
+            (n,).
+        levels: Levels of ripple and random-walk torque, (g, 2).
+        stated: Whether the user stated the noise of the speed.
+    """
+    information, pull = prior
+    count = len(pull)
+    widths = [effect.columns[0].shape[1] for effect in effects]
+    size = count + sum(widths)
+    total, logs = summed(found, stated)
+    choices = np.array(list(product(*[(0.0, *effect.scales) for effect in effects])))
+    choices = choices.reshape(-1, len(effects))
+    spread = np.ones((len(choices), size))
+    spread[:, count:] = np.repeat(choices, widths, axis=1)
+    # in units of its prior sigma, the column of an absent coefficient is zero
+    base = np.eye(size)
+    base[:count, :count] = information
+    spacing = np.array([len(effect.scales) for effect in effects])
+    parts = []
+    for level, products, log in zip(levels, total, logs, strict=True):
+        matrix = spread[:, :, None] * products[1:, 1:] * spread[:, None, :] + base
+        right = spread * products[1:, 0]
+        right[:, :count] += pull
+        # normalise: otherwise very different precisions of the parameters cause rounding errors
+        unit = np.sqrt(np.diagonal(matrix, axis1=1, axis2=2))
+        outer = unit[:, :, None] * unit[:, None, :]
+        root = np.linalg.cholesky(matrix / outer)
+        inverse = np.linalg.inv(matrix / outer) / outer
+        mean = np.einsum("hij,hj->hi", inverse, right)
+        logarithms = np.log(unit * np.diagonal(root, axis1=1, axis2=2))
+        determinant = 2.0 * np.sum(logarithms, axis=1)
+        evidence = -0.5 * (log + products[0, 0] - np.sum(mean * right, axis=1) + determinant)
+        covariance = spread[:, :, None] * inverse * spread[:, None, :]
+        own = np.broadcast_to(level, (len(choices), 2))
+        present = np.column_stack([choices, own]) > 0.0
+        sizes = np.append(spacing, (len(RIPPLES), len(RIPPLES)))
+        chance = _presence(present) - present @ np.log(sizes)
+        if level[0] == RIPPLES[-1]:
+            chance = chance + np.log(LARGEST_RIPPLE_ODDS)
+        parts.append((spread * mean, covariance, evidence + chance, choices, own))
+    return Posteriors(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def _presence(present: NDArray[np.bool_]) -> Vector:
+    """Logarithm of the prior probability of patterns of presence, up to a constant.
+
+    Args:
+        present: Whether each of k candidates is present, (h, k).
+
+    Returns:
+        Value for each pattern, (h,), with the common probability of presence integrated out.
+    """
+    count = present.shape[1]
+    table = [lgamma(k + PRESENT) + lgamma(count - k + ABSENT) for k in range(count + 1)]
+    return np.array(table)[present.sum(axis=1)]
+
+
+def grid(ripples: Sequence[float], stated: float | None = None) -> Matrix:
+    """Pairs of levels of the ripple at crossings and of the random-walk torque.
+
+    Args:
+        ripples: Levels above zero.
+        stated: Further level of the ripple.
+    """
+    every = (0.0, *ripples)
+    own = every if stated is None else sorted({*every, stated})
+    return np.array(list(product(own, every)))

@@ -1,0 +1,167 @@
+"""Observability of each parameter in a record, and how to improve it."""
+
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.fit.least_squares import Solution
+from gyrostat.identification.fit.prediction import SpeedPrediction, wheel_dimensions
+from gyrostat.identification.fit.selection import Selection
+from gyrostat.identification.fit.start_values import StartValues
+from gyrostat.wheel.friction import Friction
+
+CLEAR = 2.0
+"""Smallest effect of an observable parameter, in standard deviations."""
+SILENT = 1e-6
+"""A-priori information, relative to the weak one, that keeps every variance finite."""
+UNSEEN = 1e-10
+"""Singular value, relative to the largest, below which a direction holds only rounding errors."""
+DECIDED = 3.0
+"""Ratio of the sigmas without and with the a-priori, above which the a-priori dominates."""
+
+
+@dataclass(frozen=True)
+class Observability:
+    """Significance of one parameter from the measurements alone.
+
+    Attributes:
+        observable: Whether its effect exceeds `CLEAR` standard deviations.
+        significance: Effect divided by its standard deviation, from the measurements alone;
+            negative if a static torque lies below its Coulomb torque.
+        advice: Advice on how to make it observable; empty if it is observable.
+        given: Whether it was given with a tolerance and not estimated.
+    """
+
+    observable: bool
+    significance: float
+    advice: str = ""
+    given: bool = False
+
+
+def judge(
+    model: type[Friction],
+    values: Mapping[str, float],
+    names: Sequence[str],
+    root: Matrix,
+    cure: Callable[[str], str],
+    sizes: Mapping[str, float] | None = None,
+    widening: Mapping[str, float] | None = None,
+) -> dict[str, Observability]:
+    """Observability of each estimate from its effect divided by its standard deviation.
+
+    The effect of a static torque is its difference from the Coulomb torque; that of any other
+    parameter is its value, unless `sizes` gives another.
+
+    Args:
+        model: Friction model.
+        values: Name -> value of estimated and held parameters, SI.
+        names: Names of the n estimates.
+        root: Square root of their covariance, (n, k), SI.
+        cure: Function from name to advice.
+        sizes: Name -> effect that replaces the value, SI.
+        widening: Name -> factor on the standard deviation of its effect, 1 by default.
+
+    Returns:
+        Name -> observability.
+    """
+    judged = {}
+    for k, name in enumerate(names):
+        effect, spread, label = abs(values[name]), root[k], name
+        reference = model.vanishing_at.get(name)
+        if reference is not None:
+            effect, label = values[name] - values[reference], f"{name} - {reference}"
+            if reference in names:
+                spread = spread - root[names.index(reference)]
+        elif sizes and name in sizes:
+            effect, label = sizes[name], "its range"
+        sigma = max(float(np.linalg.norm(spread)), np.sqrt(np.finfo(float).tiny))
+        sigma *= (widening or {}).get(name, 1.0)
+        significance = float(effect / sigma)
+        clear = abs(significance) > CLEAR
+        text = f"{name}: not observable in this record ({label} is {significance:.1f} sigma)"
+        advice = "" if clear else f"{text}: {cure(name)}"
+        judged[name] = Observability(clear, significance, advice)
+    return judged
+
+
+def _root(jacobian: Matrix, scale: Vector) -> Matrix:
+    """Square root of the covariance of n parameters without a-priori, (n, n)."""
+    # not from the normal equations, which square the condition number
+    _, seen, directions = np.linalg.svd(jacobian * scale, full_matrices=False)
+    seen = np.where(seen > UNSEEN * seen.max(initial=0.0), seen, 0.0)
+    return scale[:, None] * directions.T / np.hypot(seen, SILENT)
+
+
+def _measured_root(solution: Solution, selection: Selection, informed: Vector) -> Matrix:
+    """Square root of the covariance of the parameters without their a-priori, (n, n).
+
+    A-priori knowledge of the inertia only sets the scale of all torques. The observability of the
+    other parameters is evaluated at the given inertia.
+    """
+    root = _root(solution.jacobian, selection.scale)
+    if "inertia" not in selection.free:
+        return root
+    place = selection.free.index("inertia")
+    told = selection.prior.sigma[place] < selection.scale[place]
+    if not (told and np.linalg.norm(root[place]) > DECIDED * informed[place]):
+        return root
+    others = [k for k in range(len(selection.free)) if k != place]
+    own = root[place].copy()
+    root = np.zeros_like(root)
+    root[place] = own
+    root[np.ix_(others, range(len(others)))] = _root(
+        solution.jacobian[:, others], selection.scale[others]
+    )
+    return root
+
+
+def observability(
+    prediction: SpeedPrediction,
+    selection: Selection,
+    values: Mapping[str, float],
+    solution: Solution,
+    deterministic: StartValues,
+    widening: Mapping[str, float],
+) -> dict[str, Observability]:
+    """Observability of every estimated parameter from the measurements alone.
+
+    An initial speed or a current bias is compared with the level of the signal.
+
+    Args:
+        prediction: Records and friction model.
+        selection: Estimated parameters.
+        values: Name -> value of all parameters, SI.
+        solution: Solution for the estimated parameters.
+        deterministic: Levels of the signals.
+        widening: Name -> standard deviation of its effect, relative to that in white noise alone.
+
+    Returns:
+        Name -> observability.
+    """
+    informed = np.sqrt(np.diag(solution.covariance()))
+    root = _measured_root(solution, selection, informed)
+    alone = np.linalg.norm(root, axis=1)
+
+    told = bool(np.any(selection.prior.sigma < selection.scale))
+
+    def cure(name: str) -> str:
+        place = selection.free.index(name)
+        if told and alone[place] > DECIDED * informed[place]:
+            return "its value comes from the a-priori knowledge, not from the record"
+        if name not in wheel_dimensions(prediction.model):
+            return "hold it at a known value, or record with more varied currents and speeds"
+        reference = prediction.model.vanishing_at.get(name)
+        wanted = name if reference is None else f"{name}-{reference}"
+        return (
+            f"hold it at a known value, or record what shows it: gyrostat bench fit.json --design "
+            f"{wanted} --duration 60 --out next.csv"
+        )
+
+    sizes = {
+        name: deterministic.size(name, dimension, values["inertia"], values["motor_constant"])
+        for name, dimension in prediction.dimensions.items()
+        if name == "current_bias" or name in prediction.initial_speeds
+    }
+    return judge(prediction.model, values, selection.free, root, cure, sizes, widening)
