@@ -3,7 +3,25 @@
 import numpy as np
 import pytest
 
+from gyrostat.reports.chart import axis_of
 from gyrostat.reports.thinned import thinned
+
+
+@pytest.mark.parametrize("is_log", [False, True])
+@pytest.mark.parametrize(
+    "values",
+    [
+        *([], [0.0], [3.0], [3.0, 3.0], [-3.0], [np.nan], [np.inf], [np.inf, 1.0]),
+        *([5e-324], [0.0, 5e-324], [1e300], [-1e308, 1e308], [np.nan, 2.0]),
+    ],
+    ids=str,
+)
+def test_an_axis_has_a_range_whatever_its_values(values, is_log):
+    axis = axis_of(np.array(values, dtype=float), "x", is_log=is_log)
+    assert 0.0 < axis.high - axis.low < np.inf
+    assert axis.ticks()
+    finite = [v for v in values if 1e-300 < abs(v) <= 1e300 and (v > 0.0 or not is_log)]
+    assert np.all((axis.place(np.array(finite)) > 0.0) & (axis.place(np.array(finite)) < 1000.0))
 
 
 def test_a_curve_is_thinned_without_losing_its_extremes():

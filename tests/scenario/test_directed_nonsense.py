@@ -28,6 +28,14 @@ def changed(folder, name, old, new):
 
 
 SCENARIO, CRAFT, WHEEL = FILES
+REQUIREMENT = """
+[[requirement]]
+index = "{}"
+level = 0.9
+value = "{}"
+interpretation = "mixed"
+axis = "full"
+"""
 REFUSED = (
     (CRAFT, INERTIA, "inertia = [1e-5, 1e-5, 1e-5]", "body.inertia"),
     (CRAFT, INERTIA, "inertia = [6e-6, 1.2e-5, 1.4e-5]", "body.inertia"),
@@ -96,6 +104,12 @@ UNLIKELY = (
     (SCENARIO, 'sigma = "0.003 deg/s"', 'sigma = "300 %"', "sensors.bias.z"),
     (SCENARIO, 'sigma = "0.003 deg/s"', 'sigma = "150 %"', "sensors.bias.z"),
     (SCENARIO, "altitude = 500e3", "altitude = 500e3\nlatitude = 45.0", "environment.latitude"),
+    (SCENARIO, "altitude = 500e3", "altitude = 5e11", "environment.altitude"),
+    (CRAFT, "1 mN·m", "1e3 N·m", "wheel.a.torque_limit"),
+    (SCENARIO, 'sigma = "3 %"', 'sigma = "30 %"', "body.inertia"),
+    (SCENARIO, '"0.25 s"', '"1 s"\ncommand_delay = 600', "command_delay"),
+    (SCENARIO, "", REQUIREMENT.format("APE", "180 deg"), "requirement"),
+    (SCENARIO, "", REQUIREMENT.format("RPE", "7") + "window = 1.0", "requirement"),
     (SCENARIO, "altitude = 500e3", "altitude = 5e5\nascending_node = 120", "ascending_node"),
 )
 

@@ -64,7 +64,11 @@ def test_required_keys_of_a_component_can_be_given_with_it(scenario):
         ({"controller.turn_gain": "a"}, "key controller.turn_gain: found 'a', expected a finite"),
         ({"environment.external_torque": [1.0]}, "found [1.0], expected 3 values"),
         ({"run.duration": 0.3}, "a whole multiple of the control period, 0.25 s"),
-        ({"run.duration": 10.0}, "expected a time before the end, 10 s"),
+        ({"run.duration": 10.0}, "expected a time before the end of the run, 10 s"),
+        (
+            {"metrics.after": 30.0},
+            "metrics.after: found 30 s, expected a time before the end",
+        ),
         ({"wheels": ("a",)}, "key wheels: found an unknown key"),
         ({"compensator": "none", "dispersions": 3}, "found 3 as dispersions"),
     ],

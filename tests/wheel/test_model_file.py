@@ -1,5 +1,7 @@
 """model.toml: what is written is read back bit by bit, and what no wheel has is refused."""
 
+import re
+
 import pytest
 from hypothesis import given
 from hypothesis import strategies as st
@@ -33,18 +35,37 @@ texts = st.text(st.characters(exclude_categories=["Cs"]))
 @given(st.data(), st.sampled_from([*WHEEL_FRICTION.values()]))
 def test_a_model_is_read_back_bit_by_bit(tmp_path_factory, data, friction):
     names = ("inertia", "motor_constant", *friction.dimensions())
-    above_zero = {"inertia", "motor_constant", *friction.held_by_default}
-    values = {n: data.draw(positive if n in above_zero else finite) for n in names}
+    # a wheel that is marked as impossible keeps its values, whatever they are
+    values = {n: data.draw(finite if n in friction.dimensions() else positive) for n in names}
     if data.draw(st.booleans()):
         del values["inertia"]
     sigma = data.draw(st.dictionaries(st.sampled_from(names), finite))
     origin = data.draw(st.dictionaries(st.sampled_from(["method", "record"]), texts))
     path = tmp_path_factory.getbasetemp() / "model.toml"
-    write_model(path, WheelModel(friction, values, sigma, origin))
-    back = read_model(path)
+    write_model(path, WheelModel(friction, values, sigma, origin, "coulomb"))
+    back = read_model(path, force=True)
     assert back.friction is friction
     assert {n: v.hex() for n, v in back.values.items()} == {n: v.hex() for n, v in values.items()}
     assert (back.sigma, back.origin) == (sigma, origin)
+
+
+@pytest.mark.parametrize(
+    ("key", "value", "expected"),
+    [
+        ("coulomb", "-8e-4", "key friction: coulomb: found -0.0008, expected a finite value of 0"),
+        ("viscous", "-1e-6", "key friction: viscous: found -1e-06, expected a finite value of 0"),
+    ],
+)
+def test_friction_that_drives_the_wheel_is_refused_with_file_and_key(
+    tmp_path, key, value, expected
+):
+    path = tmp_path / "model.toml"
+    path.write_text(re.sub(rf"(?m)^{key} = .*$", f"{key} = {value}", GOOD, count=1))
+    with pytest.raises(InputError) as caught:
+        read_model(path)
+    assert f"{path}: {expected}" in str(caught.value)
+    path.write_text(f"{path.read_text()}\n{key} = 1e-3\n")  # one standard deviation from 0
+    assert read_model(path).values[key] == float(value)
 
 
 def test_the_wheel_of_a_file(tmp_path):

@@ -20,6 +20,8 @@ from gyrostat.reports.thinned import thinned
 WIDTH, HEIGHT = 440, 236
 """Size of a chart in its own units, which are pixels on a page of common width."""
 LEFT, RIGHT, TOP, BOTTOM = 52, 10, 24, 38
+LARGEST = 1e300
+"""Largest value on an axis: differences and ratios with it are finite."""
 COLOURS = 8
 """Number of classes of colours for curves."""
 _SCALES = {3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p"}
@@ -69,8 +71,11 @@ def round_step(step: float) -> float:
 def axis_of(values: Vector, label: str, *, is_log: bool = False, margin: float = 0.04) -> Axis:
     """Axis that has all finite values, with a margin."""
     finite = values[np.isfinite(values) & ((values > 0.0) | (not is_log))]
-    low, high = (float(finite.min()), float(finite.max())) if len(finite) else (0.0, 1.0)
+    finite = np.clip(finite, -LARGEST, LARGEST)
+    empty = (1.0, 10.0) if is_log else (0.0, 1.0)
+    low, high = (float(finite.min()), float(finite.max())) if len(finite) else empty
     if is_log:
+        low, high = max(low, 1.0 / LARGEST), max(high, 1.0 / LARGEST)
         # a span of 2.6 has one of the ticks 1, 2, 5 at least
         factor = max((high / low) ** margin, 1.05, math.sqrt(2.6 * low / high))
         return Axis(low / factor, high * factor, label, is_log=True)

@@ -6,8 +6,8 @@ import numpy as np
 
 from gyrostat.core.errors import InputError, placed
 from gyrostat.scenario.metrics.results import metrics_of
+from gyrostat.scenario.numbers import inertia_of
 from gyrostat.scenario.scenario import Scenario
-from gyrostat.scenario.unlikely import inertia_of
 from gyrostat.spacecraft.flexible.appendages import APPENDAGES
 from gyrostat.spacecraft.flexible.coupling import MODE_STEP
 from gyrostat.spacecraft.spacecraft import check_inertia, check_rotors

@@ -4,24 +4,24 @@ A unit or a decimal point is the usual reason. Nothing is refused here; see
 `gyrostat.scenario.impossible`.
 """
 
-from collections.abc import Iterator, Mapping
-from dataclasses import dataclass, field
-from math import degrees, inf, isfinite, pi, tau
+from math import degrees, isfinite, pi, tau
 from typing import Any
 
 import numpy as np
 
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.text import plain
-from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.types import Vector
 from gyrostat.scenario.kinds.registry import numbers_of
-from gyrostat.scenario.scenario import AXES, INERTIA, Dispersion, Scenario
-from gyrostat.scenario.schema import CENTRE_OF_MASS, Key
+from gyrostat.scenario.numbers import Lines, Numbers
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.schema import CENTRE_OF_MASS
 from gyrostat.scenario.spacecraft_values import spacecraft_values, surface_rows
+from gyrostat.scenario.unlikely_limits import LIMITS
 from gyrostat.spacecraft import SpacecraftFile
 from gyrostat.spacecraft.flexible.appendages import APPENDAGES
 from gyrostat.wheel.friction.lugre import static_curve
-from gyrostat.wheel.friction_laws import Law, law_of
+from gyrostat.wheel.friction_laws import law_of
 
 TRACKER_NOISE = np.radians(1.0)
 """Largest usual noise of a star tracker, rad."""
@@ -46,40 +46,6 @@ ROUNDING = 1e-9
 """Relative excess of a bound that is due to rounding."""
 
 
-@dataclass(frozen=True)
-class Numbers:
-    """What the functions of this file look at.
-
-    Attributes:
-        values: Full key -> number, SI.
-        wheels: Names of the wheels.
-        axes: Spin axes of the wheels, (wheels, 3).
-        law: Friction law of the wheels.
-        surfaces: Facets, see `Scenario.surfaces`.
-        sensors: Kind of the sensors; empty for a spacecraft alone.
-        entries: Full key -> schema entry; empty for a spacecraft alone.
-        dispersions: Dispersions of the scenario.
-    """
-
-    values: Mapping[str, float]
-    wheels: tuple[str, ...]
-    axes: tuple[tuple[float, ...], ...]
-    law: Law
-    surfaces: tuple[tuple[float, ...], ...] = ()
-    sensors: str = ""
-    entries: Mapping[str, Key] = field(default_factory=dict)
-    dispersions: tuple[Dispersion, ...] = ()
-
-    def of_wheels(self, name: str, default: float = inf) -> Vector:
-        """Value of each wheel, (wheels,)."""
-        return np.array([self.values.get(f"wheel.{w}.{name}", default) for w in self.wheels])
-
-    def inertia_locked(self) -> Matrix:
-        """Inertia with all rotors locked to the body, (3, 3), kg·m²."""
-        axes = np.array(self.axes)
-        return inertia_of(self.values) + (axes.T * self.of_wheels("inertia")) @ axes
-
-
 def unlikely_numbers(scenario: Scenario) -> list[str]:
     """Lines on the numbers of a scenario and its spacecraft that are unlikely.
 
@@ -96,6 +62,8 @@ def unlikely_numbers(scenario: Scenario) -> list[str]:
             scenario.sensors,
             numbers_of(scenario),
             scenario.dispersions,
+            scenario.requirements,
+            scenario.command_delay,
         )
     )
 
@@ -108,23 +76,10 @@ def unlikely_spacecraft(file: SpacecraftFile) -> list[str]:
     return _lines(Numbers(values, file.wheel_names, tuple(map(tuple, axes)), law, rows))
 
 
-def inertia_of(values: Mapping[str, float]) -> Matrix:
-    """Body inertia from its keys, (3, 3), kg·m²."""
-    matrix = np.zeros((3, 3))
-    for end in INERTIA:
-        row, column = (AXES.index(axis) for axis in end)
-        matrix[row, column] = matrix[column, row] = values[f"body.inertia.{end}"]
-    return matrix
-
-
 def _lines(numbers: Numbers) -> list[str]:
     """Lines of every function of this file."""
-    checks = (_damping, _spreads, _tracker, _centre_of_mass, _mass, _friction, _angles)
+    checks = (_damping, _spreads, _tracker, _centre_of_mass, _mass, _friction, _angles, *LIMITS)
     return [f"unlikely: {key}: {text}" for check in checks for key, text in check(numbers)]
-
-
-Lines = Iterator[tuple[str, str]]
-"""Pairs of a key, and what is unlikely about its number."""
 
 
 def _damping(numbers: Numbers) -> Lines:

@@ -27,7 +27,7 @@ from gyrostat.scenario.requirement import INDICES, KNOWLEDGE
 from gyrostat.scenario.scenario import Part, Scenario
 from gyrostat.scenario.schema import RUN, START, guard_keys
 from gyrostat.scenario.spacecraft_values import spacecraft_values, surface_rows
-from gyrostat.scenario.timeline import check_windows
+from gyrostat.scenario.timeline import check_times, check_windows
 from gyrostat.scenario.user.parts import OWN
 from gyrostat.scenario_files.read_dispersions import read_dispersions
 from gyrostat.scenario_files.read_events import read_events
@@ -180,6 +180,7 @@ def validated(scenario: Scenario) -> Scenario:
         InputError: A part refuses its parameters or cannot be used.
     """
     check_possible(scenario)
+    check_times(scenario)
     check_windows(scenario)
     check_requirements(scenario)
     if scenario.sources:

@@ -15,6 +15,7 @@ from gyrostat.verbs.arguments import (
 )
 from gyrostat.verbs.exported_parts import Choice, c_files, flight_target, name_of
 from gyrostat.verbs.required_options import missing_of_part, names_scenario, require_given
+from gyrostat.verbs.scenario_check import say_unlikely
 from gyrostat.verbs.wheel_arguments import wheel_model
 
 if TYPE_CHECKING:
@@ -118,6 +119,7 @@ def export(
             raise InputError(f"--to {to}: found {name_of(scenario)}, expected --to c")
         from gyrostat.exports import files, scenario_controller
 
+        say_unlikely(scenario, say)
         _what(model, kind, what)
         refuse_given(
             {**every, "--on-bad": on_bad == "zero" and scenario.guard is not None},

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Named, Say, named, silent
-from gyrostat.verbs.scenario_check import scenario_of
+from gyrostat.verbs.scenario_check import say_unlikely, scenario_of
 
 if TYPE_CHECKING:
     from gyrostat.scenario import Scenario
@@ -73,6 +73,7 @@ def tune(
     found = scenario_of(scenario, force=force, changes=changes)
     if not found.dispersions:
         raise InputError(f"{found.name}: key dispersion: found none, expected at least one")
+    say_unlikely(found, say)
     limits = [subject_to] if isinstance(subject_to, str) else [*subject_to]
     question = Tuning.of(found, named(free, "--free", bare=True), minimise, limits)
     options = Options(runs, seed, workers, 0, force, verify)

@@ -38,7 +38,7 @@ from pathlib import Path
 
 import numpy as np
 
-from gyrostat.core.errors import InputError
+from gyrostat.core.errors import InputError, placed
 from gyrostat.core.files import write_whole
 from gyrostat.core.toml_file import number, read_toml, refuse_unknown
 from gyrostat.core.types import Matrix
@@ -115,16 +115,27 @@ class WheelModel:
         missing = [name for name in self.dimensions() if name not in self.values]
         if missing:
             raise InputError(f"wheel model: found no {missing[0]}, expected its value")
-        own = {n: self.values[n] for n in self.friction.dimensions()}
-        if not self.impossible:
-            # an estimate may be negative by chance, which its identification does not refuse
-            near = {n: 0.0 for n, v in own.items() if -2.0 * self.sigma.get(n, 0.0) <= v < 0.0}
-            check_concrete(self.friction.of(**{**own, **near}))
+        self.check_friction()
         return Wheel(
             inertia=self.values["inertia"],
             motor_constant=self.values["motor_constant"],
-            friction=self.friction.of(**own),
+            friction=self.friction.of(**self._friction_values()),
         )
+
+    def check_friction(self) -> None:
+        """Validate the friction, unless the values are marked as impossible.
+
+        Raises:
+            InputError: A parameter has the wrong sign, or the friction drives the wheel.
+        """
+        if not self.impossible:
+            own = self._friction_values()
+            # an estimate may be negative by chance, which its identification does not refuse
+            near = {n: 0.0 for n, v in own.items() if -2.0 * self.sigma.get(n, 0.0) <= v < 0.0}
+            check_concrete(self.friction.of(**{**own, **near}))
+
+    def _friction_values(self) -> dict[str, float]:
+        return {name: self.values[name] for name in self.friction.dimensions()}
 
 
 def write_model(
@@ -236,7 +247,7 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
     }
     if values["motor_constant"] == 0.0:
         raise InputError(f"{path}: key wheel.motor_constant: found 0, expected another value")
-    return WheelModel(
+    found = WheelModel(
         friction=model,
         values=values,
         sigma={n: number(path, f"sigma.{n}", v, positive=False) for n, v in sigma.items()},
@@ -244,6 +255,9 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
         impossible=impossible,
         correlation=_correlation(path, table.get("correlation"), sigma),
     )
+    with placed(f"{path}: key friction"):
+        found.check_friction()
+    return found
 
 
 def _correlation(

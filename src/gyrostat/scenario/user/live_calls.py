@@ -18,6 +18,9 @@ from gyrostat.core.user_errors import OwnError
 from gyrostat.scenario.user.lines import line_in, silent
 from gyrostat.scenario.user.recording import traced
 
+UNREGISTERED = "valid JAX type"
+"""Part of the message of JAX about a class that is not registered as a tree."""
+
 _live: ContextVar[Mapping[str, Any] | None] = ContextVar("live", default=None)
 
 
@@ -57,10 +60,19 @@ def compare_live(
     with comparing({}), silent():
         one = traced(call)
         try:
-            other = traced(lambda: getattr(_twin(given, inner), method)(*arguments))
-        except Exception:
-            # a class that JAX knows only from its text; the objects themselves were compared
-            return
+            twin = _twin(given, inner)
+        except TypeError:
+            return  # a class that only its own constructor can fill; the objects were compared
+        try:
+            other = traced(lambda: getattr(twin, method)(*arguments))
+        except Exception as error:
+            if UNREGISTERED in str(error):
+                return  # JAX knows only the class from the text; the objects were compared
+            message = " ".join(str(error).split())[:200]
+            raise OwnError(
+                f"{part}: found {type(error).__name__} ({message}) from {method} in memory, and a "
+                "result from the text, expected the same: execute the definitions again"
+            ) from None
     difference = first_difference(one, other, same_run=True)
     if difference is None:
         return
