@@ -1,5 +1,6 @@
 """From a function to a program of scalars, executed by Python: no compiler, no wheel."""
 
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
@@ -16,9 +17,9 @@ from gyrostat.core.jax64 import jax, jnp
 X, Y = np.array([0.3, -1.2, 2.5]), np.array([1.1, 0.4, -0.7])
 
 
-def lowered(function, *examples):
+def lowered(function, *examples, scope=FLIGHT):
     """A function of arrays as a function of scalars, and the inner functions before it."""
-    traced, lowering, block = trace(function, examples, function.__name__), Lowering(), []
+    traced, lowering, block = trace(function, examples, function.__name__), Lowering(scope), []
     inputs = []
     for number, atom in enumerate(traced.jaxpr.jaxpr.invars):
         names = np.empty(atom.aval.shape, object)
@@ -94,6 +95,21 @@ def test_the_program_computes_what_the_function_does(function, given, evaluate):
     np.testing.assert_allclose(found, expected, rtol=1e-14, atol=1e-15)
     prune([*inner, program], [program])
     assert evaluate(program, np.concatenate(given).tolist()) == found
+
+
+@pytest.mark.parametrize("given", [X, -X, np.array([9.0, 0.4, 70.0])], ids=str)
+def test_rows_of_a_batch_leave_a_loop_one_by_one(given, evaluate):
+    @jax.vmap
+    def halved(x):
+        return jax.lax.while_loop(
+            lambda c: c[0] > 0.5, lambda c: (0.7 * c[0] * c[1][0], c[1][::-1]), (x, x * X[:2] + 0.9)
+        )
+
+    program, _ = lowered(halved, X, scope=replace(FLIGHT, unbounded=True))
+    expected = np.concatenate([np.ravel(leaf) for leaf in halved(given)])
+    np.testing.assert_allclose(evaluate(program, given.tolist()), expected, rtol=1e-14)
+    with pytest.raises(InputError, match="a loop without a bound"):
+        lowered(halved, X)
 
 
 def test_control_flow_stays_and_arrays_do_not():

@@ -69,6 +69,7 @@ HONEST = {
     "file that is written": "import tempfile\nwith tempfile.TemporaryFile() as t: t.write(b'1')",
     "variable that is set": "import os\nos.environ.setdefault('OMP_OF_TEST', '1')",
     "array of JAX": "import jax.numpy as jnp\nA = jnp.linalg.inv(2.0 * jnp.eye(3))",
+    "line of a warning": f"import linecache as c\nc.clearcache()\nc.getline({__file__!r}, 1)",
     "own module": "import helper\nfrom helper import NUMBER\nimport parts.inner",
 }
 

@@ -1,15 +1,21 @@
 """A user's friction law in a scenario: from a wheel model or in the spacecraft file."""
 
+import contextlib
 import shutil
 from pathlib import Path
 
 import pytest
 
 import gyrostat as gs
+from gyrostat.campaigns.native import _trace
+from gyrostat.codegen.flight.c import emit
 from gyrostat.core.errors import InputError
+from gyrostat.exports import scenario_controller
+from gyrostat.runs.plans import designs_of
 from gyrostat.scenario.kinds.wheel_keys import WHEEL_ALL
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.schema import event_keys
+from gyrostat.scenario.structure import structure_of
 from gyrostat.wheel import read_model, write_model
 from gyrostat.wheel.friction.contract import RESERVED
 
@@ -96,6 +102,37 @@ def test_copy_of_stribeck_flies_as_the_shipped_law(folder):
     assert set(own) == set(shipped)
     for name in ("wheel.b.coulomb", "error_max", "error_rms"):
         assert own[name].values == pytest.approx(shipped[name].values, rel=1e-9), name
+
+
+EIGH = "jnp.linalg.eigvalsh(jnp.asarray(speed)[..., None, None] * jnp.eye(2))[..., 0]"
+WHILE = "jax.lax.while_loop(lambda x: jnp.max(x) > 1.0, lambda x: 0.5 * x, 3.0 + speed**2)"
+
+
+@pytest.mark.parametrize(
+    ("addition", "native", "export"),
+    [("0.0", None, None), (EIGH, "(eigh)", "(eigh)"), (WHILE, None, "(while)")],
+)
+def test_check_says_what_the_law_can_be_compiled_for(folder, addition, native, export):
+    use_model(folder)
+    text = LAW.replace("excess = ", f"nothing = 0.0 * {addition}\n        excess = nothing + ")
+    (folder / "mine.py").write_text("import jax" + text)
+    said = []
+    scenario = gs.read_scenario(folder / "scenario.toml")
+    support = gs.check(scenario, say=said.append).parts["friction"]
+    for obstacle, expected in zip(support, (native, export), strict=False):
+        assert (obstacle is None) == (expected is None)
+        if expected is not None:
+            assert expected in obstacle.operation
+            assert "nothing = " in obstacle.text
+    engine = "native or JAX" if native is None else "JAX only"
+    assert any(line.startswith(f"  engine: {engine}") for line in said)
+    compensator = scenario_controller(scenario, "hold").entries
+    for refused, compile in (
+        (native, lambda: _trace(structure_of(scenario), designs_of(scenario), 0)),
+        (export, lambda: emit("c", compensator)),
+    ):
+        with contextlib.nullcontext() if refused is None else pytest.raises(InputError):
+            compile()
 
 
 @pytest.mark.parametrize("use", [use_inline, use_model])

@@ -9,10 +9,12 @@ import numpy as np
 import pytest
 
 from gyrostat.core.errors import InputError
+from gyrostat.reports.write import law_source
 from gyrostat.scenario.user.live_calls import compare_live, comparing
 from gyrostat.scenario.user.parts import own_part
 from gyrostat.scenario_files.python.objects import own_object
 from gyrostat.scenario_files.scenario_file import read_scenario
+from gyrostat.wheel.friction_laws import loaded_law
 
 SECTION = "environment.torque"
 HEAD = "import functools\nimport dataclasses\nimport jax.numpy as jnp\nimport numpy as np\n"
@@ -309,6 +311,42 @@ def test_a_stored_trace_is_found_when_a_scenario_takes_the_object(notebook, shor
     scenario.replace(environment=(notebook(*cells).P(),))
     with pytest.raises(InputError, match=r"environment.torque.p notebook_P.py:P, line"):
         scenario.replace(environment=(notebook(*cells, "G = 3.0").P(),))
+
+
+LAW = """from gyrostat.wheel.friction import Friction, parameter
+class Law(Friction):
+    coulomb: float = parameter("torque")
+    def torque(self, speed, direction): return direction * self.coulomb * law()
+"""
+
+
+@pytest.mark.parametrize("cells", STALE.values(), ids=STALE)
+def test_a_stored_result_in_a_friction_law_is_refused_before_its_text_is_written(notebook, cells):
+    kind, sources = law_source(notebook(*cells, LAW).Law)
+    assert float(loaded_law(kind, sources)(0.5).torque(1.0, 1.0)) == pytest.approx(
+        float(notebook(*cells, LAW).Law(0.5).torque(1.0, 1.0))
+    )
+    with pytest.raises(InputError, match=r"friction notebook_Law.py:Law, line \d+: found `"):
+        law_source(notebook(*cells, LAW, "G = 3.0").Law)
+
+
+RAISING = """class P:
+    size: float = 1.0
+    def __call__(self, spacecraft, attitude, time): return law() * self.size * jnp.ones(3)
+"""
+
+
+def test_an_object_that_fails_in_memory_only_is_refused(notebook):
+    given = notebook("SEEN = [1.0]\ndef law(): return SEEN[0]", RAISING).P()
+    compare_calls(given)
+    found = own_object(SECTION, given)
+    inner = own_part(SECTION, found.kind, found.sources).build(found.values)
+    type(given).__call__ = lambda *_: 1 / 0
+    with (
+        comparing({found.kind: given}),
+        pytest.raises(InputError, match=r"found ZeroDivisionError \(division by zero\) from"),
+    ):
+        compare_live(f"part {found.kind}", inner, "__call__", (None, None, 0.0), lambda: 1.0)
 
 
 PATCHED = {

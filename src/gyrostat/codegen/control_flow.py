@@ -2,6 +2,7 @@
 
 import re
 from collections.abc import Callable, Sequence
+from functools import partial, reduce
 from typing import Any
 
 import numpy as np
@@ -139,9 +140,14 @@ def _while(build: Builder, *given: Scalars | Data) -> Sequence[Scalars]:
     first = [build.scalars(array) for array in given[split + fixed :]]
     carried = _carried_names(build, params["body_jaxpr"], fixed, len(first))
     test: Block = []
-    goes_on = _inner(build, params["cond_jaxpr"], [*test_fixed, *carried], test)[0].item()
+    rows = _inner(build, params["cond_jaxpr"], [*test_fixed, *carried], test)[0]
+    goes_on = reduce(partial(build.inside(test).compute, "or"), rows.flat)
     body: Block = []
     made = _inner(build, params["body_jaxpr"], [*body_fixed, *carried], body)
+    if rows.ndim > 0:  # of a batch: a row that has ended stays as it is
+        made = [
+            _continued(build.inside(body), rows, *pair) for pair in zip(made, carried, strict=True)
+        ]
     every = _carried(carried, first, made)
     count = _bound(goes_on, test, every, body)
     if count is None and build.scope.unbounded:
@@ -155,6 +161,15 @@ def _while(build: Builder, *given: Scalars | Data) -> Sequence[Scalars]:
     counter = Name("integer", "pass", next(build.groups))
     build.block.append(Loop(count, counter, every, body, test, goes_on, [], build.where))
     return carried
+
+
+def _continued(build: Builder, rows: Scalars, after: Scalars, before: Scalars) -> Scalars:
+    """Values after a pass in the rows of a batch that go on, and those before it in the others."""
+    made: Any = after.copy()
+    for place in np.ndindex(made.shape):
+        operands: list[Any] = [rows[place[: rows.ndim]], after[place], before[place]]
+        made[place] = build.compute("select", *operands)
+    return made
 
 
 def _bound(goes_on: Operand, test: Block, carried: list[Carried], body: Block) -> int | None:

@@ -215,6 +215,8 @@ def _note_file(path: Any, *, listed: bool = False) -> None:
         return
     if any(part in code.co_filename for code in between for part in _CACHES):
         return
+    if is_code and any(code is linecache.updatecache.__code__ for code in between):
+        return  # the lines of a warning or a traceback
     package = frame.f_code.co_filename.partition("/")[0]
     start, declared = folder_of(package) or (Path(os.path.abspath(package)), ())
     inside = Path(whole).is_relative_to(start)

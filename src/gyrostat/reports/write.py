@@ -10,10 +10,11 @@ from gyrostat.core.user_modules import Source
 from gyrostat.identification import Fit
 from gyrostat.identification.result.fit_text import table
 from gyrostat.reports.page import fit_page
+from gyrostat.scenario.user.live_calls import compare_live_law
 from gyrostat.scenario_files.python.objects import own_object
 from gyrostat.wheel import write_model
 from gyrostat.wheel.friction import Friction
-from gyrostat.wheel.friction_laws import digest, law_texts, write_texts
+from gyrostat.wheel.friction_laws import digest, law_texts, loaded_law, write_texts
 
 
 def law_source(law: type[Friction]) -> tuple[str, tuple[Source, ...]] | None:
@@ -24,9 +25,12 @@ def law_source(law: type[Friction]) -> tuple[str, tuple[Source, ...]] | None:
     """
     if law.is_shipped():
         return None
-    return (
-        law_texts(law) or own_object("friction", law.of(**dict.fromkeys(law.dimensions(), 1.0)))[:2]
-    )
+    texts = law_texts(law)
+    if texts is None:
+        kind, sources, *_ = own_object("friction", law.of(**dict.fromkeys(law.dimensions(), 1.0)))
+        compare_live_law(f"friction {kind}", law, loaded_law(kind, sources))
+        texts = kind, sources
+    return texts
 
 
 def check_law_files(law: type[Friction], out: Path, *, force: bool) -> None:

@@ -78,6 +78,8 @@ def check(
             say(f"  {named.parts[section]}")
     if is_own(found.friction):
         say(f"friction: {found.friction}{friction_at_rest(found)}")
+        if "friction" in named.parts:
+            say(f"  {named.parts['friction']}")
     for line in requirement_lines(found):
         say(line)
     return named

@@ -17,11 +17,14 @@ from gyrostat.scenario.kinds.registry import components_of
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.sensing import Values, first_measurement
 from gyrostat.scenario.structure import Structure, structure_of
+from gyrostat.scenario.user.live_calls import traced_law
 from gyrostat.scenario.user.recording import Call
 from gyrostat.scenario.user.world import OwnTorque
 from gyrostat.simulation import Status
 from gyrostat.spacecraft import Gyrostat
 from gyrostat.spacecraft.torque_models import commanded_torques
+from gyrostat.wheel.friction import Friction
+from gyrostat.wheel.friction_laws import law_of
 
 LOOP = ("reference", "controller", "compensator", "estimator")
 """Sections whose components compute the command, from the inside to the outside."""
@@ -54,6 +57,12 @@ def supports_of(scenario: Scenario, plans: Plans) -> dict[str, Support]:
             places = f"{name} {kind}", f"{section} {kind}"
             own = [call for call in calls if call.part in places]
             found[name] = support_of(own, exported=section in EXPORTED)
+    if is_own(scenario.friction):
+        law = law_of(scenario.friction, scenario.sources)
+        if issubclass(law, Friction):
+            call = Call(f"friction {scenario.friction}", "torque", traced_law(law), simulated=True)
+            # a compensator computes the friction
+            found["friction"] = support_of([call], exported=scenario.compensator != "none")
     return found
 
 

@@ -12,11 +12,12 @@ from collections.abc import Callable, Iterator, Mapping
 from contextvars import ContextVar
 from typing import Any
 
-from gyrostat.codegen.comparison import first_difference
-from gyrostat.core.jax64 import jax
+from gyrostat.codegen.comparison import Difference, first_difference
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.user_errors import OwnError
 from gyrostat.scenario.user.lines import line_in, silent
 from gyrostat.scenario.user.recording import traced
+from gyrostat.wheel.friction_laws import Law
 
 UNREGISTERED = "valid JAX type"
 """Part of the message of JAX about a class that is not registered as a tree."""
@@ -74,13 +75,47 @@ def compare_live(
                 "result from the text, expected the same: execute the definitions again"
             ) from None
     difference = first_difference(one, other, same_run=True)
-    if difference is None:
-        return
+    if difference is not None:
+        raise _differing(part, difference)
+
+
+def compare_live_law(part: str, live: Law, loaded: Law) -> None:
+    """Compare the curve of a friction law in memory with that of the law that its text gives.
+
+    Args:
+        part: Name of the law, which ends with its kind.
+        live: Class in memory.
+        loaded: Class that the text gives.
+
+    Raises:
+        OwnError: Their operations or constants differ.
+    """
+    with silent():
+        difference = first_difference(traced_law(loaded), traced_law(live))
+    if difference is not None:
+        raise _differing(part, difference)
+
+
+def traced_law(law: Law) -> Any:
+    """Closed jaxpr of the curve of a friction law: torques, and the speed of its bends."""
+
+    def curve(theta: list[Any], speed: Any, direction: Any) -> list[Any]:
+        friction: Any = law.of(**dict(zip(law.dimensions(), theta, strict=True)))
+        torques = [friction.torque(speed, direction), friction.breakaway_torque(direction)]
+        return [*torques, friction.viscous_torque(speed, direction), friction.speed_scale()]
+
+    number = jax.ShapeDtypeStruct((), float)
+    return jax.make_jaxpr(lambda *given: [jnp.asarray(each) for each in curve(*given)])(
+        [number] * len(law.dimensions()), number, number
+    )
+
+
+def _differing(part: str, difference: Difference) -> OwnError:
     line = line_in(difference.equation)
     place, code = ("", "a call") if line is None else (f", line {line.number}", f"`{line.text}`")
     if line is not None and f" {line.file}:" not in part:
         place = f", {line.file} line {line.number}"
-    raise OwnError(
+    return OwnError(
         f"{part}{place}: found {code}, which gives {difference.found} from the text and "
         f"{difference.other} in memory, expected the same: execute the definitions again, because "
         "jax.jit, jax.lax and functools.cache keep what they computed before a change; and compare "
