@@ -179,6 +179,20 @@ def test_what_is_no_read_of_the_user_is_accepted(head):
     assert own_part(SECTION, "own.py:P", sources).keys
 
 
+FIRST = """
+from gyrostat.core.user_modules import Source
+from gyrostat.scenario.user.parts import own_part
+text = "import jax.numpy as jnp\\nA = jnp.asarray([0.0, 1.0])\\n" + {part!r}
+print(sorted(own_part({section!r}, "own.py:P", (Source("own.py", text),)).keys))
+"""
+
+
+def test_the_first_array_of_a_process_may_be_that_of_a_part():
+    code = FIRST.format(part=PART.format(value="0.0"), section=SECTION)
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=False)
+    assert done.stdout.startswith("["), done.stderr
+
+
 def test_nothing_is_watched_afterwards(file):
     before = importlib.import_module, [*sys.meta_path]
     own_part(SECTION, "own.py:P", (Source("own.py", PART.format(value="open(self.size)")),))

@@ -28,6 +28,8 @@ from gyrostat.core.user_modules import PREFIX, folder_of, unload
 _IMPORT = "<frozen importlib._bootstrap>"
 _CACHES = ("/gyrostat/core/cache.py", "/jax/_src/compilation_cache", "/jax/_src/lru_cache")
 """Files that read compiled programs, and the files of this package that write them."""
+_INSTALLED = "/importlib/metadata/"
+"""Files that read what is installed; JAX asks for its plugins at the first array of a process."""
 _ENVIRONMENT = {
     *("os.py", "_collections_abc.py", "posixpath.py", "ntpath.py", "undeclared_reads.py"),
     *("<frozen os>", "<frozen _collections_abc>", "<frozen posixpath>", "<frozen ntpath>"),
@@ -213,7 +215,7 @@ def _note_file(path: Any, *, listed: bool = False) -> None:
     is_code = whole.endswith((".py", ".pyc"))
     if is_library_file(whole) or whole == os.devnull or (imported and not is_code):
         return
-    if any(part in code.co_filename for code in between for part in _CACHES):
+    if any(part in code.co_filename for code in between for part in (*_CACHES, _INSTALLED)):
         return
     if is_code and any(code is linecache.updatecache.__code__ for code in between):
         return  # the lines of a warning or a traceback
