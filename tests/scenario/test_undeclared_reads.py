@@ -70,6 +70,8 @@ HONEST = {
     "variable that is set": "import os\nos.environ.setdefault('OMP_OF_TEST', '1')",
     "array of JAX": "import jax.numpy as jnp\nA = jnp.linalg.inv(2.0 * jnp.eye(3))",
     "line of a warning": f"import linecache as c\nc.clearcache()\nc.getline({__file__!r}, 1)",
+    "number of processors, by a library": "from pathlib import Path\nP = Path('/proc/self/cgroup')"
+    "\nT = P.read_text() if P.exists() else ''",
     "own module": "import helper\nfrom helper import NUMBER\nimport parts.inner",
 }
 

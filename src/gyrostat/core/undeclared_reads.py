@@ -30,6 +30,8 @@ _CACHES = ("/gyrostat/core/cache.py", "/jax/_src/compilation_cache", "/jax/_src/
 """Files that read compiled programs, and the files of this package that write them."""
 _INSTALLED = "/importlib/metadata/"
 """Files that read what is installed; JAX asks for its plugins at the first array of a process."""
+_MACHINE = ("/sys/fs/cgroup/", "/proc/self/", "/proc/cpuinfo", "/proc/meminfo")
+"""Files in which libraries look how many processors and how much memory there are."""
 _ENVIRONMENT = {
     *("os.py", "_collections_abc.py", "posixpath.py", "ntpath.py", "undeclared_reads.py"),
     *("<frozen os>", "<frozen _collections_abc>", "<frozen posixpath>", "<frozen ntpath>"),
@@ -216,6 +218,8 @@ def _note_file(path: Any, *, listed: bool = False) -> None:
     if is_library_file(whole) or whole == os.devnull or (imported and not is_code):
         return
     if any(part in code.co_filename for code in between for part in (*_CACHES, _INSTALLED)):
+        return
+    if whole.startswith(_MACHINE) and any(is_library_file(code.co_filename) for code in between):
         return
     if is_code and any(code is linecache.updatecache.__code__ for code in between):
         return  # the lines of a warning or a traceback
