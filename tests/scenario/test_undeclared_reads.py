@@ -121,6 +121,13 @@ def test_a_read_of_the_environment_is_refused(head, call):
     assert os.environ["GAIN_OF_TEST"] == "2.0"
 
 
+@pytest.mark.parametrize("name", ["environ", "cmdline", "cwd/pyproject.toml"])
+def test_what_the_system_says_of_the_process_is_no_way_around(name):
+    line = f"W = Path('/proc/self/{name}').read_text()"
+    text = f"from pathlib import Path\n{line}\n" + PART.format(value="0.0")
+    assert f"which reads /proc/self/{name}, " in refused(("own.py", text))
+
+
 def test_a_missing_file_is_named_with_the_remedy():
     line = 'W = open(Path(__file__).parent / "weights.npz")'
     text = f"from pathlib import Path\n{line}\n" + PART.format(value="0.0")

@@ -43,10 +43,10 @@ def first_difference(one: Any, other: Any, *, same_run: bool = False) -> Differe
         if one is other or pair in equal:
             return None
         for first, second in zip_longest(_operations(one, same_run), _operations(other, same_run)):
-            if first is None or second is None or first[:3] != second[:3]:
-                equation = (first or second or (None,))[-1]
+            if first is None or second is None or first.own != second.own:
+                equation = next(each.equation for each in (first, second) if each is not None)
                 return Difference(_described(first, second), _described(second, first), equation)
-            inner = zip(_inner_of(first), _inner_of(second), strict=False)
+            inner = zip(first.inner, second.inner, strict=True)
             found = next(filter(None, starmap(compare, inner)), None)
             if found is not None:
                 return found
@@ -56,11 +56,30 @@ def first_difference(one: Any, other: Any, *, same_run: bool = False) -> Differe
     return compare(one, other)
 
 
-Operation = tuple[str, tuple[Any, ...], Any, Any]
-"""Name of a primitive, its operands, its other parameters and results, and its equation."""
+class _Operation(NamedTuple):
+    """Operation of a trace.
+
+    Attributes:
+        name: Name of its primitive.
+        operands: Constants, and numbers of variables.
+        others: Its other parameters, and the types of its results.
+        inner: Jaxprs that it executes.
+        equation: Its equation; None for the results of the trace.
+    """
+
+    name: str
+    operands: tuple[Any, ...]
+    others: tuple[Any, ...] = ()
+    inner: tuple[Any, ...] = ()
+    equation: Any = None
+
+    @property
+    def own(self) -> tuple[Any, ...]:
+        """What two equal operations have in common beside their inner jaxprs."""
+        return self.name, self.operands, self.others, len(self.inner)
 
 
-def _operations(closed: Any, same_run: bool) -> Iterator[Operation]:
+def _operations(closed: Any, same_run: bool) -> Iterator[_Operation]:
     """Operations of a jaxpr in their order, without those of inner ones; then its results."""
     jaxpr, consts = getattr(closed, "jaxpr", closed), getattr(closed, "consts", ())
     numbers = count()
@@ -76,17 +95,15 @@ def _operations(closed: Any, same_run: bool) -> Iterator[Operation]:
 
     for equation in jaxpr.eqns:
         results = tuple(str(atom.aval) for atom in equation.outvars)
-        inner = sum(1 for _ in _inner(equation.params.values()))
-        plain = _plain(equation.params, same_run), results, inner
-        yield equation.primitive.name, tuple(map(operand, equation.invars)), plain, equation
+        yield _Operation(
+            equation.primitive.name,
+            tuple(map(operand, equation.invars)),
+            (_plain(equation.params, same_run), results),
+            tuple(_inner(equation.params.values())),
+            equation,
+        )
         known.update((atom, next(numbers)) for atom in equation.outvars)
-    yield "result", tuple(map(operand, jaxpr.outvars)), None, None
-
-
-def _inner_of(operation: Operation) -> Iterator[Any]:
-    """Jaxprs that an operation executes."""
-    equation = operation[-1]
-    return _inner(() if equation is None else equation.params.values())
+    yield _Operation("result", tuple(map(operand, jaxpr.outvars)))
 
 
 def _inner(parameters: Iterable[Any]) -> Iterator[Any]:
@@ -137,13 +154,12 @@ def _plain(value: Any, same_run: bool) -> Any:
     return type(value).__qualname__
 
 
-def _described(operation: Operation | None, other: Operation | None) -> str:
+def _described(operation: _Operation | None, other: _Operation | None) -> str:
     """Operation for a message: its constants, if only these differ from the other one."""
     if operation is None:
         return "no further operation"
-    name, operands, *_ = operation
-    pairs = zip_longest(operands, other[1]) if other is not None and other[0] == name else ()
-    for one, two in pairs:
-        if one != two and isinstance(one, _Value):
-            return one.shown
-    return f"the operation {name}"
+    if other is not None and other.name == operation.name:
+        for one, two in zip_longest(operation.operands, other.operands):
+            if one != two and isinstance(one, _Value):
+                return one.shown
+    return f"the operation {operation.name}"

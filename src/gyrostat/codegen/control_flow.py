@@ -2,7 +2,7 @@
 
 import re
 from collections.abc import Callable, Sequence
-from functools import partial, reduce
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import numpy as np
 from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.data import Data
 from gyrostat.codegen.jax_versions import scan_counts
-from gyrostat.codegen.primitives import Scalars
+from gyrostat.codegen.primitives import Scalars, one_by_one
 from gyrostat.codegen.program import (
     Assign,
     Block,
@@ -141,7 +141,7 @@ def _while(build: Builder, *given: Scalars | Data) -> Sequence[Scalars]:
     carried = _carried_names(build, params["body_jaxpr"], fixed, len(first))
     test: Block = []
     rows = _inner(build, params["cond_jaxpr"], [*test_fixed, *carried], test)[0]
-    goes_on = reduce(partial(build.inside(test).compute, "or"), rows.flat)
+    goes_on = build.inside(test).fold("or", list(rows.flat))
     body: Block = []
     made = _inner(build, params["body_jaxpr"], [*body_fixed, *carried], body)
     if rows.ndim > 0:  # of a batch: a row that has ended stays as it is
@@ -165,11 +165,8 @@ def _while(build: Builder, *given: Scalars | Data) -> Sequence[Scalars]:
 
 def _continued(build: Builder, rows: Scalars, after: Scalars, before: Scalars) -> Scalars:
     """Values after a pass in the rows of a batch that go on, and those before it in the others."""
-    made: Any = after.copy()
-    for place in np.ndindex(made.shape):
-        operands: list[Any] = [rows[place[: rows.ndim]], after[place], before[place]]
-        made[place] = build.compute("select", *operands)
-    return made
+    whole = np.broadcast_to(rows.reshape(rows.shape + (1,) * (after.ndim - rows.ndim)), after.shape)
+    return one_by_one(after.shape, partial(build.compute, "select"), whole, after, before)
 
 
 def _bound(goes_on: Operand, test: Block, carried: list[Carried], body: Block) -> int | None:

@@ -26,11 +26,16 @@ from gyrostat.core.local_modules import is_library_file, is_local
 from gyrostat.core.user_modules import PREFIX, folder_of, unload
 
 _IMPORT = "<frozen importlib._bootstrap>"
-_CACHES = ("/gyrostat/core/cache.py", "/jax/_src/compilation_cache", "/jax/_src/lru_cache")
-"""Files that read compiled programs, and the files of this package that write them."""
-_INSTALLED = "/importlib/metadata/"
-"""Files that read what is installed; JAX asks for its plugins at the first array of a process."""
-_MACHINE = ("/sys/fs/cgroup/", "/proc/self/", "/proc/cpuinfo", "/proc/meminfo")
+_OWN_READERS = (
+    *("/gyrostat/core/cache.py", "/jax/_src/compilation_cache", "/jax/_src/lru_cache"),
+    "/importlib/metadata/",
+)
+"""Files that read compiled programs, and what is installed: JAX asks for its plugins at the first
+array of a process."""
+_MACHINE = (
+    *("/sys/fs/cgroup/", "/proc/self/cgroup", "/proc/self/mountinfo"),
+    *("/proc/cpuinfo", "/proc/meminfo"),
+)
 """Files in which libraries look how many processors and how much memory there are."""
 _ENVIRONMENT = {
     *("os.py", "_collections_abc.py", "posixpath.py", "ntpath.py", "undeclared_reads.py"),
@@ -217,7 +222,7 @@ def _note_file(path: Any, *, listed: bool = False) -> None:
     is_code = whole.endswith((".py", ".pyc"))
     if is_library_file(whole) or whole == os.devnull or (imported and not is_code):
         return
-    if any(part in code.co_filename for code in between for part in (*_CACHES, _INSTALLED)):
+    if any(part in code.co_filename for code in between for part in _OWN_READERS):
         return
     if whole.startswith(_MACHINE) and any(is_library_file(code.co_filename) for code in between):
         return

@@ -1,21 +1,20 @@
 """Identification of wheel models from bench records, with uncertainty."""
 
-# these register themselves as views of the results
 from gyrostat.identification.batch import identify, identify_problem
 from gyrostat.identification.bench.coast import identify_coast
 from gyrostat.identification.bench.methods import identify_dedicated
 from gyrostat.identification.bench.steady import identify_steady
 from gyrostat.identification.bench.torque_step import identify_torque_step
 from gyrostat.identification.comparison import candidates_of, compare
-from gyrostat.identification.experiment import design_text as design_text
+from gyrostat.identification.experiment import design_text as design_text  # a view
 from gyrostat.identification.fit.problem import Problem
 from gyrostat.identification.judge.acceptance import accept
 from gyrostat.identification.judge.acceptance_lines import Acceptance
 from gyrostat.identification.judge.fit_changes import Comparison
 from gyrostat.identification.judge.fit_comparison import compare_fits
 from gyrostat.identification.judge.validation import Validation, validate
-from gyrostat.identification.result import fit_json as fit_json
-from gyrostat.identification.result import fit_text as fit_text
+from gyrostat.identification.result import fit_json as fit_json  # a view
+from gyrostat.identification.result import fit_text as fit_text  # a view
 from gyrostat.identification.result.fit import Candidate, Fit
 from gyrostat.identification.result.stored_fit import StoredFit, stored_fit
 from gyrostat.identification.result.temperature_trend import TemperatureTrend

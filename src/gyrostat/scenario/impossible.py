@@ -6,11 +6,10 @@ import numpy as np
 
 from gyrostat.core.errors import InputError, placed
 from gyrostat.scenario.metrics.results import metrics_of
-from gyrostat.scenario.numbers import inertia_of
+from gyrostat.scenario.numbers import check_inertias
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.spacecraft.flexible.appendages import APPENDAGES
 from gyrostat.spacecraft.flexible.coupling import MODE_STEP
-from gyrostat.spacecraft.spacecraft import check_inertia, check_rotors
 from gyrostat.wheel.friction import Friction
 from gyrostat.wheel.friction_laws import law_of
 from gyrostat.wheel.segment import MAX_SEGMENTS
@@ -27,10 +26,7 @@ def check_possible(scenario: Scenario) -> None:
             integration, or a window has the name of a metric.
     """
     with placed("key body.inertia"):
-        inertia = inertia_of(scenario.values)
-        check_inertia(inertia)
-        rotors = [scenario.values[f"wheel.{wheel}.inertia"] for wheel in scenario.wheels]
-        check_rotors(inertia, np.array(scenario.axes).T, np.array(rotors))
+        check_inertias(scenario.values, scenario.wheels, scenario.axes)
     _check_modes(scenario)
     _check_names(scenario)
 

@@ -1,6 +1,6 @@
 """Numbers of a scenario or spacecraft, as the checks of unlikely ones look at them."""
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
 from math import inf
 
@@ -10,6 +10,7 @@ from gyrostat.core.types import Matrix, Vector
 from gyrostat.scenario.requirement import Requirement
 from gyrostat.scenario.scenario import AXES, INERTIA, Dispersion
 from gyrostat.scenario.schema import Key
+from gyrostat.spacecraft.spacecraft import check_inertia, check_rotors
 from gyrostat.wheel.friction_laws import Law
 
 Lines = Iterator[tuple[str, str]]
@@ -25,9 +26,29 @@ def inertia_of(values: Mapping[str, float]) -> Matrix:
     return matrix
 
 
+def check_inertias(
+    values: Mapping[str, float], wheels: Iterable[str], axes: Sequence[Sequence[float]]
+) -> None:
+    """Validate that the body inertia, with the rotors locked, is one that a body can have.
+
+    Args:
+        values: Full key -> number, SI.
+        wheels: Names of the wheels.
+        axes: Spin axes of the wheels, (wheels, 3).
+
+    Raises:
+        InputError: It is not positive definite, not that of a body, or not above that of the
+            rotors.
+    """
+    inertia = inertia_of(values)
+    check_inertia(inertia)
+    rotors = np.array([values[f"wheel.{wheel}.inertia"] for wheel in wheels])
+    check_rotors(inertia, np.array(axes).T, rotors)
+
+
 @dataclass(frozen=True)
 class Numbers:
-    """What the functions of this file look at.
+    """Numbers that belong together.
 
     Attributes:
         values: Full key -> number, SI.

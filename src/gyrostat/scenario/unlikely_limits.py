@@ -6,11 +6,9 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.text import plain
-from gyrostat.core.types import Matrix
-from gyrostat.scenario.numbers import Lines, Numbers, inertia_of
+from gyrostat.scenario.numbers import Lines, Numbers, check_inertias
 from gyrostat.scenario.requirement import INDICES
 from gyrostat.scenario.scenario import INERTIA
-from gyrostat.spacecraft.spacecraft import check_inertia, check_rotors
 
 FASTEST = 0.01
 """Shortest usual time in which a motor takes its wheel from rest to the momentum limit, s."""
@@ -58,15 +56,13 @@ def _delay(numbers: Numbers) -> Lines:
 
 def _inertia(numbers: Numbers) -> Lines:
     """Drawn inertias that no body has, `SIGMAS` from the nominal one."""
-    if not numbers.dispersions or _is_impossible(inertia_of(numbers.values), numbers):
-        return
     keys = {f"body.inertia.{end}" for end in INERTIA}
     for each in numbers.dispersions:
         for row, key in enumerate(each.keys):
             if key not in keys:
                 continue
             for drawn in _drawn(numbers.values[key], each.distribution, each.spread[row]):
-                if _is_impossible(inertia_of({**numbers.values, key: drawn}), numbers):
+                if _is_impossible(numbers, {key: drawn}):
                     yield (
                         f"dispersion of {key}",
                         f"a draw of {plain(drawn)} kg·m² is an inertia that no body has",
@@ -84,13 +80,9 @@ def _drawn(nominal: float, distribution: str, spread: tuple[float, ...]) -> tupl
     return nominal - far, nominal + far
 
 
-def _is_impossible(inertia: Matrix, numbers: Numbers) -> bool:
-    rotors = numbers.of_wheels("inertia")
-    if not np.all(np.isfinite(rotors)):
-        return False
+def _is_impossible(numbers: Numbers, drawn: dict[str, float]) -> bool:
     try:
-        check_inertia(inertia)
-        check_rotors(inertia, np.array(numbers.axes).T, rotors)
+        check_inertias({**numbers.values, **drawn}, numbers.wheels, numbers.axes)
     except InputError:
         return True
     return False

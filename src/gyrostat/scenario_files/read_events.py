@@ -13,14 +13,6 @@ from gyrostat.scenario_files.tables import Table
 from gyrostat.spacecraft import SpacecraftFile
 
 
-def within_run(table: Table, key: str, time: float, values: Mapping[str, float]) -> None:
-    """Validate that a time, s, is before the end of the run; raises `InputError`."""
-    if time >= values["run.duration"]:
-        raise table.refuse(
-            key, time, f"a time before the end of the run, {values['run.duration']:g} s"
-        )
-
-
 def read_events(
     top: Table,
     craft: SpacecraftFile,
@@ -69,7 +61,6 @@ def _own_event(
     keys = own_event_keys(event.kind, sources)
     row.known(("name", *OWN_KEYS, *keys))
     values |= row.numbers(keys, f"event.{name}.")
-    within_run(row, "time", values[f"event.{name}.time"], values)
     return event
 
 
@@ -107,7 +98,6 @@ def _event(
             )
     values |= row.numbers(keys, f"event.{name}.")
     time, end = values[f"event.{name}.time"], values.get(f"event.{name}.until", inf)
-    within_run(row, "time", time, values)
     if end <= time:
         raise row.refuse("until", end, f"a time after its start, {time:g} s")
     target = row.unit("target", 4, None) if kind == "slew" else None

@@ -12,7 +12,6 @@ from gyrostat.scenario.metrics.window_metric import WindowStart
 from gyrostat.scenario.scenario import Event, Part, Scenario, Window
 from gyrostat.scenario.schema import positive
 from gyrostat.scenario.timeline import event_times, modes
-from gyrostat.scenario_files.read_events import within_run
 from gyrostat.scenario_files.tables import Table
 
 TEXTS = ("name", "event", "mode", "boresight", "propellant")
@@ -40,7 +39,7 @@ def read_metrics(
     others = ("percentiles", "boresight", "field_of_view", "momentum_budget", "window")
     table = top.table("metrics", (*METRICS, *others))
     values |= table.numbers(METRICS)
-    within_run(table, "after", values["metrics.after"], values)
+    _within_run(table, "after", values["metrics.after"], values)  # windows are as long as the rest
     boresight = table.unit("boresight", 3, None) if "boresight" in table.row else None
     view = table.row.get("field_of_view")
     percentiles = table.rising("percentiles", (50.0, 95.0, 99.7), 0.0, 100.0)
@@ -149,13 +148,20 @@ def _origin(row: Table, kind: str, known: Mapping[str, str | None]) -> str | Non
     return row.one_of(kind, known)
 
 
+def _within_run(table: Table, key: str, time: float, values: Mapping[str, float]) -> None:
+    """Validate that a time, s, is before the end of the run; raises `InputError`."""
+    duration = values["run.duration"]
+    if time >= duration:
+        raise table.refuse(key, time, f"a time before the end of the run, {duration:g} s")
+
+
 def _length(row: Table, own: dict[str, float], origin: float, values: dict[str, float]) -> float:
     """Length of a window, s.
 
     Raises:
         InputError: It ends before its start, or is not within the run.
     """
-    within_run(row, "from", origin + own["from"], values)
+    _within_run(row, "from", origin + own["from"], values)
     left = values["run.duration"] - origin
     if own["until"] < own["from"]:
         raise row.refuse("until", own["until"], f"a time after its start, {own['from']:g} s")

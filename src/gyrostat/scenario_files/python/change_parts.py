@@ -11,7 +11,6 @@ from gyrostat.scenario.kinds.registry import KINDS, measured
 from gyrostat.scenario.scenario import Event, Part, Scenario
 from gyrostat.scenario.schema import EVENT_TIME, guard_keys
 from gyrostat.scenario_files.python.objects import OwnObject, own_object
-from gyrostat.scenario_files.read_events import within_run
 from gyrostat.scenario_files.read_parts import part_name
 from gyrostat.scenario_files.tables import Table
 
@@ -59,7 +58,6 @@ def own_list(scenario: Scenario, argument: str, given: Any) -> dict[str, OwnObje
             if not isinstance(own, tuple) or len(own) != 2:
                 raise table.refuse("time", own, "(time, object)")
             time["time"] = table.allowed("time", own[0], EVENT_TIME)
-            within_run(table, "time", time["time"], scenario.values)
             own = own[1]
         made = own_object(section, own)
         name = part_name(section, table, made.kind, found)

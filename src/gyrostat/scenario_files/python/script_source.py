@@ -17,7 +17,10 @@ from gyrostat.scenario_files.python.literals import LARGEST, PLAIN, NoLiteralErr
 
 DATA = (*PLAIN, tuple, list, dict, set, frozenset)
 """Types whose values are copied."""
-RESULTS = ("xarray", "gyrostat.scenario", "gyrostat.campaigns", "gyrostat.simulation")
+RESULTS = (
+    "xarray",
+    *(f"gyrostat.{room}" for room in ("scenario", "runs", "campaigns", "search", "simulation")),
+)
 """Modules of results: what makes them is not executed again."""
 
 
