@@ -245,12 +245,674 @@ CHANGES = {
         [MODULE, "from mod@ import GAIN as g@\ndef law@(): return g@"],
         ["mod@.GAIN = 3.0"],
     ),
+    # protocols of Python, states, containers, and what the process tells
+    "__init_subclass__": (
+        [
+            "S@ = 2.0\nclass B@:\n    def __init_subclass__(cls): cls.gain = S@",
+            "class C@(B@): pass\ndef law@(): return C@.gain",
+        ],
+        ["S@ = 3.0"],
+    ),
+    "registry by __init_subclass__": (
+        [
+            "class B@:\n    known = []\n    def __init_subclass__(cls): B@.known.append(cls)",
+            "class C@(B@): pass\ndef law@(): return 1.0 + len(B@.known)",
+        ],
+        ["class D@(B@): pass"],
+    ),
+    "__class_getitem__": (
+        [
+            "class Box@:\n    table = {2: 2.0}\n"
+            "    def __class_getitem__(cls, k): return cls.table[k]\ndef law@(): return Box@[2]",
+        ],
+        ["Box@.table[2] = 3.0"],
+    ),
+    "descriptor": (
+        [
+            "class D@:\n    def __init__(self, k): self.k = k\n"
+            "    def __get__(self, one, of): return self.k\nclass Box@:\n    gain = D@(2.0)\n"
+            "def law@(): return Box@.gain",
+        ],
+        ["Box@.__dict__['gain'].k = 3.0"],
+    ),
+    "__set_name__": (
+        [
+            "class D@:\n    def __set_name__(self, of, name): self.k = float(len(name))\n"
+            "    def __get__(self, one, of): return self.k\nclass Box@:\n    ab = D@()\n"
+            "def law@(): return Box@.ab",
+        ],
+        [
+            "Box@.abc = D@(); Box@.__dict__['abc'].__set_name__(Box@, 'abc'); Box@.ab = "
+            "Box@.__dict__['abc']",
+        ],
+    ),
+    "__getattr__ of a module": (
+        [
+            "write('mod@.py', 'STATE = [2.0]\\ndef __getattr__(name): return STATE[0]\\n')\n"
+            "import mod@\ndef law@(): return mod@.anything",
+        ],
+        ["mod@.STATE[0] = 3.0"],
+    ),
+    "__getattr__ of an object": (
+        [
+            "class Box@:\n    def __init__(self): self.table = {'gain': 2.0}\n"
+            "    def __getattr__(self, name): return self.__dict__['table'][name]\n"
+            "box@ = Box@()\ndef law@(): return box@.gain",
+        ],
+        ["box@.table['gain'] = 3.0"],
+    ),
+    "class that counts its objects": (
+        [
+            "class Box@:\n    count = 0\n    def __init__(self): Box@.count += 1\n"
+            "def law@(): return 2.0 + Box@.count",
+        ],
+        ["Box@()"],
+    ),
+    "object that counts its calls": (
+        [
+            "class Box@:\n    count = 1.0\n    def __call__(self):\n        self.count += 1.0\n"
+            "        return self.count\nlaw@ = Box@()",
+        ],
+        ["law@()"],
+    ),
+    "__call__ of a metaclass": (
+        [
+            "class M@(type):\n    def __call__(cls):\n        made = super().__call__()\n"
+            "        made.gain = cls.start\n        return made\nclass Box@(metaclass=M@):\n"
+            "    start = 2.0\nbox@ = Box@()\ndef law@(): return box@.gain",
+        ],
+        ["Box@.start = 3.0"],
+    ),
+    "__new__": (
+        [
+            "G@ = 2.0\nclass Box@(float):\n"
+            "    def __new__(cls): return super().__new__(cls, G@)\nbox@ = Box@()\n"
+            "def law@(): return box@ + 0.0",
+        ],
+        ["G@ = 3.0"],
+    ),
+    "__slots__ with a state": (
+        [
+            "class Box@:\n    __slots__ = ('gain', 'x')\n"
+            "    def __init__(self): self.gain = 2.0\n"
+            "    def __getstate__(self): return (None, {'gain': 2.0})\nbox@ = Box@()\n"
+            "def law@(): return box@.gain",
+        ],
+        ["box@.gain = 3.0"],
+    ),
+    "__reduce__ that leaves out": (
+        [
+            "class Box@:\n    def __init__(self, gain=2.0): self.gain = gain\n"
+            "    def __reduce__(self): return (Box@, ())\nbox@ = Box@()\n"
+            "def law@(): return box@.gain",
+        ],
+        ["box@.gain = 3.0"],
+    ),
+    "__eq__ that is always true": (
+        [
+            "class K@(float):\n    def __eq__(self, other): return True\n"
+            "    __hash__ = float.__hash__\nG@ = K@(2.0)\ndef law@(): return G@ + 0.0",
+        ],
+        ["G@ = K@(3.0)"],
+    ),
+    "class of an object replaced": (
+        [
+            "class A@:\n    gain = 2.0\nclass B@:\n    gain = 3.0\nbox@ = A@()\n"
+            "def law@(): return box@.gain",
+        ],
+        ["box@.__class__ = B@"],
+    ),
+    "__dict__ of an object": (
+        ["class Box@:\n    gain = 2.0\nbox@ = Box@()\ndef law@(): return box@.gain"],
+        ["box@.__dict__['gain'] = 3.0"],
+    ),
+    "default of a named tuple": (
+        ["class N@(typing.NamedTuple):\n    k: float = 2.0\ndef law@(): return N@().k"],
+        ["N@.__new__.__defaults__ = (3.0,)"],
+    ),
+    "default of a data class": (
+        ["@dataclasses.dataclass\nclass N@:\n    k: float = 2.0\ndef law@(): return N@().k"],
+        ["N@.__init__.__defaults__ = (3.0,)"],
+    ),
+    "factory of a data class": (
+        [
+            "G@ = 2.0\n@dataclasses.dataclass\nclass N@:\n"
+            "    k: float = dataclasses.field(default_factory=lambda: G@)\nn@ = N@()\n"
+            "def law@(): return n@.k",
+        ],
+        ["G@ = 3.0"],
+    ),
+    "__post_init__": (
+        [
+            "G@ = 2.0\n@dataclasses.dataclass\nclass N@:\n    k: float = 1.0\n"
+            "    def __post_init__(self): self.k = self.k * G@\nn@ = N@()\n"
+            "def law@(): return n@.k",
+        ],
+        ["G@ = 3.0"],
+    ),
+    "default of the part": (
+        [part("2.0")],
+        ["P@.__init__ = lambda self, size=1.5: setattr(self, 'size', size)"],
+    ),
+    "default object of the part": (
+        [part("self.k[0]", fields="\n    k = [2.0]\n")],
+        ["P@.k[0] = 3.0"],
+    ),
+    "single dispatch registered later": (
+        ["@functools.singledispatch\ndef f@(x): return 2.0\ndef law@(): return f@(1)"],
+        ["@f@.register\ndef g@(x: int): return 3.0"],
+    ),
+    "single dispatch of a method": (
+        [
+            "class Box@:\n    @functools.singledispatchmethod\n    def f(self, x): return 2.0\n"
+            "box@ = Box@()\ndef law@(): return box@.f(1)",
+        ],
+        ["Box@.__dict__['f'].register(int, lambda self, x: 3.0)"],
+    ),
+    "wrapped function replaced": (
+        ["def f@(): return 2.0\n@functools.wraps(f@)\ndef law@(): return law@.__wrapped__()"],
+        ["law@.__wrapped__ = lambda: 3.0"],
+    ),
+    "cached property": (
+        [
+            "class Box@:\n    g = 2.0\n    @functools.cached_property\n"
+            "    def gain(self): return self.g\nbox@ = Box@()\nbox@.gain\n"
+            "def law@(): return box@.gain",
+        ],
+        ["box@.g = 3.0"],
+    ),
+    "cache with an argument": (
+        [
+            "G@ = 2.0\n@functools.lru_cache(maxsize=None)\ndef f@(k): return G@ * k\nf@(1.0)\n"
+            "def law@(): return f@(1.0)",
+        ],
+        ["G@ = 3.0"],
+    ),
+    "attrgetter": (
+        [
+            "import operator\nclass Box@:\n    a = 2.0\n    b = 3.0\n"
+            "get@ = operator.attrgetter('a')\ndef law@(): return get@(Box@)",
+        ],
+        ["get@ = operator.attrgetter('b')"],
+    ),
+    "methodcaller": (
+        [
+            "import operator\nclass Box@:\n    def a(self, k): return k\n"
+            "get@ = operator.methodcaller('a', 2.0)\ndef law@(): return get@(Box@())",
+        ],
+        ["get@ = operator.methodcaller('a', 3.0)"],
+    ),
+    "jax.tree_util.Partial": (
+        ["def f@(a): return 2.0 * a\nlaw@ = jax.tree_util.Partial(f@, 1.0)"],
+        ["def f@(a): return 3.0 * a"],
+    ),
+    "context variable": (
+        [
+            "import contextvars\nc@ = contextvars.ContextVar('c@', default=2.0)\n"
+            "def law@(): return c@.get()",
+        ],
+        ["c@.set(3.0)"],
+    ),
+    "thread local": (
+        [
+            "import threading\nlocal@ = threading.local()\nlocal@.gain = 2.0\n"
+            "def law@(): return local@.gain",
+        ],
+        ["local@.gain = 3.0"],
+    ),
+    "iterator": (
+        ["it@ = iter([2.0, 3.0, 4.0, 5.0, 6.0, 7.0] * 9)\ndef law@(): return next(it@)"],
+        ["next(it@)"],
+    ),
+    "generator": (
+        [
+            "def gen@():\n    k = 2.0\n    while True:\n        yield k\n        k += 1.0\n"
+            "it@ = gen@()\ndef law@(): return next(it@)",
+        ],
+        ["next(it@)"],
+    ),
+    "generator of random numbers": (
+        ["rng@ = np.random.default_rng(1)\ndef law@(): return rng@.random()"],
+        ["rng@.random()"],
+    ),
+    "global random numbers": (
+        ["import random\ndef law@(): return random.random()"],
+        ["random.seed(3)"],
+    ),
+    "seeded global random numbers": (
+        ["def law@():\n    np.random.seed(1)\n    return np.random.rand()"],
+        ["np.random.seed(3)"],
+    ),
+    "time of day": (
+        ["import time\ndef law@(): return time.time()"],
+        ["pass"],
+    ),
+    "date": (
+        ["import datetime\ndef law@(): return float(datetime.date.today().toordinal())"],
+        ["pass"],
+    ),
+    "number of the process": (
+        ["import os\ndef law@(): return float(os.getpid())"],
+        ["pass"],
+    ),
+    "working folder": (
+        ["import os\ndef law@(): return float(len(os.getcwd()))"],
+        ["pass"],
+    ),
+    "host": (
+        ["import socket\ndef law@(): return float(len(socket.gethostname()))"],
+        ["pass"],
+    ),
+    "arguments of the process": (
+        ["import sys\ndef law@(): return float(len(sys.argv[0]))"],
+        ["pass"],
+    ),
+    "hash of a text": (
+        ["def law@(): return float(hash('left') % 1000)"],
+        ["pass"],
+    ),
+    "order of a set": (
+        ["S@ = {'a%d' % k for k in range(9)}\ndef law@(): return float(list(S@)[0][1:])"],
+        ["pass"],
+    ),
+    "order of a set in a function": (
+        ["def law@(): return float(list({'a%d' % k for k in range(9)})[0][1:])"],
+        ["pass"],
+    ),
+    "address of an object": (
+        ["def law@(): return float(id(object()) % 1000003)"],
+        ["pass"],
+    ),
+    "whether in a notebook": (
+        ["def law@(): return 3.0 if 'get_ipython' in globals() else 2.0"],
+        ["pass"],
+    ),
+    "whether in a kernel": (
+        ["import sys\ndef law@(): return 3.0 if 'ipykernel' in sys.modules else 2.0"],
+        ["pass"],
+    ),
+    "name of the module": (
+        ["def law@(): return 3.0 if __name__ == '__main__' else 2.0"],
+        ["pass"],
+    ),
+    "name of the class": (
+        [part("float(len(type(self).__module__))")],
+        ["pass"],
+    ),
+    "frames of the caller": (
+        ["import sys\ndef law@(): return float(len(sys._getframe().f_back.f_globals))"],
+        ["Q@ = 1"],
+    ),
+    "try of a name": (
+        ["def law@():\n    try: return later@\n    except NameError: return 2.0"],
+        ["later@ = 3.0"],
+    ),
+    "globals in a function": (
+        ["def law@(): return globals().get('later@', 2.0)"],
+        ["later@ = 3.0"],
+    ),
+    "eval": (
+        ["G@ = 2.0\ndef law@(): return eval('G@')"],
+        ["G@ = 3.0"],
+    ),
+    "vars of main": (
+        ["import __main__\nG@ = 2.0\ndef law@(): return __main__.G@"],
+        ["G@ = 3.0"],
+    ),
+    "weak reference": (
+        [
+            "import weakref\nclass Box@: gain = 2.0\nbox@ = Box@()\nref@ = weakref.ref(box@)\n"
+            "def law@(): return 2.0 if ref@() is None else ref@().gain",
+        ],
+        ["del box@"],
+    ),
+    "default dict": (
+        [
+            "import collections\nd@ = collections.defaultdict(lambda: 2.0)\n"
+            "def law@(): return d@['k']",
+        ],
+        ["d@.default_factory = lambda: 3.0; d@.clear()"],
+    ),
+    "deque": (
+        ["import collections\nd@ = collections.deque([2.0])\ndef law@(): return d@[-1]"],
+        ["d@.append(3.0)"],
+    ),
+    "chain map": (
+        [
+            "import collections\nA@ = {'k': 2.0}\nd@ = collections.ChainMap({}, A@)\n"
+            "def law@(): return d@['k']",
+        ],
+        ["A@['k'] = 3.0"],
+    ),
+    "simple namespace": (
+        ["import types\nn@ = types.SimpleNamespace(k=2.0)\ndef law@(): return n@.k"],
+        ["n@.k = 3.0"],
+    ),
+    "mapping proxy": (
+        [
+            "import types\nD@ = {'k': 2.0}\nn@ = types.MappingProxyType(D@)\n"
+            "def law@(): return n@['k']",
+        ],
+        ["D@['k'] = 3.0"],
+    ),
+    "subclass of a dict": (
+        [
+            "class D@(dict):\n    extra = 0.0\nd@ = D@(k=2.0)\n"
+            "def law@(): return d@['k'] + d@.extra",
+        ],
+        ["d@.extra = 1.0"],
+    ),
+    "list that contains itself": (
+        ["L@ = [2.0]\nL@.append(L@)\ndef law@(): return L@[1][0]"],
+        ["L@[0] = 3.0"],
+    ),
+    "bytearray": (
+        ["b@ = bytearray([2])\ndef law@(): return float(b@[0])"],
+        ["b@[0] = 3"],
+    ),
+    "array.array": (
+        ["import array\nb@ = array.array('d', [2.0])\ndef law@(): return b@[0]"],
+        ["b@[0] = 3.0"],
+    ),
+    "memory view": (
+        ["b@ = bytearray([2])\nm@ = memoryview(b@)\ndef law@(): return float(m@[0])"],
+        ["b@[0] = 3"],
+    ),
+    "structured array": (
+        [
+            "K@ = np.zeros(2, dtype=[('a', float), ('b', float)])\nK@['a'] = 2.0\n"
+            "def law@(): return K@['a'][0]",
+        ],
+        ["K@['a'] = 3.0"],
+    ),
+    "subclass of an array": (
+        [
+            "class A@(np.ndarray): pass\nK@ = np.zeros(2).view(A@)\nK@.gain = 2.0\n"
+            "def law@(): return K@.gain",
+        ],
+        ["K@.gain = 3.0"],
+    ),
+    "masked array": (
+        ["K@ = np.ma.array([2.0, 3.0], mask=[False, True])\ndef law@(): return float(K@.sum())"],
+        ["K@.mask = False"],
+    ),
+    "object array": (
+        ["K@ = np.array([[2.0], None], dtype=object)\ndef law@(): return K@[0][0]"],
+        ["K@[0][0] = 3.0"],
+    ),
+    "strides of an array": (
+        ["K@ = np.arange(4.0)\nV@ = K@[::2]\ndef law@(): return V@[1]"],
+        ["V@ = K@[::3]"],
+    ),
+    "data frame": (
+        [
+            "import pandas as pd\nF@ = pd.DataFrame({'k': [2.0]})\n"
+            "def law@(): return float(F@.k[0])",
+        ],
+        ["F@.loc[0, 'k'] = 3.0"],
+    ),
+    "data array": (
+        ["import xarray as xr\nF@ = xr.DataArray([2.0])\ndef law@(): return float(F@[0])"],
+        ["F@[0] = 3.0"],
+    ),
+    "spline": (
+        [
+            "from scipy.interpolate import CubicSpline\n"
+            "f@ = CubicSpline([0.0, 1.0, 2.0], [2.0, 2.0, 2.0])\n"
+            "def law@(): return float(f@(0.5))",
+        ],
+        ["f@.c[:] = 3.0"],
+    ),
+    "polynomial": (
+        ["p@ = np.poly1d([2.0])\ndef law@(): return p@(0.0)"],
+        ["p@.coeffs[0] = 3.0"],
+    ),
+    "fraction and decimal": (
+        [
+            "import decimal, fractions\nG@ = fractions.Fraction(1, 2)\n"
+            "D@ = decimal.Decimal('1.5')\ndef law@(): return float(G@) + float(D@)",
+        ],
+        ["D@ = decimal.Decimal('2.5')"],
+    ),
+    "complex number": (
+        ["G@ = 2j\ndef law@(): return abs(G@)"],
+        ["G@ = 3j"],
+    ),
+    "time delta": (
+        [
+            "import datetime\nG@ = datetime.timedelta(seconds=2)\n"
+            "def law@(): return G@.total_seconds()",
+        ],
+        ["G@ = datetime.timedelta(seconds=3)"],
+    ),
+    "compiled pattern": (
+        [
+            "import re\nG@ = re.compile('a+')\n"
+            "def law@(): return 1.0 + len(G@.match('aab').group())",
+        ],
+        ["G@ = re.compile('a+b')"],
+    ),
+    "number as a text": (
+        ["G@ = '2.0'\ndef law@(): return float(f'{G@}')"],
+        ["G@ = '3.0'"],
+    ),
+    "range and slice": (
+        ["s@ = slice(0, 1)\nr@ = range(2, 9)\ndef law@(): return float(r@[s@][0])"],
+        ["s@ = slice(1, 2)"],
+    ),
+    "frozen set": (
+        ["S@ = frozenset({1.0, 2.0})\ndef law@(): return sum(S@)"],
+        ["S@ = frozenset({1.0, 3.0})"],
+    ),
+    "NaN": (
+        ["G@ = float('nan')\ndef law@(): return 2.0 if G@ != G@ else 3.0"],
+        ["G@ = 1.0"],
+    ),
+    "smallest change of a number": (
+        ["G@ = 2.0\ndef law@(): return G@"],
+        ["G@ = np.nextafter(2.0, 3.0)"],
+    ),
+    "integer or truth": (
+        ["G@ = True\ndef law@(): return 3.0 if G@ is True else 2.0"],
+        ["G@ = 1"],
+    ),
+    "type of an array": (
+        ["G@ = np.ones(2)\ndef law@(): return float(G@.dtype.itemsize)"],
+        ["G@ = G@.astype(np.float32)"],
+    ),
+    "32-bit number": (
+        ["G@ = np.float32(0.1)\ndef law@(): return float(G@ * 3)"],
+        ["G@ = 0.1"],
+    ),
+    "precision of JAX": (
+        ["def law@(): return jnp.asarray(0.1) * 3.0"],
+        ["pass"],
+    ),
+    "entry of sys.modules": (
+        [
+            "write('mod@.py', 'GAIN = 2.0\\n')\nimport mod@\ndef law@():\n    import mod@ as m\n"
+            "    return m.GAIN",
+        ],
+        ["import sys, types\nsys.modules['mod@'] = types.SimpleNamespace(GAIN=3.0)"],
+    ),
+    "built-in replaced": (
+        ["def law@(): return float(divmod(5, 2)[0])"],
+        ["import builtins\n_divmod = divmod\nbuiltins.divmod = lambda x, y: (3.0, 0)"],
+    ),
+    "sys.path": (
+        ["write('mod@.py', 'GAIN = 2.0\\n')\ndef law@():\n    import mod@\n    return mod@.GAIN"],
+        [
+            "import os, sys\nos.makedirs('other@', exist_ok=True)\n"
+            "write('other@/mod@.py', 'GAIN = 3.0\\n')\nsys.path.insert(0, 'other@')",
+        ],
+    ),
+    "star import hides a name": (
+        ["G@ = 2.0\ndef law@(): return G@"],
+        ["write('mod@.py', 'G@ = 3.0\\n')\nfrom mod@ import *"],
+    ),
+    "name deleted": (
+        ["G@ = 2.0\ndef law@():\n    return G@ if 'G@' in globals() else 3.0"],
+        ["del G@"],
+    ),
+    "own method replaced": (
+        [part("self.law()", fields="\n    def law(self): return 2.0\n")],
+        ["P@.law = lambda self: 3.0"],
+    ),
+    "own call wrapped": (
+        [part("2.0")],
+        ["_call@ = P@.__call__\nP@.__call__ = lambda self, *a: 1.5 * _call@(self, *a)"],
+    ),
+    "instance as the part": (
+        [part("2.0 + getattr(self, 'extra', 0.0)")],
+        [
+            "_init@ = P@.__init__ if '__init__' in vars(P@) else None\n"
+            "def init@(self, size=1.0): self.size = size; self.extra = 1.0\nP@.__init__ = init@",
+        ],
+    ),
+    "annotations": (
+        ["def law@(x: 2.0 = 1.0): return law@.__annotations__['x']"],
+        ["law@.__annotations__['x'] = 3.0"],
+    ),
+    "documentation": (
+        ["def law@():\n    '22'\n    return float(len(law@.__doc__))"],
+        ["law@.__doc__ = '333'"],
+    ),
+    "name of a function": (
+        ["def law@(): return float(len(law@.__name__))"],
+        ["law@.__name__ = 'q'"],
+    ),
+    "line number": (
+        ["import sys\ndef law@(): return float(sys._getframe().f_lineno)"],
+        ["pass"],
+    ),
+    "source of a function": (
+        ["import inspect\ndef law@(): return float(len(inspect.getsource(law@)))"],
+        ["pass"],
+    ),
+    "alias in a closure cell": (
+        [
+            "def make@():\n    k = [2.0]\n    def get(): return k[0]\n    def put(x): k[0] = x\n"
+            "    return get, put\nlaw@, put@ = make@()",
+        ],
+        ["put@(3.0)"],
+    ),
+    "closure cell": (
+        ["def make@(k):\n    def get(): return k\n    return get\nlaw@ = make@(2.0)"],
+        ["law@.__closure__[0].cell_contents = 3.0"],
+    ),
+    "staticmethod replaced": (
+        ["class Box@:\n    @staticmethod\n    def f(): return 2.0\ndef law@(): return Box@.f()"],
+        ["Box@.f = staticmethod(lambda: 3.0)"],
+    ),
+    "mixin order": (
+        [
+            "class A@:\n    gain = 2.0\nclass B@:\n    gain = 3.0\nclass C@(A@, B@): pass\n"
+            "def law@(): return C@.gain",
+        ],
+        ["del A@.gain"],
+    ),
+    "abstract method filled later": (
+        [
+            "import abc\nclass A@(abc.ABC):\n    @abc.abstractmethod\n    def f(self): ...\n"
+            "class B@(A@):\n    def f(self): return 2.0\n"
+            "def law@(): return 2.0 if isinstance(3.0, A@) else 3.0",
+        ],
+        ["A@.register(float)"],
+    ),
+    "operator of a class": (
+        [
+            "class V@(float):\n    def __mul__(self, other): return 2.0\nG@ = V@(1.0)\n"
+            "def law@(): return G@ * 5.0",
+        ],
+        ["V@.__mul__ = lambda self, other: 3.0"],
+    ),
+    "exception as a value": (
+        [
+            "class E@(Exception):\n    k = 2.0\ndef law@():\n    try: raise E@\n"
+            "    except E@ as e: return e.k",
+        ],
+        ["E@.k = 3.0"],
+    ),
+    "match statement": (
+        ["G@ = {'k': 2.0}\ndef law@():\n    match G@:\n        case {'k': v}: return v"],
+        ["G@ = {'k': 3.0}"],
+    ),
+    "type alias and generic": (
+        [
+            "T@ = typing.TypeVar('T@')\nclass Box@(typing.Generic[T@]):\n    gain = 2.0\n"
+            "def law@(): return Box@[int].gain",
+        ],
+        ["Box@.gain = 3.0"],
+    ),
+    "custom derivative": (
+        [
+            "@jax.custom_jvp\ndef f@(x): return 2.0 * x\n"
+            "f@.defjvp(lambda p, t: (f@(p[0]), 7.0 * t[0]))\ndef law@(): return jax.grad(f@)(1.0)",
+        ],
+        ["f@.defjvp(lambda p, t: (f@(p[0]), 9.0 * t[0]))"],
+    ),
+    "default precision of matrices": (
+        ["def law@(): return jnp.ones(3) @ jnp.full(3, 2.0)"],
+        ["jax.config.update('jax_default_matmul_precision', 'float32')"],
+    ),
+    "equinox field": (
+        ["class E@(eqx.Module):\n    k: float = 2.0\ne@ = E@()\ndef law@(): return e@.k"],
+        ["e@ = E@(3.0)"],
+    ),
+    "equinox static field": (
+        [
+            "class E@(eqx.Module):\n    k: float = eqx.field(static=True, default=2.0)\n"
+            "e@ = E@()\ndef law@(): return e@.k",
+        ],
+        ["e@ = eqx.tree_at(lambda e: e.k, e@, 3.0) if False else E@(3.0)"],
+    ),
+    "equinox converter": (
+        [
+            "G@ = 2.0\nclass E@(eqx.Module):\n"
+            "    k: float = eqx.field(converter=lambda x: x * G@)\ne@ = E@(1.0)\n"
+            "def law@(): return e@.k",
+        ],
+        ["G@ = 3.0"],
+    ),
+    "data of a closure in a partial": (
+        [
+            "def make@(k):\n    return functools.partial(lambda a, b: a * b, k)\n"
+            "f@ = make@(2.0)\ndef law@(): return f@(1.0)",
+        ],
+        ["f@ = make@(3.0)"],
+    ),
+    "module attribute set from outside": (
+        [
+            "write('mod@.py', 'class C:\\n    gain = 2.0\\n')\nimport mod@\n"
+            "def law@(): return mod@.C.gain",
+        ],
+        ["mod@.C.gain = 3.0"],
+    ),
+    "module of a module": (
+        [
+            "write('moda@.py', 'GAIN = 2.0\\n')\n"
+            "write('modb@.py', 'import moda@\\ndef f(): return moda@.GAIN\\n')\nimport modb@\n"
+            "def law@(): return modb@.f()",
+        ],
+        ["import moda@\nmoda@.GAIN = 3.0"],
+    ),
+    "object of a module": (
+        [
+            "write('mod@.py', 'class C:\\n    def __init__(self): self.k = 2.0\\n')\n"
+            "from mod@ import C as C@\nc@ = C@()\ndef law@(): return c@.k",
+        ],
+        ["c@.k = 3.0"],
+    ),
 }
 """Name -> cells before the result is taken, cells that change something afterwards."""
 
 UNDO = """
 math.tau, np.pi, np.cos, jnp.cos = saved
 if "_abs" in globals(): del abs, _abs
+if "_divmod" in globals():
+    builtins.divmod = _divmod
+    del _divmod
+jax.config.update("jax_default_matmul_precision", None)
 for name in [n for n in vars(math) if n[0] == "e" and n[1:].isdigit()]: delattr(math, name)
 """
 """Cell that restores the libraries after a case."""

@@ -126,7 +126,7 @@ def take(parts):
         try:
             scenario.replace(environment={name: parts[name]() for name in group})
         except InputError as error:
-            group = [name for name in group if str(error).startswith(f"{SECTION}.{name} ")] or group
+            group = [name for name in group if f"{SECTION}.{name} " in str(error)] or group
             refused |= dict.fromkeys(group, str(error))
         names = [name for name in names if name not in group]
     print(f"\n{MARK}{json.dumps(refused)}", flush=True)
@@ -217,7 +217,7 @@ class Notebook:
             said.append(content.get("text", "\n".join(content.get("traceback", ()))))
 
         self.client.execute_interactive(
-            cell, output_hook=hear, timeout=900, stop_on_error=False, allow_stdin=False
+            cell, output_hook=hear, timeout=1800, stop_on_error=False, allow_stdin=False
         )
         answers = [line for line in "".join(said).splitlines() if line.startswith(MARK)]
         if cell.startswith("soak.") and not answers:

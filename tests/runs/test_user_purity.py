@@ -9,7 +9,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.scenario_files.scenario_file import read_scenario
 
 HEAD = """
-import functools, itertools, time
+import functools, itertools
 from typing import NamedTuple
 import equinox as eqx
 import jax
@@ -97,7 +97,7 @@ def read(folder, short):
 
 @pytest.mark.parametrize(("lines", "expected"), KEPT.values(), ids=KEPT)
 def test_a_part_that_is_not_pure_is_refused_with_its_line(read, lines, expected):
-    text = source(*lines, below="ODD = itertools.count()\n")
+    text = source(*lines, below="import time\nODD = itertools.count()\n")
     with pytest.raises(InputError) as caught:
         read(text)
     message = str(caught.value)

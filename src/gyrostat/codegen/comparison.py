@@ -5,7 +5,8 @@ importance; here, variables are compared by the operations that compute them.
 """
 
 from collections.abc import Iterable, Iterator
-from itertools import count, starmap, zip_longest
+from hashlib import sha256
+from itertools import count, zip_longest
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -27,6 +28,65 @@ class Difference(NamedTuple):
     equation: Any
 
 
+class Outline(NamedTuple):
+    """What two traces of one function have in common, also in two processes.
+
+    Attributes:
+        digest: Digest of the operations.
+        operations: Operations in their order.
+    """
+
+    digest: str
+    operations: "tuple[OutlinedOperation, ...]"
+
+
+class OutlinedOperation(NamedTuple):
+    """Operation of an outline.
+
+    Attributes:
+        digest: Digest of its name, operands and other parameters, without inner operations.
+        name: Name of its primitive.
+        operands: Texts of its constant operands, for a message.
+        inner: Outlines of the jaxprs that it executes.
+        equation: Its equation; None for the results of the trace, and in another process.
+    """
+
+    digest: str
+    name: str
+    operands: tuple[str | None, ...]
+    inner: tuple[Outline, ...]
+    equation: Any
+
+
+def outline_of(closed: Any, *, same_run: bool = False, equations: bool = True) -> Outline:
+    """Outline of a closed jaxpr.
+
+    Args:
+        closed: Closed jaxpr.
+        same_run: See `first_difference`.
+        equations: Whether the operations have their equations; an outline without can be pickled.
+    """
+    known: dict[int, Outline] = {}  # a large trace calls the same few jaxprs many times
+
+    def outline(closed: Any) -> Outline:
+        if id(closed) not in known:
+            made = tuple(outlined(each) for each in _operations(closed, same_run))
+            parts = [(each.digest, *(one.digest for one in each.inner)) for each in made]
+            known[id(closed)] = Outline(_digest(parts), made)
+        return known[id(closed)]
+
+    def outlined(one: _Operation) -> OutlinedOperation:
+        return OutlinedOperation(
+            _digest((one.name, one.operands, one.others, len(one.inner))),
+            one.name,
+            tuple(each.shown if isinstance(each, _Value) else None for each in one.operands),
+            tuple(map(outline, one.inner)),
+            one.equation if equations else None,
+        )
+
+    return outline(closed)
+
+
 def first_difference(one: Any, other: Any, *, same_run: bool = False) -> Difference | None:
     """First difference between two closed jaxprs; None if they are equal.
 
@@ -36,24 +96,27 @@ def first_difference(one: Any, other: Any, *, same_run: bool = False) -> Differe
         same_run: Whether both were traced inside one trace of a larger function; its values are
             then compared by identity, and otherwise by shape and type only.
     """
-    equal: set[tuple[int, int]] = set()  # a large trace calls the same few jaxprs many times
-
-    def compare(one: Any, other: Any) -> Difference | None:
-        pair = id(one), id(other)
-        if one is other or pair in equal:
-            return None
-        for first, second in zip_longest(_operations(one, same_run), _operations(other, same_run)):
-            if first is None or second is None or first.own != second.own:
-                equation = next(each.equation for each in (first, second) if each is not None)
-                return Difference(_described(first, second), _described(second, first), equation)
-            inner = zip(first.inner, second.inner, strict=True)
-            found = next(filter(None, starmap(compare, inner)), None)
-            if found is not None:
-                return found
-        equal.add(pair)
+    if one is other:
         return None
+    return difference_of(*(outline_of(each, same_run=same_run) for each in (one, other)))
 
-    return compare(one, other)
+
+def difference_of(one: Outline, other: Outline) -> Difference | None:
+    """First difference between two outlines; None if they are equal."""
+    if one.digest == other.digest:
+        return None
+    for first, second in zip_longest(one.operations, other.operations):
+        if first is None or second is None or first.digest != second.digest:
+            equation = next(each.equation for each in (first, second) if each is not None)
+            return Difference(_described(first, second), _described(second, first), equation)
+        found = next(filter(None, map(difference_of, first.inner, second.inner)), None)
+        if found is not None:
+            return found
+    return None
+
+
+def _digest(content: Any) -> str:
+    return sha256(repr(content).encode()).hexdigest()
 
 
 class _Operation(NamedTuple):
@@ -72,11 +135,6 @@ class _Operation(NamedTuple):
     others: tuple[Any, ...] = ()
     inner: tuple[Any, ...] = ()
     equation: Any = None
-
-    @property
-    def own(self) -> tuple[Any, ...]:
-        """What two equal operations have in common beside their inner jaxprs."""
-        return self.name, self.operands, self.others, len(self.inner)
 
 
 def _operations(closed: Any, same_run: bool) -> Iterator[_Operation]:
@@ -120,7 +178,7 @@ class _Value(NamedTuple):
 
     Attributes:
         type: Type and shape.
-        content: Bytes; for a value of an outer trace, its identity or nothing.
+        content: Digest of its bytes; for a value of an outer trace, its identity or nothing.
         shown: Text for a message.
     """
 
@@ -138,7 +196,8 @@ def _value(value: Any, same_run: bool) -> _Value:
     array = np.asarray(value)
     shown = np.array2string(array.ravel()[:3], separator=", ", precision=17)
     shown = shown[1:-1] if array.size <= 3 else f"{shown[1:-1]}, ..."
-    return _Value(f"{dtype}{array.shape}", array.tobytes(), shown)
+    content = sha256(array.tobytes()).hexdigest()
+    return _Value(f"{dtype}{array.shape}", content, shown)
 
 
 def _plain(value: Any, same_run: bool) -> Any:
@@ -154,12 +213,12 @@ def _plain(value: Any, same_run: bool) -> Any:
     return type(value).__qualname__
 
 
-def _described(operation: _Operation | None, other: _Operation | None) -> str:
+def _described(operation: OutlinedOperation | None, other: OutlinedOperation | None) -> str:
     """Operation for a message: its constants, if only these differ from the other one."""
     if operation is None:
         return "no further operation"
     if other is not None and other.name == operation.name:
         for one, two in zip_longest(operation.operands, other.operands):
-            if one != two and isinstance(one, _Value):
-                return one.shown
+            if one is not None and one != two:
+                return one
     return f"the operation {operation.name}"

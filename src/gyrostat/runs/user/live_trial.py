@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from gyrostat.runs.plans import designs_of
-from gyrostat.runs.user.repeated import traced_period
+from gyrostat.runs.user.period import traced_period
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.structure import structure_of
 from gyrostat.scenario.user.live_calls import comparing

@@ -6,13 +6,13 @@ from functools import lru_cache
 from itertools import count
 from typing import Any
 
-import numpy as np
-
 from gyrostat.codegen.comparison import first_difference
 from gyrostat.core.jax64 import jax
-from gyrostat.core.user_errors import OwnError
+from gyrostat.core.user_errors import OwnError, reported
 from gyrostat.core.user_modules import is_own, package_of
-from gyrostat.runs.run_loop import Drawn, loop_of
+from gyrostat.runs.run_loop import loop_of
+from gyrostat.runs.user.elsewhere import difference_elsewhere
+from gyrostat.runs.user.period import arguments_of, traced_period
 from gyrostat.scenario.kinds.registry import KINDS
 from gyrostat.scenario.scenario import Source
 from gyrostat.scenario.structure import Structure
@@ -22,6 +22,7 @@ from gyrostat.scenario.user.recording import (
     Call,
     ImpureError,
     differing,
+    differing_elsewhere,
     recording,
     refuse_changed,
     refuse_kept,
@@ -105,31 +106,18 @@ def _tried(structure: Structure, shapes: _Shapes, own: str) -> tuple[Call, ...]:
             again()  # loads the modules
         line = line_that_differs(again, again) or line_that_differs(anew, anew)
         raise differing(own, difference, line)
+    with reported(own):
+        elsewhere = difference_elsewhere(structure, shapes.plans, first)
+    if elsewhere is not None:
+        raise differing_elsewhere(own, elsewhere)
     return tuple(calls)
-
-
-def traced_period(structure: Structure, plans: Any) -> Any:
-    """Jaxpr of the first control period."""
-    loop_at = loop_of(structure)
-
-    def period(*given: Any) -> Any:
-        loop = loop_at(*given)
-        return jax.tree.leaves(loop.tick(loop.begin(), 0))
-
-    return jax.make_jaxpr(period)(*_arguments(structure, plans))
 
 
 def _construct(structure: Structure, plans: Any) -> None:
     """Construct the parts of a run as they are in a trace."""
     loop_at = loop_of(structure)
-    arguments = _arguments(structure, plans)
+    arguments = arguments_of(structure, plans)
     jax.eval_shape(lambda *given: jax.tree.leaves(loop_at(*given).begin()), *arguments)
-
-
-def _arguments(structure: Structure, plans: Any) -> tuple[Any, ...]:
-    """What the loop of a run is constructed from: values, draws, designs and random key."""
-    drawn = Drawn(np.zeros(len(structure.dispersed)))
-    return np.zeros(len(structure.keys)), drawn, plans, jax.random.key(0)
 
 
 def _load(structure: Structure) -> None:

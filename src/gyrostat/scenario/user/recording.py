@@ -18,6 +18,11 @@ FROZEN = (
     "counter would keep their first value in all runs (the memory is for what changes, "
     "measurement.time is the time, the key of a sensor gives random numbers)"
 )
+OF_NO_PROCESS = (
+    "the same in each process, on each machine and day: a part is compiled once, and its runs are "
+    "replayed later (sorted(...) gives the entries of a set an order; what hash, the number or "
+    "arguments of a process, a host or a date tell is a field of the part)"
+)
 RETURNED = "the value in the memory, which each call returns"
 
 
@@ -131,9 +136,17 @@ def differing(part: str, difference: Difference, line: Line | None) -> OwnError:
     return _placed(part, line, what, FROZEN)
 
 
+def differing_elsewhere(part: str, difference: Difference) -> OwnError:
+    """Error for a trace of another process that differs."""
+    what = f"gives {difference.found} here and {difference.other} in another process"
+    return _placed(part, line_in(difference.equation), what, OF_NO_PROCESS)
+
+
 def _placed(part: str, line: Line | None, found: str, expected: str) -> OwnError:
     if line is None:
         return OwnError(f"{part}: found a line that {found}, expected {expected}")
+    # of several parts, the one whose file it is
+    part = next((each for each in part.split(", ") if f" {line.file}:" in each), part)
     file = "" if f" {line.file}:" in part else f" {line.file}"
     place = f"{part},{file} line {line.number}"
     return OwnError(f"{place}: found `{line.text}`, which {found}, expected {expected}")

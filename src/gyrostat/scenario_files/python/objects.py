@@ -79,7 +79,8 @@ def own_object(section: str, given: Any) -> OwnObject:
     is_made = inspect.isclass(given) or inspect.isroutine(given) or hasattr(given, "__wrapped__")
     made = given if is_made else type(given)
     place = f"{section} {getattr(made, '__qualname__', type(made).__name__)}"
-    kind, sources = _source(section, place, made, given)
+    with reported(place):  # comparing asks objects of the user for their attributes
+        kind, sources = _source(section, place, made, given)
     part = own_part(section, kind, sources)
     values: dict[str, float] = {}
     for name, key in part.keys.items():

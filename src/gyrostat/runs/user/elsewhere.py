@@ -1,0 +1,206 @@
+"""Trace of a scenario in another process: a part must not depend on process, machine or day.
+
+What a user's Python learns of these is compiled once, and another process gets other numbers: the
+order of a set of texts, `hash`, the number of the process, a date. A second trace in this process
+has the same ones. The other process has a hash seed, arguments, working folder, host and date of
+its own. It costs seconds, so that only texts with a name that can make a difference are traced
+there.
+"""
+
+import ast
+import builtins
+import datetime
+import os
+import pickle
+import socket
+import subprocess
+import sys
+import tempfile
+import time
+from collections.abc import Iterator
+from dataclasses import replace
+from functools import partial
+from typing import Any
+
+from gyrostat.codegen.comparison import Difference, Outline, difference_of, outline_of
+from gyrostat.core.errors import InputError
+from gyrostat.core.user_errors import OwnError, reported
+from gyrostat.core.user_modules import Source, package_of
+from gyrostat.runs.user.period import traced_period
+from gyrostat.scenario.structure import Structure
+
+MODULES = frozenset(
+    {
+        *("__main__", "datetime", "decimal", "gc", "getpass", "inspect", "locale", "os"),
+        *("multiprocessing", "platform", "socket", "sys", "threading", "time", "uuid", "weakref"),
+    }
+)
+"""Modules that tell something of the process, the machine or the day."""
+NAMES = frozenset({"hash", "id", "set", "frozenset", "globals", "vars", "dir", "__import__"})
+"""Built-in names that do."""
+LATER = 400.5 * 86400.0
+"""Time by which the clocks of the other process are ahead, s."""
+_SET = "_gyrostat_unordered"
+_COMMAND = "from gyrostat.runs.user.elsewhere import answer; answer()"
+
+
+def depends_on_process(source: Source) -> bool:
+    """Whether the text of a module contains a name that can differ between processes."""
+    return source.is_module and any(map(_can_differ, ast.walk(ast.parse(source.text))))
+
+
+def _can_differ(node: ast.AST) -> bool:
+    match node:
+        case ast.Set() | ast.SetComp():
+            return True
+        case ast.Name(id=name):
+            return name in NAMES
+        case ast.Import(names=names):
+            return any(alias.name.partition(".")[0] in MODULES for alias in names)
+        case ast.ImportFrom(module=str(module), level=0):
+            return module.partition(".")[0] in MODULES
+    return False
+
+
+def difference_elsewhere(structure: Structure, plans: Any, trace: Any) -> Difference | None:
+    """First difference between a trace of this process and that of another; None if equal.
+
+    Args:
+        structure: Structure of a scenario.
+        plans: Shapes and types of its designs.
+        trace: Jaxpr of the first control period in this process.
+
+    Raises:
+        InputError: The parts cannot be traced in another process.
+    """
+    if not any(map(depends_on_process, structure.sources)):
+        return None
+    path = os.pathsep.join(os.path.abspath(folder) for folder in sys.path)
+    seed = "2" if os.environ.get("PYTHONHASHSEED") == "1" else "1"
+    with tempfile.TemporaryDirectory() as folder:
+        done = subprocess.run(
+            [sys.executable, "-c", _COMMAND, "elsewhere"],
+            input=pickle.dumps((structure.sources, pickle.dumps((structure, plans)))),
+            env={**os.environ, "PYTHONPATH": path, "PYTHONHASHSEED": seed},
+            cwd=folder,
+            capture_output=True,
+            check=False,
+        )
+    if done.returncode != 0:
+        last = (done.stderr.decode(errors="replace").strip().splitlines() or ["no message"])[-1]
+        raise InputError(f"found no trace in another process ({last}), expected the same as here")
+    elsewhere: Outline | str = pickle.loads(done.stdout)
+    if isinstance(elsewhere, str):
+        raise InputError(f"in another process: {elsewhere}")
+    return difference_of(outline_of(trace), elsewhere)
+
+
+def answer() -> None:
+    """Write the outline of the trace of a structure, or a message; the main program elsewhere."""
+    sources, content = pickle.load(sys.stdin.buffer)
+    package_of(sources)  # the designs can be of its classes
+    structure, plans = pickle.loads(content)
+    moved = replace(structure, sources=tuple(map(_without_order, structure.sources)))
+    _move_away()
+    try:
+        with reported("parts"):
+            found: Outline | str = outline_of(traced_period(moved, plans), equations=False)
+    except OwnError as error:
+        found = str(error)
+    sys.stdout.buffer.write(pickle.dumps(found))
+
+
+def _move_away() -> None:
+    """Give this process another host and another day."""
+    setattr(builtins, _SET, _unordered)
+    socket.gethostname = lambda: "elsewhere"
+    os.getcwd = partial(os.path.abspath, os.sep)
+    for name in ("time", "time_ns"):
+        now, unit = getattr(time, name), 1 if name == "time" else 10**9
+        setattr(time, name, lambda now=now, unit=unit: now() + type(now())(LATER * unit))
+    datetime.date, datetime.datetime = _Date, _DateTime
+
+
+class _Kind(type):
+    """Class of `_Date` and `_DateTime`, whose instances are those of Python's own classes too."""
+
+    def __instancecheck__(cls, instance: object) -> bool:
+        return isinstance(instance, cls.__mro__[1])
+
+
+class _Date(datetime.date, metaclass=_Kind):
+    """Date of another day."""
+
+    @classmethod
+    def today(cls) -> Any:
+        """Day in more than a year."""
+        return cls.fromtimestamp(time.time())
+
+
+class _DateTime(datetime.datetime, metaclass=_Kind):
+    """Date and time of another day."""
+
+    @classmethod
+    def now(cls, tz: Any = None) -> Any:
+        """Time in more than a year."""
+        return cls.fromtimestamp(time.time(), tz)
+
+    @classmethod
+    def today(cls) -> Any:
+        """Time in more than a year."""
+        return cls.now()
+
+    @classmethod
+    def utcnow(cls) -> Any:
+        """Time in more than a year."""
+        return cls.now(datetime.UTC).replace(tzinfo=None)
+
+
+class _SetsAsCalls(ast.NodeTransformer):
+    """Sets in a text are made by `_unordered`."""
+
+    def visit_Set(self, node: ast.Set) -> ast.AST:
+        """Set display."""
+        entries: Any = self.generic_visit(node)
+        return _made(ast.Name("set", ast.Load()), ast.Tuple(entries.elts, ast.Load()))
+
+    def visit_SetComp(self, node: ast.SetComp) -> ast.AST:
+        """Set comprehension."""
+        return _made(ast.Name("set", ast.Load()), self.generic_visit(node))
+
+    def visit_Call(self, node: ast.Call) -> ast.AST:
+        """Call of a class of sets."""
+        call: Any = self.generic_visit(node)
+        match call.func:
+            case ast.Name(id="set" | "frozenset"):
+                return _made(call.func, *call.args)
+        return call
+
+
+def _made(kind: Any, *arguments: Any) -> ast.Call:
+    return ast.Call(ast.Name(_SET, ast.Load()), [kind, *arguments], [])
+
+
+def _without_order(source: Source) -> Source:
+    """Module whose sets have another order."""
+    if not source.is_module or not depends_on_process(source):
+        return source
+    tree = _SetsAsCalls().visit(ast.parse(source.text))
+    return replace(source, text=ast.unparse(ast.fix_missing_locations(tree)))
+
+
+def _unordered(kind: Any, *entries: Any) -> Any:
+    """Set in another order than here, unless all entries are numbers, whose order is fixed."""
+    made = kind(*entries)
+    if kind not in (set, frozenset) or all(isinstance(each, int | float) for each in made):
+        return made
+
+    def reverse(made: Any) -> Iterator[Any]:
+        return iter([*kind.__iter__(made)][::-1])
+
+    def pop(made: Any) -> Any:
+        chosen = next(iter(made))
+        made.remove(chosen)
+        return chosen
+
+    return type(kind.__name__, (kind,), {"__iter__": reverse, "pop": pop})(made)

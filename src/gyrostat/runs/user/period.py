@@ -1,0 +1,26 @@
+"""First control period of a run, traced."""
+
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.jax64 import jax
+from gyrostat.runs.run_loop import Drawn, loop_of
+from gyrostat.scenario.structure import Structure
+
+
+def traced_period(structure: Structure, plans: Any) -> Any:
+    """Jaxpr of the first control period."""
+    loop_at = loop_of(structure)
+
+    def period(*given: Any) -> Any:
+        loop = loop_at(*given)
+        return jax.tree.leaves(loop.tick(loop.begin(), 0))
+
+    return jax.make_jaxpr(period)(*arguments_of(structure, plans))
+
+
+def arguments_of(structure: Structure, plans: Any) -> tuple[Any, ...]:
+    """What the loop of a run is constructed from: values, draws, designs and random key."""
+    drawn = Drawn(np.zeros(len(structure.dispersed)))
+    return np.zeros(len(structure.keys)), drawn, plans, jax.random.key(0)

@@ -1,0 +1,127 @@
+"""Parts that depend on the process, the machine or the day are refused; others are not."""
+
+import datetime
+import pickle
+
+import jax
+import numpy as np
+import pytest
+
+from gyrostat.codegen.comparison import difference_of, outline_of
+from gyrostat.core.errors import InputError
+from gyrostat.core.user_modules import Source
+from gyrostat.runs.user import elsewhere
+from gyrostat.scenario_files.scenario_file import read_scenario
+
+PART = """
+{head}
+from typing import NamedTuple
+import equinox as eqx
+import jax.numpy as jnp
+
+class Command(NamedTuple):
+    torque: jnp.ndarray
+
+class P(eqx.Module):
+    kp: float = 1.0
+
+    def start(self, period):
+        return 0.0
+
+    def __call__(self, memory, y):
+        w = {value}
+        return memory, Command(1e-6 * w * jnp.ones(4))
+"""
+TABLE = "S = {'roll', 'pitch', 'yaw'}\nINERTIA = {'roll': 1.0, 'pitch': 2.0, 'yaw': 3.0}"
+REFUSED = {
+    "order of a set": (TABLE, "INERTIA[next(iter(S))]"),
+    "hash": ("", "hash('left') % 1000"),
+    "day": ("from datetime import date", "date.today().toordinal()"),
+    "host": ("import socket", "len(socket.gethostname() + '-')"),
+}
+EQUAL = (
+    TABLE + "\nimport datetime, math, os.path, sys, time\nEPOCH = datetime.datetime(2026, 11, 24)",
+    "sum(INERTIA[k] for k in sorted(S)) * ('yaw' in S) * len(frozenset(S)) * sys.float_info.max_exp"
+    " + isinstance(EPOCH, datetime.date) + (EPOCH - datetime.datetime(2026, 1, 1)).days"
+    " + sum({1.0, 0.1, 1e-17}) + max(set('abc')).count('c') + os.path.sep.count('/')",
+)
+
+
+@pytest.fixture
+def read(folder, short):
+    """Reads the scenario with a part of this head and value."""
+
+    def with_value(head, value):
+        (folder / "own.py").write_text(PART.format(head=head, value=value))
+        return read_scenario(short())
+
+    return with_value
+
+
+@pytest.mark.parametrize(("head", "value"), REFUSED.values(), ids=REFUSED)
+def test_what_only_this_process_tells_is_refused_with_a_line(read, head, value):
+    with pytest.raises(InputError, match=r" here and .* in another process, expected") as caught:
+        read(head, value)
+    message = str(caught.value)
+    number = PART.format(head=head, value=value).splitlines().index(f"        w = {value}") + 2
+    assert f"controller own.py:P, line {number}: found `return memory, Command(" in message
+    assert "\n" not in message
+
+
+def test_sets_dates_and_modules_that_change_nothing_are_allowed(read):
+    assert read(*EQUAL).controller == "own.py:P"
+
+
+@pytest.mark.parametrize(
+    ("text", "expected"),
+    [
+        ("x = {1, 2}", True),
+        ("x = {k for k in y}", True),
+        ("x = set(y)", True),
+        ("import os.path as p", True),
+        ("from datetime import date", True),
+        ("def f():\n    return id(3)", True),
+        ("x = {'a': 1}", False),
+        ("import numpy as np\nfrom .os import f", False),
+        ("from ossify import set_up", False),
+    ],
+)
+def test_a_second_process_is_asked_only_where_it_can_differ(text, expected):
+    assert elsewhere.depends_on_process(Source("own.py", text)) is expected
+    assert not elsewhere.depends_on_process(Source("own.csv", text))
+
+
+def test_texts_in_a_set_have_another_order_and_numbers_keep_theirs():
+    texts = {"a", "b", "c"}
+    for kind in (set, frozenset):
+        other = elsewhere._unordered(kind, texts)
+        assert [*other] == [*kind(texts)][::-1]
+        assert other == texts
+        assert isinstance(other, kind)
+        assert [*elsewhere._unordered(kind, (3, 1, 2))] == [*kind((3, 1, 2))]
+    first = next(iter(elsewhere._unordered(set, texts)))
+    assert elsewhere._unordered(set, texts).pop() == first
+
+
+def test_dates_elsewhere_are_those_of_python(monkeypatch):
+    assert isinstance(datetime.datetime(2026, 1, 1), elsewhere._Date)
+    assert isinstance(datetime.date(2026, 1, 1), elsewhere._Date)
+    assert not isinstance(datetime.date(2026, 1, 1), elsewhere._DateTime)
+    monkeypatch.setattr(elsewhere.time, "time", lambda: 0.0)
+    assert elsewhere._Date.today() == datetime.date.fromtimestamp(0.0)
+    assert elsewhere._DateTime.utcnow() == datetime.datetime(1970, 1, 1)
+    assert elsewhere._DateTime.now(datetime.UTC).timestamp() == 0.0
+
+
+def test_an_outline_is_the_same_after_a_pickle_and_differs_where_a_constant_does():
+    def traced(table):
+        inner = jax.jit(lambda x: jax.lax.cond(x[0] > 0.0, lambda: x * table, lambda: x))
+        return jax.make_jaxpr(lambda x: inner(x) + inner(2.0 * x))(np.ones(3))
+
+    table = np.arange(3.0)
+    sent = pickle.loads(pickle.dumps(outline_of(traced(table), equations=False)))
+    assert difference_of(outline_of(traced(table)), sent) is None
+    found = difference_of(outline_of(traced(np.array([0.0, 1.0, 2.0 + 1e-15]))), sent)
+    assert found is not None
+    assert found.other == "0., 1., 2."
+    assert found.equation.primitive.name == "cond"
