@@ -8,7 +8,6 @@ there.
 """
 
 import ast
-import builtins
 import datetime
 import os
 import pickle
@@ -22,11 +21,17 @@ from dataclasses import replace
 from functools import partial
 from typing import Any
 
-from gyrostat.codegen.comparison import Difference, Outline, difference_of, outline_of
+from gyrostat.codegen.comparison import (
+    Difference,
+    Outline,
+    difference_of,
+    first_difference,
+    outline_of,
+)
 from gyrostat.core.errors import InputError
 from gyrostat.core.user_errors import OwnError, reported
 from gyrostat.core.user_modules import Source, package_of
-from gyrostat.runs.user.period import traced_period
+from gyrostat.runs.user.period import load_parts, traced_period
 from gyrostat.scenario.structure import Structure
 
 MODULES = frozenset(
@@ -40,7 +45,7 @@ NAMES = frozenset({"hash", "id", "set", "frozenset", "globals", "vars", "dir", "
 """Built-in names that do."""
 LATER = 400.5 * 86400.0
 """Time by which the clocks of the other process are ahead, s."""
-_SET = "_gyrostat_unordered"
+_SET = f"__import__({__name__!r}, fromlist=[None]).unordered"
 _COMMAND = "from gyrostat.runs.user.elsewhere import answer; answer()"
 
 
@@ -75,6 +80,12 @@ def difference_elsewhere(structure: Structure, plans: Any, trace: Any) -> Differ
     """
     if not any(map(depends_on_process, structure.sources)):
         return None
+    moved = replace(structure, sources=tuple(map(_without_order, structure.sources)))
+    if moved.sources != structure.sources:
+        load_parts(moved)
+        found = first_difference(trace, traced_period(moved, plans))
+        if found is not None:
+            return found
     path = os.pathsep.join(os.path.abspath(folder) for folder in sys.path)
     seed = "2" if os.environ.get("PYTHONHASHSEED") == "1" else "1"
     with tempfile.TemporaryDirectory() as folder:
@@ -100,11 +111,11 @@ def answer() -> None:
     sources, content = pickle.load(sys.stdin.buffer)
     package_of(sources)  # the designs can be of its classes
     structure, plans = pickle.loads(content)
-    moved = replace(structure, sources=tuple(map(_without_order, structure.sources)))
     _move_away()
     try:
         with reported("parts"):
-            found: Outline | str = outline_of(traced_period(moved, plans), equations=False)
+            load_parts(structure)
+            found: Outline | str = outline_of(traced_period(structure, plans), equations=False)
     except OwnError as error:
         found = str(error)
     sys.stdout.buffer.write(pickle.dumps(found))
@@ -112,7 +123,6 @@ def answer() -> None:
 
 def _move_away() -> None:
     """Give this process another host and another day."""
-    setattr(builtins, _SET, _unordered)
     socket.gethostname = lambda: "elsewhere"
     os.getcwd = partial(os.path.abspath, os.sep)
     for name in ("time", "time_ns"):
@@ -157,7 +167,7 @@ class _DateTime(datetime.datetime, metaclass=_Kind):
 
 
 class _SetsAsCalls(ast.NodeTransformer):
-    """Sets in a text are made by `_unordered`."""
+    """Sets in a text are made by `unordered`."""
 
     def visit_Set(self, node: ast.Set) -> ast.AST:
         """Set display."""
@@ -178,18 +188,19 @@ class _SetsAsCalls(ast.NodeTransformer):
 
 
 def _made(kind: Any, *arguments: Any) -> ast.Call:
-    return ast.Call(ast.Name(_SET, ast.Load()), [kind, *arguments], [])
+    return ast.Call(ast.parse(_SET, mode="eval").body, [kind, *arguments], [])
 
 
 def _without_order(source: Source) -> Source:
-    """Module whose sets have another order."""
-    if not source.is_module or not depends_on_process(source):
+    """Module whose sets have another order; the same if it has none."""
+    if not source.is_module:
         return source
     tree = _SetsAsCalls().visit(ast.parse(source.text))
-    return replace(source, text=ast.unparse(ast.fix_missing_locations(tree)))
+    text = ast.unparse(ast.fix_missing_locations(tree))
+    return replace(source, text=text) if _SET in text else source
 
 
-def _unordered(kind: Any, *entries: Any) -> Any:
+def unordered(kind: Any, *entries: Any) -> Any:
     """Set in another order than here, unless all entries are numbers, whose order is fixed."""
     made = kind(*entries)
     if kind not in (set, frozenset) or all(isinstance(each, int | float) for each in made):

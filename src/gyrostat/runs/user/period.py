@@ -5,8 +5,11 @@ from typing import Any
 import numpy as np
 
 from gyrostat.core.jax64 import jax
+from gyrostat.core.user_modules import is_own
 from gyrostat.runs.run_loop import Drawn, loop_of
+from gyrostat.scenario.kinds.registry import KINDS
 from gyrostat.scenario.structure import Structure
+from gyrostat.scenario.user.parts import own_component
 
 
 def traced_period(structure: Structure, plans: Any) -> Any:
@@ -24,3 +27,13 @@ def arguments_of(structure: Structure, plans: Any) -> tuple[Any, ...]:
     """What the loop of a run is constructed from: values, draws, designs and random key."""
     drawn = Drawn(np.zeros(len(structure.dispersed)))
     return np.zeros(len(structure.keys)), drawn, plans, jax.random.key(0)
+
+
+def load_parts(structure: Structure) -> None:
+    """Load the parts of a structure; inside a trace, the arrays of a module would be traced."""
+    named = [(section, getattr(structure, section)) for section in KINDS]
+    named += [(part.section, part.kind) for part in structure.parts]
+    named += [("event", event.kind) for event in structure.events]
+    for section, kind in named:
+        if is_own(kind):
+            own_component(section, kind, structure.sources)

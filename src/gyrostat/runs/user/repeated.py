@@ -9,15 +9,13 @@ from typing import Any
 from gyrostat.codegen.comparison import first_difference
 from gyrostat.core.jax64 import jax
 from gyrostat.core.user_errors import OwnError, reported
-from gyrostat.core.user_modules import is_own, package_of
+from gyrostat.core.user_modules import package_of
 from gyrostat.runs.run_loop import loop_of
 from gyrostat.runs.user.elsewhere import difference_elsewhere
-from gyrostat.runs.user.period import arguments_of, traced_period
-from gyrostat.scenario.kinds.registry import KINDS
+from gyrostat.runs.user.period import arguments_of, load_parts, traced_period
 from gyrostat.scenario.scenario import Source
 from gyrostat.scenario.structure import Structure
 from gyrostat.scenario.user.lines import line_that_changes, line_that_differs, silent
-from gyrostat.scenario.user.parts import own_component
 from gyrostat.scenario.user.recording import (
     Call,
     ImpureError,
@@ -75,7 +73,7 @@ def _tried(structure: Structure, shapes: _Shapes, own: str) -> tuple[Call, ...]:
     def fresh() -> Structure:
         empty = Source(f"trial{next(_numbers)}.py", "")
         loaded = replace(structure, sources=(*structure.sources, empty))
-        _load(loaded)
+        load_parts(loaded)
         return loaded
 
     def again() -> Any:
@@ -118,13 +116,3 @@ def _construct(structure: Structure, plans: Any) -> None:
     loop_at = loop_of(structure)
     arguments = arguments_of(structure, plans)
     jax.eval_shape(lambda *given: jax.tree.leaves(loop_at(*given).begin()), *arguments)
-
-
-def _load(structure: Structure) -> None:
-    """Load the parts of a structure; inside a trace, the arrays of a module would be traced."""
-    named = [(section, getattr(structure, section)) for section in KINDS]
-    named += [(part.section, part.kind) for part in structure.parts]
-    named += [("event", event.kind) for event in structure.events]
-    for section, kind in named:
-        if is_own(kind):
-            own_component(section, kind, structure.sources)
