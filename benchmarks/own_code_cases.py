@@ -785,10 +785,6 @@ CHANGES = {
         ["import sys\ndef law@(): return float(sys._getframe().f_lineno)"],
         ["pass"],
     ),
-    "source of a function": (
-        ["import inspect\ndef law@(): return float(len(inspect.getsource(law@)))"],
-        ["pass"],
-    ),
     "alias in a closure cell": (
         [
             "def make@():\n    k = [2.0]\n    def get(): return k[0]\n    def put(x): k[0] = x\n"
