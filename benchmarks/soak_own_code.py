@@ -217,7 +217,7 @@ class Notebook:
             said.append(content.get("text", "\n".join(content.get("traceback", ()))))
 
         self.client.execute_interactive(
-            cell, output_hook=hear, timeout=1800, stop_on_error=False, allow_stdin=False
+            cell, output_hook=hear, timeout=900, stop_on_error=False, allow_stdin=False
         )
         answers = [line for line in "".join(said).splitlines() if line.startswith(MARK)]
         if cell.startswith("soak.") and not answers:

@@ -12,26 +12,8 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.user_modules import Source
 from gyrostat.runs.user import elsewhere
 from gyrostat.scenario_files.scenario_file import read_scenario
+from tests.runs.controller_text import source
 
-PART = """
-{head}
-from typing import NamedTuple
-import equinox as eqx
-import jax.numpy as jnp
-
-class Command(NamedTuple):
-    torque: jnp.ndarray
-
-class P(eqx.Module):
-    kp: float = 1.0
-
-    def start(self, period):
-        return 0.0
-
-    def __call__(self, memory, y):
-        w = {value}
-        return memory, Command(1e-6 * w * jnp.ones(4))
-"""
 TABLE = "S = {'roll', 'pitch', 'yaw'}\nINERTIA = {'roll': 1.0, 'pitch': 2.0, 'yaw': 3.0}"
 REFUSED = {
     "order of a set": (TABLE, "INERTIA[next(iter(S))]"),
@@ -42,7 +24,7 @@ REFUSED = {
 EQUAL = (
     TABLE + "\nimport datetime, math, os.path, sys, time\nEPOCH = datetime.datetime(2026, 11, 24)"
     # in a trace, it would be computed by operations
-    "\nimport jax.numpy as jnp\nARRAY = jnp.full(4, 1.0) / 3.0",
+    "\nARRAY = jnp.full(4, 1.0) / 3.0",
     "ARRAY[0] * sum(INERTIA[k] for k in sorted(S)) * ('yaw' in S) * len(frozenset(S))"
     " * sys.float_info.max_exp"
     " + isinstance(EPOCH, datetime.date) + (EPOCH - datetime.datetime(2026, 1, 1)).days"
@@ -55,7 +37,7 @@ def read(folder, short):
     """Reads the scenario with a part of this head and value."""
 
     def with_value(head, value):
-        (folder / "own.py").write_text(PART.format(head=head, value=value))
+        (folder / "own.py").write_text(source(f"w = {value}", below=head))
         return read_scenario(short())
 
     return with_value
@@ -66,7 +48,7 @@ def test_what_only_this_process_tells_is_refused_with_a_line(read, head, value):
     with pytest.raises(InputError, match=r" here and .* in another process, expected") as caught:
         read(head, value)
     message = str(caught.value)
-    number = PART.format(head=head, value=value).splitlines().index(f"        w = {value}") + 2
+    number = source(f"w = {value}", below=head).splitlines().index(f"        w = {value}") + 2
     assert f"controller own.py:P, line {number}: found `return memory, Command(" in message
     assert "\n" not in message
 

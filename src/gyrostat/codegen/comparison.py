@@ -4,7 +4,7 @@ The text of a jaxpr has no values of its constant arrays, and its names of varia
 importance; here, variables are compared by the operations that compute them.
 """
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from hashlib import sha256
 from itertools import count, zip_longest
 from typing import Any, NamedTuple
@@ -28,23 +28,12 @@ class Difference(NamedTuple):
     equation: Any
 
 
-class Outline(NamedTuple):
-    """What two traces of one function have in common, also in two processes.
-
-    Attributes:
-        digest: Digest of the operations.
-        operations: Operations in their order.
-    """
-
-    digest: str
-    operations: "tuple[OutlinedOperation, ...]"
-
-
-class OutlinedOperation(NamedTuple):
+class Operation(NamedTuple):
     """Operation of an outline.
 
     Attributes:
-        digest: Digest of its name, operands and other parameters, without inner operations.
+        digest: Digest of its name, operands, other parameters and types of results, without inner
+            operations.
         name: Name of its primitive.
         operands: Texts of its constant operands, for a message.
         inner: Outlines of the jaxprs that it executes.
@@ -54,8 +43,20 @@ class OutlinedOperation(NamedTuple):
     digest: str
     name: str
     operands: tuple[str | None, ...]
-    inner: tuple[Outline, ...]
-    equation: Any
+    inner: "tuple[Outline, ...]" = ()
+    equation: Any = None
+
+
+class Outline(NamedTuple):
+    """What two traces of one function have in common, also in two processes.
+
+    Attributes:
+        digest: Digest of the operations.
+        operations: Operations in their order, with the results of the trace as the last one.
+    """
+
+    digest: str
+    operations: tuple[Operation, ...]
 
 
 def outline_of(closed: Any, *, same_run: bool = False, equations: bool = True) -> Outline:
@@ -70,19 +71,10 @@ def outline_of(closed: Any, *, same_run: bool = False, equations: bool = True) -
 
     def outline(closed: Any) -> Outline:
         if id(closed) not in known:
-            made = tuple(outlined(each) for each in _operations(closed, same_run))
+            made = tuple(_operations(closed, same_run, outline, equations=equations))
             parts = [(each.digest, *(one.digest for one in each.inner)) for each in made]
             known[id(closed)] = Outline(_digest(parts), made)
         return known[id(closed)]
-
-    def outlined(one: _Operation) -> OutlinedOperation:
-        return OutlinedOperation(
-            _digest((one.name, one.operands, one.others, len(one.inner))),
-            one.name,
-            tuple(each.shown if isinstance(each, _Value) else None for each in one.operands),
-            tuple(map(outline, one.inner)),
-            one.equation if equations else None,
-        )
 
     return outline(closed)
 
@@ -119,26 +111,10 @@ def _digest(content: Any) -> str:
     return sha256(repr(content).encode()).hexdigest()
 
 
-class _Operation(NamedTuple):
-    """Operation of a trace.
-
-    Attributes:
-        name: Name of its primitive.
-        operands: Constants, and numbers of variables.
-        others: Its other parameters, and the types of its results.
-        inner: Jaxprs that it executes.
-        equation: Its equation; None for the results of the trace.
-    """
-
-    name: str
-    operands: tuple[Any, ...]
-    others: tuple[Any, ...] = ()
-    inner: tuple[Any, ...] = ()
-    equation: Any = None
-
-
-def _operations(closed: Any, same_run: bool) -> Iterator[_Operation]:
-    """Operations of a jaxpr in their order, without those of inner ones; then its results."""
+def _operations(
+    closed: Any, same_run: bool, outline: Callable[[Any], Outline], *, equations: bool
+) -> Iterator[Operation]:
+    """Operations of a jaxpr in their order; then its results."""
     jaxpr, consts = getattr(closed, "jaxpr", closed), getattr(closed, "consts", ())
     numbers = count()
     known: dict[Any, Any] = {variable: next(numbers) for variable in jaxpr.invars}
@@ -151,17 +127,19 @@ def _operations(closed: Any, same_run: bool) -> Iterator[_Operation]:
         value = getattr(atom, "val", None)  # of a literal
         return known.get(atom) if value is None else _value(value, same_run)
 
+    def operation(name: str, atoms: Iterable[Any], others: Any = (), *rest: Any) -> Operation:
+        found = [operand(atom) for atom in atoms]
+        shown = tuple(each.shown if isinstance(each, _Value) else None for each in found)
+        return Operation(_digest((name, found, others)), name, shown, *rest)
+
     for equation in jaxpr.eqns:
-        results = tuple(str(atom.aval) for atom in equation.outvars)
-        yield _Operation(
-            equation.primitive.name,
-            tuple(map(operand, equation.invars)),
-            (_plain(equation.params, same_run), results),
-            tuple(_inner(equation.params.values())),
-            equation,
-        )
+        name, params = equation.primitive.name, equation.params
+        inner = tuple(map(outline, _inner(params.values())))
+        results = [str(atom.aval) for atom in equation.outvars]
+        others = _plain(params, same_run), results, len(inner)
+        yield operation(name, equation.invars, others, inner, equation if equations else None)
         known.update((atom, next(numbers)) for atom in equation.outvars)
-    yield _Operation("result", tuple(map(operand, jaxpr.outvars)))
+    yield operation("result", jaxpr.outvars)
 
 
 def _inner(parameters: Iterable[Any]) -> Iterator[Any]:
@@ -213,7 +191,7 @@ def _plain(value: Any, same_run: bool) -> Any:
     return type(value).__qualname__
 
 
-def _described(operation: OutlinedOperation | None, other: OutlinedOperation | None) -> str:
+def _described(operation: Operation | None, other: Operation | None) -> str:
     """Operation for a message: its constants, if only these differ from the other one."""
     if operation is None:
         return "no further operation"

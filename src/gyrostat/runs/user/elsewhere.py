@@ -3,8 +3,8 @@
 What a user's Python learns of these is compiled once, and another process gets other numbers: the
 order of a set of texts, `hash`, the number of the process, a date. A second trace in this process
 has the same ones. The other process has a hash seed, arguments, working folder, host and date of
-its own. It costs seconds, so that only texts with a name that can make a difference are traced
-there.
+its own; sets are reversed in this process, because two hash seeds can give a small set the same
+order. This costs seconds, so that it is done only for texts with a name that can make a difference.
 """
 
 import ast
@@ -18,14 +18,12 @@ import tempfile
 import time
 from collections.abc import Iterator
 from dataclasses import replace
-from functools import partial
 from typing import Any
 
 from gyrostat.codegen.comparison import (
     Difference,
     Outline,
     difference_of,
-    first_difference,
     outline_of,
 )
 from gyrostat.core.errors import InputError
@@ -67,13 +65,13 @@ def _can_differ(node: ast.AST) -> bool:
     return False
 
 
-def difference_elsewhere(structure: Structure, plans: Any, trace: Any) -> Difference | None:
+def difference_elsewhere(structure: Structure, plans: Any, here: Outline) -> Difference | None:
     """First difference between a trace of this process and that of another; None if equal.
 
     Args:
         structure: Structure of a scenario.
         plans: Shapes and types of its designs.
-        trace: Jaxpr of the first control period in this process.
+        here: Outline of the first control period in this process.
 
     Raises:
         InputError: The parts cannot be traced in another process.
@@ -83,7 +81,7 @@ def difference_elsewhere(structure: Structure, plans: Any, trace: Any) -> Differ
     moved = replace(structure, sources=tuple(map(_without_order, structure.sources)))
     if moved.sources != structure.sources:
         load_parts(moved)
-        found = first_difference(trace, traced_period(moved, plans))
+        found = difference_of(here, outline_of(traced_period(moved, plans)))
         if found is not None:
             return found
     path = os.pathsep.join(os.path.abspath(folder) for folder in sys.path)
@@ -103,7 +101,7 @@ def difference_elsewhere(structure: Structure, plans: Any, trace: Any) -> Differ
     elsewhere: Outline | str = pickle.loads(done.stdout)
     if isinstance(elsewhere, str):
         raise InputError(f"in another process: {elsewhere}")
-    return difference_of(outline_of(trace), elsewhere)
+    return difference_of(here, elsewhere)
 
 
 def answer() -> None:
@@ -124,10 +122,10 @@ def answer() -> None:
 def _move_away() -> None:
     """Give this process another host and another day."""
     socket.gethostname = lambda: "elsewhere"
-    os.getcwd = partial(os.path.abspath, os.sep)
-    for name in ("time", "time_ns"):
-        now, unit = getattr(time, name), 1 if name == "time" else 10**9
-        setattr(time, name, lambda now=now, unit=unit: now() + type(now())(LATER * unit))
+    os.getcwd = lambda: os.sep
+    seconds, nanoseconds = time.time, time.time_ns
+    time.time = lambda: seconds() + LATER
+    time.time_ns = lambda: nanoseconds() + int(LATER * 1e9)
     datetime.date, datetime.datetime = _Date, _DateTime
 
 

@@ -6,7 +6,7 @@ from functools import lru_cache
 from itertools import count
 from typing import Any
 
-from gyrostat.codegen.comparison import first_difference
+from gyrostat.codegen.comparison import difference_of, outline_of
 from gyrostat.core.jax64 import jax
 from gyrostat.core.user_errors import OwnError, reported
 from gyrostat.core.user_modules import package_of
@@ -98,14 +98,15 @@ def _tried(structure: Structure, shapes: _Shapes, own: str) -> tuple[Call, ...]:
             second = traced_period(loaded, shapes.plans)
     except ImpureError as error:
         raise error.at_line(line_that_changes(anew)) from None
-    difference = first_difference(first, second)
+    outline = outline_of(first)
+    difference = difference_of(outline, outline_of(second))
     if difference is not None:
         with silent(), contextlib.suppress(OwnError):
             again()  # loads the modules
         line = line_that_differs(again, again) or line_that_differs(anew, anew)
         raise differing(own, difference, line)
-    with reported(own):
-        elsewhere = difference_elsewhere(structure, shapes.plans, first)
+    with reported(own), silent():
+        elsewhere = difference_elsewhere(structure, shapes.plans, outline)
     if elsewhere is not None:
         raise differing_elsewhere(own, elsewhere)
     return tuple(calls)
