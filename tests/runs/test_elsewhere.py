@@ -10,8 +10,10 @@ import pytest
 from gyrostat.codegen.comparison import difference_of, outline_of
 from gyrostat.core.errors import InputError
 from gyrostat.core.user_modules import Source
+from gyrostat.reports.write import check_law_files
 from gyrostat.runs.user import elsewhere
 from gyrostat.scenario_files.scenario_file import read_scenario
+from gyrostat.wheel.friction_laws import friction_law
 from tests.runs.controller_text import source
 
 TABLE = "S = {'roll', 'pitch', 'yaw'}\nINERTIA = {'roll': 1.0, 'pitch': 2.0, 'yaw': 3.0}"
@@ -30,6 +32,18 @@ EQUAL = (
     " + isinstance(EPOCH, datetime.date) + (EPOCH - datetime.datetime(2026, 1, 1)).days"
     " + sum({1.0, 0.1, 1e-17}) + max(set('abc')).count('c') + os.path.sep.count('/')",
 )
+LAW = """
+from gyrostat.wheel.friction import Friction, parameter
+
+SCALE = 1.0 + abs(hash('dry')) % 1000 / 1000.0
+
+
+class Own(Friction):
+    coulomb: float = parameter("torque")
+
+    def torque(self, speed, direction):
+        return direction * SCALE * self.coulomb
+"""
 
 
 @pytest.fixture
@@ -55,6 +69,30 @@ def test_what_only_this_process_tells_is_refused_with_a_line(read, head, value):
 
 def test_sets_dates_and_modules_that_change_nothing_are_allowed(read):
     assert read(*EQUAL).controller == "own.py:P"
+
+
+def test_a_friction_law_of_one_process_is_refused_before_the_fit(tmp_path):
+    (tmp_path / "law.py").write_text(LAW)
+    law = friction_law(f"{tmp_path / 'law.py'}:Own")
+    with pytest.raises(InputError, match="in another process, expected") as caught:
+        check_law_files(law, tmp_path / "out", force=False)
+    line = LAW.splitlines().index("        return direction * SCALE * self.coulomb") + 1
+    assert f"friction law.py:Own, line {line}: found `return direction" in str(caught.value)
+
+
+def test_the_same_texts_and_trace_are_compared_once(tmp_path, monkeypatch):
+    monkeypatch.setenv("GYROSTAT_CACHE", str(tmp_path))
+    sources = (Source("law.py", LAW.replace("hash('dry')", "len({'dry'})")),)
+    elsewhere.check_law_elsewhere("law.py:Own", sources)
+
+    def not_again(*args, **kwargs):
+        raise AssertionError(args)
+
+    monkeypatch.setattr(elsewhere.subprocess, "run", not_again)
+    elsewhere.check_law_elsewhere("law.py:Own", sources)
+    other = (Source("law.py", sources[0].text.replace("1000.0", "1001.0")),)
+    with pytest.raises(InputError, match="AssertionError"):
+        elsewhere.check_law_elsewhere("law.py:Own", other)
 
 
 @pytest.mark.parametrize(

@@ -10,6 +10,7 @@ from gyrostat.core.user_modules import Source
 from gyrostat.identification import Fit
 from gyrostat.identification.result.fit_text import table
 from gyrostat.reports.page import fit_page
+from gyrostat.runs.user.elsewhere import check_law_elsewhere
 from gyrostat.scenario.user.live_calls import compare_live_law
 from gyrostat.scenario_files.python.objects import own_object
 from gyrostat.wheel import write_model
@@ -37,10 +38,13 @@ def check_law_files(law: type[Friction], out: Path, *, force: bool) -> None:
     """Check, before a fit, that the text of a user's law can be written beside its results.
 
     Raises:
-        InputError: There is no text of the law, or another file of the user is in the way.
+        InputError: There is no text of the law, its curve depends on the process, or another file
+            of the user is in the way.
     """
     texts = law_source(law)
     sources = () if texts is None else texts[1]
+    if texts is not None:
+        check_law_elsewhere(*texts)
     # a law may stand in the folder itself
     other = [s.path for s in sources if digest_of(out / s.path) != digest(s)]
     check_outputs(out, other, by="identify", force=force)

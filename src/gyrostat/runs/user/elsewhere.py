@@ -1,10 +1,11 @@
-"""Trace of a scenario in another process: a part must not depend on process, machine or day.
+"""Trace in another process: a user's part must not depend on process, machine or day.
 
 What a user's Python learns of these is compiled once, and another process gets other numbers: the
 order of a set of texts, `hash`, the number of the process, a date. A second trace in this process
 has the same ones. The other process has a hash seed, arguments, working folder, host and date of
 its own; sets are reversed in this process, because two hash seeds can give a small set the same
-order. This costs seconds, so that it is done only for texts with a name that can make a difference.
+order. This costs seconds, so that it is done only for texts with a name that can make a difference,
+and once for the same texts and trace.
 """
 
 import ast
@@ -16,21 +17,20 @@ import subprocess
 import sys
 import tempfile
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
-from gyrostat.codegen.comparison import (
-    Difference,
-    Outline,
-    difference_of,
-    outline_of,
-)
+from gyrostat.codegen.comparison import Outline, difference_of, outline_of
 from gyrostat.core.errors import InputError
+from gyrostat.core.stored_texts import stored_texts
 from gyrostat.core.user_errors import OwnError, reported
 from gyrostat.core.user_modules import Source, package_of
-from gyrostat.runs.user.period import load_parts, traced_period
-from gyrostat.scenario.structure import Structure
+from gyrostat.scenario.user.lines import silent
+from gyrostat.scenario.user.live_calls import traced_law
+from gyrostat.scenario.user.recording import differing_elsewhere
+from gyrostat.wheel.friction_laws import loaded_law
 
 MODULES = frozenset(
     {
@@ -45,6 +45,9 @@ LATER = 400.5 * 86400.0
 """Time by which the clocks of the other process are ahead, s."""
 _SET = f"__import__({__name__!r}, fromlist=[None]).unordered"
 _COMMAND = "from gyrostat.runs.user.elsewhere import answer; answer()"
+
+Traced = Callable[[tuple[Source, ...]], Any]
+"""Function that loads texts and returns a closed jaxpr of their parts; it can be pickled."""
 
 
 def depends_on_process(source: Source) -> bool:
@@ -65,31 +68,62 @@ def _can_differ(node: ast.AST) -> bool:
     return False
 
 
-def difference_elsewhere(structure: Structure, plans: Any, here: Outline) -> Difference | None:
-    """First difference between a trace of this process and that of another; None if equal.
+def check_elsewhere(part: str, sources: tuple[Source, ...], traced: Traced, here: Outline) -> None:
+    """Check that the trace of another process is that of this one.
 
     Args:
-        structure: Structure of a scenario.
-        plans: Shapes and types of its designs.
-        here: Outline of the first control period in this process.
+        part: Names of the user-defined parts, for messages.
+        sources: Texts of the parts.
+        traced: Gives the trace from the texts.
+        here: Outline of the trace of this process.
 
     Raises:
-        InputError: The parts cannot be traced in another process.
+        OwnError: A constant or an operation differs, or the parts cannot be traced there.
     """
-    if not any(map(depends_on_process, structure.sources)):
-        return None
-    moved = replace(structure, sources=tuple(map(_without_order, structure.sources)))
-    if moved.sources != structure.sources:
-        load_parts(moved)
-        found = difference_of(here, outline_of(traced_period(moved, plans)))
-        if found is not None:
-            return found
+    if not any(map(depends_on_process, sources)):
+        return
+
+    def compare() -> dict[str, str]:
+        with reported(part), silent():
+            outlines = list(_outlines(sources, traced))
+        for outline in outlines:
+            difference = difference_of(here, outline)
+            if difference is not None:
+                raise differing_elsewhere(part, difference)
+        return {}
+
+    stored_texts((here.digest, *((each.path, each.text) for each in sources)), compare)
+
+
+def check_law_elsewhere(kind: str, sources: tuple[Source, ...]) -> None:
+    """Check that a user's friction law has the same curve in another process.
+
+    Args:
+        kind: "FILE.py:CLASS".
+        sources: Texts of the file and its local imports.
+
+    Raises:
+        OwnError: A constant or an operation of its curve differs.
+    """
+    traced = partial(_curve, kind)
+    check_elsewhere(f"friction {kind}", sources, traced, outline_of(traced(sources)))
+
+
+def _curve(kind: str, sources: tuple[Source, ...]) -> Any:
+    return traced_law(loaded_law(kind, sources))
+
+
+def _outlines(sources: tuple[Source, ...], traced: Traced) -> Iterator[Outline]:
+    """Outlines of the trace with sets in another order, and of that in another process."""
+    moved = tuple(map(_without_order, sources))
+    if moved != sources:
+        yield outline_of(traced(moved))
     path = os.pathsep.join(os.path.abspath(folder) for folder in sys.path)
     seed = "2" if os.environ.get("PYTHONHASHSEED") == "1" else "1"
     with tempfile.TemporaryDirectory() as folder:
         done = subprocess.run(
             [sys.executable, "-c", _COMMAND, "elsewhere"],
-            input=pickle.dumps((structure.sources, pickle.dumps((structure, plans)))),
+            input=pickle.dumps((sources, pickle.dumps(traced))),
             env={**os.environ, "PYTHONPATH": path, "PYTHONHASHSEED": seed},
             cwd=folder,
             capture_output=True,
@@ -101,19 +135,18 @@ def difference_elsewhere(structure: Structure, plans: Any, here: Outline) -> Dif
     elsewhere: Outline | str = pickle.loads(done.stdout)
     if isinstance(elsewhere, str):
         raise InputError(f"in another process: {elsewhere}")
-    return difference_of(here, elsewhere)
+    yield elsewhere
 
 
 def answer() -> None:
-    """Write the outline of the trace of a structure, or a message; the main program elsewhere."""
+    """Write the outline of a trace, or a message; the main program of the other process."""
     sources, content = pickle.load(sys.stdin.buffer)
-    package_of(sources)  # the designs can be of its classes
-    structure, plans = pickle.loads(content)
+    package_of(sources)  # the trace can be of its classes
+    traced: Traced = pickle.loads(content)
     _move_away()
     try:
         with reported("parts"):
-            load_parts(structure)
-            found: Outline | str = outline_of(traced_period(structure, plans), equations=False)
+            found: Outline | str = outline_of(traced(sources), equations=False)
     except OwnError as error:
         found = str(error)
     sys.stdout.buffer.write(pickle.dumps(found))

@@ -1,11 +1,12 @@
 """First control period of a run, traced."""
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
 
 from gyrostat.core.jax64 import jax
-from gyrostat.core.user_modules import is_own
+from gyrostat.core.user_modules import Source, is_own
 from gyrostat.runs.run_loop import Drawn, loop_of
 from gyrostat.scenario.kinds.registry import KINDS
 from gyrostat.scenario.structure import Structure
@@ -21,6 +22,13 @@ def traced_period(structure: Structure, plans: Any) -> Any:
         return jax.tree.leaves(loop.tick(loop.begin(), 0))
 
     return jax.make_jaxpr(period)(*arguments_of(structure, plans))
+
+
+def period_from(structure: Structure, plans: Any, sources: tuple[Source, ...]) -> Any:
+    """Jaxpr of the first control period with these texts of the parts, which are loaded before."""
+    moved = replace(structure, sources=sources)
+    load_parts(moved)
+    return traced_period(moved, plans)
 
 
 def arguments_of(structure: Structure, plans: Any) -> tuple[Any, ...]:

@@ -2,17 +2,17 @@
 
 import contextlib
 from dataclasses import replace
-from functools import lru_cache
+from functools import lru_cache, partial
 from itertools import count
 from typing import Any
 
 from gyrostat.codegen.comparison import difference_of, outline_of
 from gyrostat.core.jax64 import jax
-from gyrostat.core.user_errors import OwnError, reported
+from gyrostat.core.user_errors import OwnError
 from gyrostat.core.user_modules import package_of
 from gyrostat.runs.run_loop import loop_of
-from gyrostat.runs.user.elsewhere import difference_elsewhere
-from gyrostat.runs.user.period import arguments_of, load_parts, traced_period
+from gyrostat.runs.user.elsewhere import check_elsewhere
+from gyrostat.runs.user.period import arguments_of, load_parts, period_from, traced_period
 from gyrostat.scenario.scenario import Source
 from gyrostat.scenario.structure import Structure
 from gyrostat.scenario.user.lines import line_that_changes, line_that_differs, silent
@@ -20,7 +20,6 @@ from gyrostat.scenario.user.recording import (
     Call,
     ImpureError,
     differing,
-    differing_elsewhere,
     recording,
     refuse_changed,
     refuse_kept,
@@ -105,10 +104,8 @@ def _tried(structure: Structure, shapes: _Shapes, own: str) -> tuple[Call, ...]:
             again()  # loads the modules
         line = line_that_differs(again, again) or line_that_differs(anew, anew)
         raise differing(own, difference, line)
-    with reported(own), silent():
-        elsewhere = difference_elsewhere(structure, shapes.plans, outline)
-    if elsewhere is not None:
-        raise differing_elsewhere(own, elsewhere)
+    traced = partial(period_from, structure, shapes.plans)
+    check_elsewhere(own, structure.sources, traced, outline)
     return tuple(calls)
 
 
