@@ -1,5 +1,6 @@
 """Worst case within bounds, and the pages of searches; flights are known functions."""
 
+import html
 import json
 
 import numpy as np
@@ -9,7 +10,7 @@ from scipy.special import ndtr
 import gyrostat as gs
 from gyrostat.core.errors import InputError
 from gyrostat.reports.worst_case import outcome
-from gyrostat.search import flights, worst
+from gyrostat.search import flights, tune, worst
 from gyrostat.search.moves import FIRST, Answers
 from gyrostat.search.worst import Bounds, fewest_flights, noise_share, worst_case
 from gyrostat.search.worst_case import WorstCase
@@ -171,6 +172,21 @@ def test_a_worst_case_in_a_folder(scenario, fake_flights, tmp_path):
     noisy = gs.campaign(scenario, 1000, tmp_path / "n", worst_case="settling", worst=0)
     assert noisy.noise_share > 0.7  # 100 pairs
     assert "Noise drives settling" in (tmp_path / "n" / "report.html").read_text()
+
+
+@pytest.mark.parametrize("kind", ["rare", "worst_case", "tune"])
+def test_the_report_names_unlikely_numbers(scenario, fake_flights, tmp_path, kind):
+    unlikely = scenario.replace(**{"wheel.a.torque_limit": 10.0})
+    if kind == "tune":
+        runs = tune.fewest_flights()
+        gs.tune(unlikely, "controller.turn_gain", "error_max", tmp_path, runs=runs)
+    else:
+        asked = "error_max > 1" if kind == "rare" else "error_max"
+        gs.campaign(unlikely, 4100, tmp_path, worst=0, **{kind: asked})
+    lines = json.loads((tmp_path / "report.json").read_text())["unlikely"]
+    assert any(line.startswith("unlikely: wheel.a.torque_limit: ") for line in lines)
+    page = (tmp_path / "report.html").read_text()
+    assert all(f'<p class="warning">{html.escape(line)}</p>' in page for line in lines)
 
 
 def test_a_rare_failure_in_a_folder(scenario, fake_flights, tmp_path):

@@ -78,7 +78,7 @@ def run_page(
         "campaign_run.html",
         title=title,
         scenario=scenario,
-        unlikely=unlikely_numbers(scenario),
+        doubts=unlikely_numbers(scenario),
         verdict=run_verdict(values),
         fine=values["status"] == 0,
         rows=metric_rows(scenario, values),

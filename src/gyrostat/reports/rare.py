@@ -15,6 +15,7 @@ from gyrostat.reports.drawing import literal, panels, svg
 from gyrostat.reports.template import render
 from gyrostat.scenario import Scenario
 from gyrostat.scenario.metrics.results import metrics_of
+from gyrostat.scenario.unlikely import unlikely_numbers
 from gyrostat.search.rare import Found, found_failures
 from gyrostat.search.subset import REACHED
 
@@ -63,6 +64,7 @@ def _content(scenario: Scenario, known: Campaign, found: Found, store: Store) ->
     return {
         "kind": "rare",
         "scenario": scenario.name,
+        "unlikely": unlikely_numbers(scenario),
         "digest": known.digest,
         "seed": known.seed,
         "runs": len(value),

@@ -15,6 +15,7 @@ from gyrostat.reports.drawing import literal, panels, svg
 from gyrostat.reports.template import render
 from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.metrics.results import metrics_of
+from gyrostat.scenario.unlikely import unlikely_numbers
 from gyrostat.search.tune import COMMON, PERCENT, PROOF
 from gyrostat.search.tuning import FoundTuning, found_tuning
 from gyrostat.search.worst import at_bound
@@ -58,6 +59,7 @@ def _content(found: FoundTuning) -> dict[str, Any]:
     return {
         "kind": "tuning",
         "scenario": scenario.name,
+        "unlikely": unlikely_numbers(scenario),
         "digest": found.stored.campaign.digest,
         "seed": found.stored.campaign.seed,
         "runs": len(found.stored.columns["run"]),

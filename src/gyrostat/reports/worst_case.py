@@ -14,6 +14,7 @@ from gyrostat.reports.drawing import literal, panels, svg
 from gyrostat.reports.template import render
 from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.metrics.results import metrics_of
+from gyrostat.scenario.unlikely import unlikely_numbers
 from gyrostat.search.worst import at_bound
 from gyrostat.search.worst_case import FoundWorst, found_worst
 
@@ -60,6 +61,7 @@ def _content(found: FoundWorst, store: Store) -> dict[str, Any]:
     return {
         "kind": "worst case",
         "scenario": scenario.name,
+        "unlikely": unlikely_numbers(scenario),
         "digest": known.digest,
         "seed": known.seed,
         "runs": len(found.stored.columns["run"]),
