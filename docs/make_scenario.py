@@ -1,9 +1,11 @@
 """Write docs/scenario.md from the schema: python docs/make_scenario.py. A test compares them."""
 
+from math import isnan
 from pathlib import Path
 
 from gyrostat.scenario.kinds.compensators import COMPENSATORS
 from gyrostat.scenario.kinds.components import ESTIMATORS, SENSORS
+from gyrostat.scenario.kinds.distributions import DISTRIBUTIONS, NAMED
 from gyrostat.scenario.kinds.environments import ENVIRONMENTS
 from gyrostat.scenario.kinds.orbits import ORBITS
 from gyrostat.scenario.kinds.references import MODES, REFERENCES, SLEWS
@@ -164,11 +166,11 @@ single run ignores them.
 | key | meaning |
 |---|---|
 | `key` | key of the parameter, from the list below; `wheel.*.NAME`: each wheel independently |
-| `distribution` | `normal`, `uniform` or `log_normal` |
-| `sigma` | `normal`: standard deviation about the nominal value, or relative to it, `"20 %"`; \
-`log_normal`: standard deviation of the natural logarithm; the nominal value is the median |
-| `low`, `high` | `uniform`: the limits, or their relative differences from the \
-nominal value, `"-10 %"` |
+| `distribution` | distribution, with the parameters below |
+
+{distributions}A standard deviation can be relative to the nominal value, `"20 %"`. A smallest,
+largest or most likely value can be given by its relative difference from the nominal value, \
+`"-10 %"`.
 
 Alternatively, the result of an identification, with its correlations:
 
@@ -427,6 +429,19 @@ def named(name, key):
     return f"| {names} | {key.unit} | {key.meaning} |"
 
 
+def distributions():
+    """Lines on the distributions and their parameters."""
+    for name in NAMED:
+        kind = DISTRIBUTIONS[name]
+        yield f'`distribution = "{name}"`: {kind.__doc__.strip()}\n\n'
+        yield "| key | default | meaning |\n|---|---|---|\n"
+        for key, (_, meaning, default) in kind.parameters().items():
+            shown = {None: "required"}.get(default, "none")
+            shown = "the nominal value" if default is not None and isnan(default) else shown
+            yield f"| `{key}` | {shown} | {meaning} |\n"
+        yield "\n"  # a blank line after the table
+
+
 def dispersed():
     """Rows of the keys that can be dispersed."""
     names = {f"body.inertia.{e}": INERTIA for e in ("xx", "yy", "zz", "xy", "xz", "yz")}
@@ -577,7 +592,8 @@ def page():
         for n, column, key in asked
     ]
     lines += ["", DEFINITIONS, "", *requirement()]
-    lines += [DISPERSIONS + "\n".join(dispersed())]
+    head = DISPERSIONS.replace("{distributions}", "".join(distributions()))
+    lines += [head + "\n".join(dispersed())]
     return "\n".join(lines) + "\n"
 
 

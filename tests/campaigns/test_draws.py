@@ -26,7 +26,7 @@ def wide(scenario):
             Dispersion(("start.rate.x",), "normal", ((0.01,),)),
             Dispersion(("event.loss.time",), "uniform", ((6.0, 10.0),)),
             Dispersion(("controller.turn_gain",), "log_normal", ((0.5,),)),
-            Dispersion(("wheel.a.viscous", "wheel.a.coulomb"), "normal", SPREAD),
+            Dispersion(("wheel.a.viscous", "wheel.a.coulomb"), "covariance", SPREAD),
         ),
     )
 

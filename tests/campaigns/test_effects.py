@@ -7,9 +7,10 @@ from numpy.polynomial.legendre import leggauss
 from scipy.special import ndtr, ndtri
 from scipy.stats import t as student
 
-from gyrostat.campaigns.chaos import basis_of, polynomials
+from gyrostat.campaigns.chaos import basis_of
 from gyrostat.campaigns.draws import draw
 from gyrostat.campaigns.effects import GROUPS, Inputs, find_effects, inputs_of, jackknife
+from gyrostat.core.orthonormal import HERMITE, LEGENDRE
 from gyrostat.scenario import Dispersion
 
 
@@ -17,7 +18,8 @@ def independent(random, runs, uniform):
     """Inputs of a made-up campaign, and their standard variables."""
     share = random.random((runs, len(uniform)))
     names = [(f"x{k}",) for k in range(len(uniform))]
-    return Inputs(names, share, np.array(uniform), np.arange(len(uniform)))
+    families = [LEGENDRE if each else HERMITE for each in uniform]
+    return Inputs(names, share, families, np.arange(len(uniform)))
 
 
 def ishigami(share, a=7.0, b=0.1):
@@ -52,16 +54,16 @@ def indices_of_g():
 def test_the_polynomials_are_orthonormal(degree):
     """By quadrature that is exact for their products."""
     node, weight = leggauss(degree + 1)
-    values = polynomials(0.5 * (node + 1.0), is_uniform=True, degree=degree)
+    values = LEGENDRE.values(0.5 * (node + 1.0), degree)
     np.testing.assert_allclose(values.T * (0.5 * weight) @ values, np.eye(degree + 1), atol=1e-12)
     node, weight = hermegauss(degree + 1)
-    values = polynomials(ndtr(node), is_uniform=False, degree=degree)
+    values = HERMITE.values(ndtr(node), degree)
     gram = values.T * (weight / np.sqrt(2.0 * np.pi)) @ values
     np.testing.assert_allclose(gram, np.eye(degree + 1), atol=1e-6)
 
 
 def test_terms_of_many_variables_are_those_of_the_most_important():
-    basis = basis_of(np.ones(30, bool), np.arange(30)[::-1], 100)
+    basis = basis_of([LEGENDRE] * 30, np.arange(30)[::-1], 100)
     assert len(set(basis.terms)) == len(basis.terms) == basis.cuts[-1] <= 100
     alone = {term[0][0] for term in basis.terms if len(term) == 1 and term[0][1] == 1}
     assert alone == set(range(30))
@@ -98,7 +100,8 @@ def test_the_interval_covers_the_truth():
     for seed in range(25):
         random = np.random.default_rng(seed)
         inputs = independent(random, 300, [False, True, False, True])
-        scale = np.where(inputs.uniform, np.sqrt(12.0) * (inputs.share - 0.5), ndtri(inputs.share))
+        is_uniform = [each is LEGENDRE for each in inputs.families]
+        scale = np.where(is_uniform, np.sqrt(12.0) * (inputs.share - 0.5), ndtri(inputs.share))
         values = (scale @ slopes)[:, None] + noise * random.normal(size=(300, 10))
         for found in find_effects(inputs, values):
             if not found.why:
@@ -158,7 +161,7 @@ def test_the_jackknife_interval_of_a_mean_is_that_of_student():
 def test_the_inputs_are_those_of_the_distributions(scenario):
     random = np.random.default_rng(6)
     joint = Dispersion(
-        ("wheel.a.viscous", "wheel.a.motor_constant"), "normal", ((1e-8, 0.0), (1e-4, 2e-4))
+        ("wheel.a.viscous", "wheel.a.motor_constant"), "covariance", ((1e-8, 0.0), (1e-4, 2e-4))
     )
     changed = scenario.replace(dispersions=(*scenario.dispersions, joint))
     drawn, _ = draw(changed, 3, np.arange(200))

@@ -81,7 +81,7 @@ def test_wrong_changes_give_one_line(scenario, changes, expected):
 
 
 def test_dispersions_of_a_replaced_component_must_be_replaced_too(scenario):
-    first = replace(scenario.dispersions[0], keys=("controller.turn_gain",), spread=((0.1,),))
+    first = replace(scenario.dispersions[0], keys=("controller.turn_gain",), parameters=((0.1,),))
     plain = replace(scenario, dispersions=(first,))
     with pytest.raises(InputError, match=r"found a dispersion of controller\.turn_gain"):
         plain.replace(controller="lqr")

@@ -317,9 +317,9 @@ def test_the_covariance_of_a_fit_is_taken_over(variant, tmp_path):
     path.write_text(path.read_text() + '[[dispersion]]\nfit = "fit.json"\nwheel = "a"\n')
     found = read_scenario(path).dispersions[-1]
     assert found.keys == tuple(f"wheel.a.{name}" for name in names)
-    spread = np.array(found.spread)
+    root = np.array(found.parameters)
     expected = np.outer(sigma, sigma) * np.array(rho)
-    np.testing.assert_allclose(spread @ spread.T, expected, rtol=1e-12)
+    np.testing.assert_allclose(root @ root.T, expected, rtol=1e-12)
     for mark, why in (
         ({"converged": False}, "did not converge"),
         ({"impossible": ["b < 0"]}, "b < 0"),
@@ -444,7 +444,7 @@ def test_gyro_units_are_read_as_data_sheets_print_them(gyro_units):
 def test_the_sigma_of_a_dispersion_has_units_of_gyros(gyro_units, key, sigma, in_degrees):
     changes = (('"sensors.bias.z"', f'"{key}"'), ('"0.003 deg/s"\n\n', f'"{sigma}"\n\n'))
     (found,) = [d for d in gyro_units(*changes).dispersions if d.keys == (key,)]
-    assert found.spread[0][0] == pytest.approx(math.radians(in_degrees), rel=1e-14)
+    assert found.parameters[0][0] == pytest.approx(math.radians(in_degrees), rel=1e-14)
 
 
 @pytest.mark.parametrize(

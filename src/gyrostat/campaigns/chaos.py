@@ -6,19 +6,16 @@ chaos expansion based on least angle regression", J. Comput. Phys. 230 (2011): t
 variables and low degree come first, in the order of the hyperbolic norm of their degrees.
 """
 
+from collections.abc import Sequence
 from itertools import combinations, permutations
-from math import factorial
 from typing import NamedTuple
 
 import numpy as np
-from numpy.polynomial.hermite_e import hermevander
-from numpy.polynomial.legendre import legvander
 from numpy.typing import NDArray
 
-from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.orthonormal import BOUNDED, UNBOUNDED, Family
+from gyrostat.core.types import Matrix
 
-DEGREE = {True: 10, False: 6}
-"""Largest degree of a polynomial of a uniform variable (True), and of a normal one (False)."""
 TERMS = 200
 """Largest number of terms."""
 _NORM = 0.75
@@ -43,18 +40,18 @@ class Basis(NamedTuple):
 
 def _patterns() -> list[tuple[int, ...]]:
     """Degrees of the variables of a term, falling, by their norm."""
-    found = [(first,) for first in range(1, max(DEGREE.values()) + 1)]
+    found = [(first,) for first in range(1, max(BOUNDED, UNBOUNDED) + 1)]
     for count in range(2, _TOGETHER + 1):
         grown = [(*each, n) for each in found for n in range(1, each[-1] + 1)]
         found += [each for each in grown if len(each) == count]
     return sorted(found, key=lambda degrees: (sum(d**_NORM for d in degrees), degrees))
 
 
-def basis_of(uniform: NDArray[np.bool_], order: NDArray[np.int64], most: int) -> Basis:
+def basis_of(families: Sequence[Family], order: NDArray[np.int64], most: int) -> Basis:
     """Terms up to a number; where not all variables have room, the first ones of an order.
 
     Args:
-        uniform: Whether each variable is uniform, otherwise normal, (variables,).
+        families: Polynomials of each variable, (variables,).
         order: Variables, the most important first, (variables,).
         most: Largest number of terms, at least one more than variables.
     """
@@ -66,7 +63,7 @@ def basis_of(uniform: NDArray[np.bool_], order: NDArray[np.int64], most: int) ->
         while kept >= len(pattern):
             chosen = (c for c in combinations(order[:kept].tolist(), len(pattern)))
             new = [tuple(zip(c, p, strict=True)) for c in chosen for p in places]
-            new = [term for term in new if all(n <= DEGREE[bool(uniform[v])] for v, n in term)]
+            new = [term for term in new if all(n <= families[v].highest for v, n in term)]
             if len(terms) + len(new) <= most:
                 break
             kept -= 1
@@ -78,42 +75,19 @@ def basis_of(uniform: NDArray[np.bool_], order: NDArray[np.int64], most: int) ->
     return Basis(terms, cuts)
 
 
-def polynomials(share: Vector, *, is_uniform: bool, degree: int) -> Matrix:
-    """Orthonormal polynomials of a variable, (n, degree + 1).
-
-    Args:
-        share: Values of the cumulative distribution function of the variable, (n,).
-        is_uniform: Legendre polynomials of a uniform variable; otherwise Hermite polynomials of a
-            normal one.
-        degree: Largest degree.
-    """
-    degrees = np.arange(degree + 1)
-    if is_uniform:
-        found, scale = legvander(2.0 * share - 1.0, degree), np.sqrt(2.0 * degrees + 1.0)
-    else:
-        from scipy.special import ndtri  # slow to import
-
-        found = hermevander(ndtri(share), degree)
-        scale = 1.0 / np.sqrt([float(factorial(n)) for n in degrees])
-    return np.asarray(found * scale, np.float64)
-
-
-def design_matrix(basis: Basis, share: Matrix, uniform: NDArray[np.bool_]) -> Matrix:
+def design_matrix(basis: Basis, share: Matrix, families: Sequence[Family]) -> Matrix:
     """Values of the terms, (n, terms).
 
     Args:
         basis: Terms.
         share: Values of the cumulative distribution functions, (n, variables).
-        uniform: See `basis_of`.
+        families: See `basis_of`.
     """
-    highest = np.zeros(len(uniform), int)
+    highest = np.zeros(len(families), int)
     for term in basis.terms:
         for variable, degree in term:
             highest[variable] = max(highest[variable], degree)
-    single = [
-        polynomials(share[:, v], is_uniform=bool(uniform[v]), degree=int(highest[v]))
-        for v in range(len(uniform))
-    ]
+    single = [each.values(share[:, v], int(highest[v])) for v, each in enumerate(families)]
     found = np.ones((len(share), len(basis.terms)))
     for column, term in zip(found.T, basis.terms, strict=True):
         for variable, degree in term:

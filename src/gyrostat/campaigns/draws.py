@@ -18,9 +18,10 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.threefry import Words, threefry
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.runs.designs import phase_starts
+from gyrostat.scenario.kinds.distributions import distributions_of
 from gyrostat.scenario.kinds.orbits import check_own_orbits, has_own_orbits
 from gyrostat.scenario.kinds.registry import numbers_of
-from gyrostat.scenario.scenario import INERTIA, Dispersion, Scenario
+from gyrostat.scenario.scenario import INERTIA, Scenario
 from gyrostat.scenario.structure import measured_names, structure_of
 from gyrostat.spacecraft import check_inertia
 from gyrostat.wheel.array import LIMIT_TOLERANCE
@@ -77,29 +78,14 @@ def values_at(scenario: Scenario, share: Matrix) -> Matrix:
     """
     ends = np.cumsum([len(dispersion.keys) for dispersion in scenario.dispersions])
     parts = np.split(share, ends, axis=1)
-    pairs = zip(scenario.dispersions, parts[:-1], strict=True)
-    drawn = [_values(dispersion, scenario, part) for dispersion, part in pairs]
+    pairs = zip(distributions_of(scenario), parts[:-1], strict=True)
+    drawn = [distribution.quantile(part) for distribution, part in pairs]
     return np.concatenate([np.zeros((len(share), 0)), *drawn], axis=1)
 
 
 def noise_keys(seed: int, runs: ArrayLike) -> Words:
     """Random keys of the noise of runs, (n,); see `draw`."""
     return threefry(threefry(seed, runs), _NOISE)
-
-
-def _values(dispersion: Dispersion, scenario: Scenario, share: Matrix) -> Matrix:
-    """Transform uniform random numbers, (n, keys), to values of the distribution, SI."""
-    nominal = np.array([scenario.values[key] for key in dispersion.keys])
-    spread = np.array(dispersion.spread)
-    if dispersion.distribution == "uniform":
-        return spread[:, 0] + share * (spread[:, 1] - spread[:, 0])
-    from scipy.special import ndtri  # slow to import
-
-    normal = ndtri(share)
-    if dispersion.distribution == "log_normal":
-        return nominal * np.exp(spread[:, 0] * normal)
-    # fixed order of summation: the rounding of a matrix product may depend on the number of rows
-    return nominal + sum(normal[:, k, None] * spread[:, k] for k in range(len(nominal)))
 
 
 def check_draws(scenario: Scenario, seed: int, runs: int) -> None:
@@ -134,7 +120,7 @@ def check_values(scenario: Scenario, numbers: range, values: Matrix) -> None:
             if not entry.allows(value) or not np.isfinite(value):
                 raise InputError(
                     f"dispersion of {key}: found {value:g} in run {numbers[int(place)]}, "
-                    f"expected {entry.range(value)}: use less spread, uniform or log_normal"
+                    f"expected {entry.range(value)}: use less spread, or a distribution with limits"
                 )
     _check_together(scenario, numbers, values)
 

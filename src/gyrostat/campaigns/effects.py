@@ -21,7 +21,9 @@ from numpy.typing import NDArray
 from gyrostat.campaigns.chaos import TERMS, Basis, basis_of, design_matrix
 from gyrostat.campaigns.draws import shares, values_at
 from gyrostat.campaigns.drivers import alike
+from gyrostat.core.orthonormal import Family
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.scenario.kinds.distributions import distributions_of
 from gyrostat.scenario.scenario import Scenario
 
 LEAST_Q2 = 0.8
@@ -64,13 +66,13 @@ class Inputs(NamedTuple):
         names: Keys of each input; more than one if they are correlated, so that only their joint
             effect is defined.
         share: Values of the cumulative distribution functions, (runs, variables).
-        uniform: Whether each variable is uniform, otherwise normal, (variables,).
+        families: Orthonormal polynomials of each variable, (variables,).
         owner: Index of the input of each variable, (variables,).
     """
 
     names: list[tuple[str, ...]]
     share: Matrix
-    uniform: NDArray[np.bool_]
+    families: list[Family]
     owner: NDArray[np.int64]
 
 
@@ -94,16 +96,16 @@ def inputs_of(scenario: Scenario, seed: int, columns: "Mapping[str, Vector]") ->
     if not np.all(np.abs(values_at(scenario, share) - drawn) <= 1e-9 * size):
         return "the values in the table of runs are not those that the scenario draws"
     names: list[tuple[str, ...]] = []
-    owner, uniform = [], []
-    for each in scenario.dispersions:
-        spread = np.array(each.spread)
-        is_joint = each.distribution == "normal" and np.any(spread != np.diag(np.diag(spread)))
+    owner: list[int] = []
+    families: list[Family] = []
+    for each, distribution in zip(scenario.dispersions, distributions_of(scenario), strict=True):
+        is_joint = distribution.is_joint()
+        families += distribution.families()
         for k, key in enumerate(each.keys):
             if k == 0 or not is_joint:
                 names.append(each.keys if is_joint else (key,))
             owner.append(len(names) - 1)
-            uniform.append(each.distribution == "uniform")
-    return Inputs(names, share, np.array(uniform, bool), np.array(owner))
+    return Inputs(names, share, families, np.array(owner))
 
 
 def find_effects(inputs: Inputs, metrics: Matrix) -> list[Effects]:
@@ -138,7 +140,7 @@ def _unfit(has: NDArray[np.bool_], inputs: Inputs) -> str:
             f"{np.sum(~has)} of {len(has)} runs do not have it; in the others the dispersed values "
             "are not independent"
         )
-    least = max(2 * GROUPS, 3 * (1 + len(inputs.uniform)))
+    least = max(2 * GROUPS, 3 * (1 + len(inputs.families)))
     if np.sum(has) < least:
         return f"not enough runs: {np.sum(has)}, at least {least} are needed"
     return ""
@@ -153,8 +155,8 @@ def _expand(inputs: Inputs, values: Matrix) -> list[Effects]:
     """Sobol indices of metrics that all runs have and that vary."""
     values = (values - np.mean(values, axis=0)) / np.std(values, axis=0)
     runs = len(values)
-    basis = basis_of(inputs.uniform, _importance(inputs, values), min(TERMS, runs // 3))
-    design = design_matrix(basis, inputs.share, inputs.uniform)
+    basis = basis_of(inputs.families, _importance(inputs, values), min(TERMS, runs // 3))
+    design = design_matrix(basis, inputs.share, inputs.families)
     fits = _Fits(basis, design, values, _members(basis, inputs))
     found = []
     for m, cut in enumerate(np.argmin(fits.errors, axis=0)):
@@ -180,8 +182,8 @@ def _unexplained(q2: float, of_half: float) -> str:
 
 def _importance(inputs: Inputs, values: Matrix) -> NDArray[np.int64]:
     """Variables in the order of their largest effect on any metric, without interactions."""
-    alone = Basis([((v, n),) for n in (1, 2) for v in range(len(inputs.uniform))], [])
-    explained = (design_matrix(alone, inputs.share, inputs.uniform).T @ values / len(values)) ** 2
+    alone = Basis([((v, n),) for n in (1, 2) for v in range(len(inputs.families))], [])
+    explained = (design_matrix(alone, inputs.share, inputs.families).T @ values / len(values)) ** 2
     return np.argsort(-np.max(np.sum(np.split(explained, 2), axis=0), axis=1), kind="stable")
 
 

@@ -16,6 +16,7 @@ from collections.abc import Mapping
 from dataclasses import asdict, dataclass
 from typing import Any, Self
 
+from gyrostat.core.errors import InputError
 from gyrostat.core.handed_down import handed_down
 from gyrostat.core.user_modules import Source
 from gyrostat.scenario.requirement import Requirement
@@ -53,15 +54,13 @@ class Dispersion:
 
     Attributes:
         keys: Keys of the values, which are drawn jointly.
-        distribution: Distribution: "normal", "uniform" or "log_normal".
-        spread: Parameters of the distribution. Normal: matrix from standard normal numbers to
-            deviations, (keys, keys), SI. Uniform: smallest and largest value of each key, SI.
-            Log-normal: standard deviation of the natural logarithm of each key.
+        distribution: Name of a class in gyrostat.scenario.kinds.dispersion, such as "normal".
+        parameters: Parameters of each key, in the order of that class, SI.
     """
 
     keys: tuple[str, ...]
     distribution: str
-    spread: tuple[tuple[float, ...], ...]
+    parameters: tuple[tuple[float, ...], ...]
 
 
 @dataclass(frozen=True)
@@ -232,11 +231,21 @@ class Scenario(Components):
 
     @classmethod
     def from_text(cls, text: str) -> Self:
-        """Create a scenario from the result of `text`."""
+        """Create a scenario from the result of `text`.
+
+        Raises:
+            InputError: Another version of gyrostat wrote the text.
+        """
         found = json.loads(text)
-        for name, kind in _ROWS.items():
-            found[name] = tuple(kind(**_tuples(row)) for row in found.get(name, ()))
-        return cls(**{name: _tuples(value) for name, value in found.items()})
+        try:
+            for name, kind in _ROWS.items():
+                found[name] = tuple(kind(**_tuples(row)) for row in found.get(name, ()))
+            return cls(**{name: _tuples(value) for name, value in found.items()})
+        except TypeError as error:
+            raise InputError(
+                f"stored scenario {found.get('name')!r}: found other attributes ({error}), "
+                "expected those of this version of gyrostat: use the version that stored it"
+            ) from None
 
 
 _ROWS = {

@@ -245,12 +245,6 @@ INERTIA = Key(
 CENTRE_OF_MASS = vector("length", "Centre of mass, from the origin of the body axes.")
 BODY = {"mass": positive("mass", None, "Mass with the wheels."), "centre_of_mass": CENTRE_OF_MASS}
 """Keys of the body that a spacecraft file may have."""
-DISTRIBUTIONS: Mapping[str, tuple[str, ...]] = {
-    "normal": ("sigma",),
-    "uniform": ("low", "high"),
-    "log_normal": ("sigma",),
-}
-"""Distribution -> its parameters."""
 
 
 def friction_keys(law: "Law") -> dict[str, Key]:

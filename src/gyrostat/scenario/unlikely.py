@@ -4,7 +4,7 @@ A unit or a decimal point is the usual reason. Nothing is refused here; see
 `gyrostat.scenario.impossible`.
 """
 
-from math import degrees, isfinite, pi, tau
+from math import degrees, inf, isfinite, pi, tau
 from typing import Any
 
 import numpy as np
@@ -12,6 +12,8 @@ import numpy as np
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.text import plain
 from gyrostat.core.types import Vector
+from gyrostat.scenario.distribution import DEVIATION, VALUE
+from gyrostat.scenario.kinds.distributions import DISTRIBUTIONS, distribution_of
 from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.numbers import Lines, Numbers
 from gyrostat.scenario.scenario import Scenario
@@ -94,14 +96,10 @@ def _damping(numbers: Numbers) -> Lines:
 def _spreads(numbers: Numbers) -> Lines:
     """Standard deviations above the nominal value."""
     for each in numbers.dispersions:
-        if each.distribution == "uniform":
-            continue
-        sigmas = np.linalg.norm(np.array(each.spread), axis=1)
-        for key, sigma in zip(each.keys, sigmas, strict=True):
+        sigmas = distribution_of(each, numbers.values).deviation()
+        for key, sigma in zip(each.keys, sigmas.tolist(), strict=True):
             nominal = abs(numbers.values[key])
-            share = float(sigma)
-            if each.distribution == "normal":
-                share = float(sigma) / nominal if nominal > 0.0 else 0.0
+            share = sigma / nominal if nominal > 0.0 else 0.0
             entry = numbers.entries.get(key)
             signed = entry is not None and entry.least < 0.0 and key not in DIAGONAL
             if share > (OFFSET if signed else 1.0) + ROUNDING:
@@ -238,12 +236,16 @@ def _angles(numbers: Numbers) -> Lines:
         most = pi if entry.shape == (3,) else tau
         if entry.unit == "rad" and isfinite(value) and abs(value) > most * (1.0 + ROUNDING):
             yield key, _in_degrees(value)
-    for each in (d for d in numbers.dispersions if d.distribution == "normal"):
-        for key, row in zip(each.keys, each.spread, strict=True):
+    for each in numbers.dispersions:
+        parameters = DISTRIBUTIONS[each.distribution].parameters()
+        for key, row in zip(each.keys, each.parameters, strict=True):
             entry = numbers.entries.get(key)
-            sigma = float(np.linalg.norm(row))
-            if entry is not None and entry.unit == "rad" and sigma > pi:
-                yield f"dispersion of {key}, sigma", _in_degrees(sigma)
+            if entry is None or entry.unit != "rad":
+                continue
+            for (name, parameter), value in zip(parameters.items(), row, strict=False):
+                most = {VALUE: tau, DEVIATION: pi}.get(parameter.of, inf)
+                if isfinite(value) and abs(value) > most * (1.0 + ROUNDING):
+                    yield f"dispersion of {key}, {name}", _in_degrees(value)
 
 
 def _in_degrees(value: float) -> str:

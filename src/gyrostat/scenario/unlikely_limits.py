@@ -2,10 +2,9 @@
 
 from math import degrees, pi
 
-import numpy as np
-
 from gyrostat.core.errors import InputError
 from gyrostat.core.text import plain
+from gyrostat.scenario.kinds.distributions import distribution_of
 from gyrostat.scenario.numbers import Lines, Numbers, check_inertias
 from gyrostat.scenario.requirement import INDICES
 from gyrostat.scenario.scenario import INERTIA
@@ -61,23 +60,14 @@ def _inertia(numbers: Numbers) -> Lines:
         for row, key in enumerate(each.keys):
             if key not in keys:
                 continue
-            for drawn in _drawn(numbers.values[key], each.distribution, each.spread[row]):
+            ends = distribution_of(each, numbers.values).extremes(SIGMAS)
+            for drawn in (float(end[row]) for end in ends):
                 if _is_impossible(numbers, {key: drawn}):
                     yield (
                         f"dispersion of {key}",
                         f"a draw of {plain(drawn)} kg·m² is an inertia that no body has",
                     )
                     break
-
-
-def _drawn(nominal: float, distribution: str, spread: tuple[float, ...]) -> tuple[float, float]:
-    """Lowest and highest draw of one value that is looked at."""
-    if distribution == "uniform":
-        return spread[0], spread[1]
-    far = SIGMAS * float(np.linalg.norm(spread))
-    if distribution == "log_normal":
-        return nominal * np.exp(-far), nominal * np.exp(far)
-    return nominal - far, nominal + far
 
 
 def _is_impossible(numbers: Numbers, drawn: dict[str, float]) -> bool:

@@ -9,9 +9,12 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.scenario.distribution import RATIO, VALUE, Distribution, Parameter
+from gyrostat.scenario.kinds.dispersion.covariance import Covariance
+from gyrostat.scenario.kinds.distributions import DISTRIBUTIONS, NAMED, distribution_of
 from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.scenario import Dispersion, Scenario
-from gyrostat.scenario.schema import DISTRIBUTIONS, Key
+from gyrostat.scenario.schema import Key
 from gyrostat.scenario_files.tables import Table
 
 
@@ -35,8 +38,8 @@ def read_dispersions(
         if "fit" in row.row:
             made = [_from_fit(row.known(("fit", "wheel")), scenario, force)]
         else:
-            kind = row.one_of("distribution", DISTRIBUTIONS)
-            row.known(("key", "distribution", *DISTRIBUTIONS[kind]))
+            kind = DISTRIBUTIONS[row.one_of("distribution", NAMED)]
+            row.known(("key", "distribution", *kind.parameters()))
             keys = _keys(row, scenario)
             made = [_alone(row, kind, key, entries[key], scenario.values[key]) for key in keys]
         taken = {key for dispersion in found for key in dispersion.keys}
@@ -64,39 +67,34 @@ def _keys(row: Table, scenario: Scenario) -> list[str]:
     raise row.refuse("key", given, f"the key of a number of this scenario{hint}")
 
 
-def _alone(row: Table, kind: str, key: str, entry: Key, nominal: float) -> Dispersion:
+def _alone(
+    row: Table, kind: type[Distribution], key: str, entry: Key, nominal: float
+) -> Dispersion:
     """Dispersion of a single key by a distribution."""
     if not math.isfinite(nominal):
         raise row.refuse("key", key, "a key whose value is finite")
-    if kind == "log_normal":
-        sigma = row.percentage("sigma")
-        if sigma is None:
-            sigma = row.quantity("sigma", "1", positive=False)
-        if not 0.0 < sigma <= 10.0:
-            raise row.refuse("sigma", row.row["sigma"], "a sigma of the logarithm, above 0 to 10")
-        return Dispersion((key,), kind, ((sigma,),))
-    if kind == "normal":
-        sigma = _amount(row, "sigma", entry, nominal)
-        if not sigma > 0.0:
-            raise row.refuse("sigma", row.row["sigma"], "a sigma above 0, not in % of 0")
-        return Dispersion((key,), kind, ((sigma,),))
-    bounds = []
-    for name in ("low", "high"):
-        own = row.percentage(name)
-        value = nominal + own * abs(nominal) if own is not None else _amount(row, name, entry, 0.0)
-        if not entry.allows(value):
-            raise row.refuse(name, row.row[name], f"{key} {entry.range(value)}")
-        bounds.append(value)
-    if not bounds[0] < bounds[1]:
-        raise row.refuse("high", row.row["high"], f"more than low, {bounds[0]:g} {entry.unit}")
-    return Dispersion((key,), kind, (tuple(bounds),))
+    values = []
+    for name, parameter in kind.parameters().items():
+        value = _parameter(row, name, parameter, entry, nominal)
+        if parameter.of == VALUE and math.isfinite(value) and not entry.allows(value):
+            raise row.refuse(name, row.row.get(name, value), f"{key} {entry.range(value)}")
+        values.append(value)
+    made = Dispersion((key,), kind.name, (tuple(values),))
+    for name, expected in distribution_of(made, {key: nominal}).faults():
+        raise row.refuse(name, row.row.get(name, "none"), expected)
+    return made
 
 
-def _amount(row: Table, name: str, entry: Key, nominal: float) -> float:
+def _parameter(row: Table, name: str, parameter: Parameter, entry: Key, nominal: float) -> float:
+    """Parameter of a distribution, SI."""
+    if name not in row.row and parameter.default is not None:
+        return nominal if math.isnan(parameter.default) else parameter.default
     share = row.percentage(name)
-    if share is not None:
-        return share * abs(nominal)
-    return row.quantity(name, entry.dimension, positive=False)
+    if parameter.of == RATIO:
+        return row.quantity(name, "1", positive=False) if share is None else share
+    if share is None:
+        return row.quantity(name, entry.dimension, positive=False)
+    return share * abs(nominal) + (nominal if parameter.of == VALUE else 0.0)
 
 
 def _from_fit(row: Table, scenario: Scenario, force: bool) -> Dispersion:
@@ -125,4 +123,4 @@ def _from_fit(row: Table, scenario: Scenario, force: bool) -> Dispersion:
         raise InputError(f"{path}: found a sigma or correlation not finite, expected finite ones")
     spread: Any = square_root(matrix * np.outer(sigma, sigma))
     keys = tuple(f"wheel.{wheel}.{name}" for name in names)
-    return Dispersion(keys, "normal", tuple(map(tuple, spread.tolist())))
+    return Dispersion(keys, Covariance.name, tuple(map(tuple, spread.tolist())))

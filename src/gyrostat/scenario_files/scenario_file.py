@@ -21,6 +21,7 @@ from gyrostat.runs.user.packages import with_packages
 from gyrostat.runs.user.trial import try_shapes
 from gyrostat.scenario.impossible import check_possible
 from gyrostat.scenario.kinds.components import ESTIMATOR_OF
+from gyrostat.scenario.kinds.distributions import distributions_of
 from gyrostat.scenario.kinds.registry import KINDS, component, fitting_estimator, measured
 from gyrostat.scenario.kinds.wheel_keys import WHEEL, WHEEL_PARTS
 from gyrostat.scenario.requirement import INDICES, KNOWLEDGE
@@ -180,6 +181,7 @@ def validated(scenario: Scenario) -> Scenario:
         InputError: A part refuses its parameters or cannot be used.
     """
     check_possible(scenario)
+    distributions_of(scenario)
     check_times(scenario)
     check_windows(scenario)
     check_requirements(scenario)

@@ -34,31 +34,31 @@ class Bounds(NamedTuple):
     """Bounds of the dispersions; coordinates are from −1 to 1 within them.
 
     Attributes:
-        is_uniform: Whether each key has a uniform distribution, (keys,).
-        sigma: Bound of the others, standard deviations; of the uniform ones, the bound with the
+        limited: Whether the distribution of each key has a lower and an upper limit, (keys,).
+        sigma: Bound of the others, standard deviations; of the limited ones, the bound with the
             same probability, unless `ends`.
-        ends: Whether the bounds of uniform distributions are their ends.
+        ends: Whether the bounds of limited distributions are their limits.
     """
 
-    is_uniform: NDArray[np.bool_]
+    limited: NDArray[np.bool_]
     sigma: float
     ends: bool
 
     def normal(self, coordinates: Matrix) -> Matrix:
         """Standard normal numbers of coordinates, (n, keys)."""
         share = 0.5 + coordinates * (0.5 if self.ends else ndtr(self.sigma) - 0.5)
-        return np.where(self.is_uniform, ndtri(share), self.sigma * coordinates)
+        return np.where(self.limited, ndtri(share), self.sigma * coordinates)
 
     def draw(self, random: np.random.Generator, count: int) -> Matrix:
         """Standard normal numbers of runs with independent draws within the bounds, (n, keys)."""
         inside = ndtr(self.sigma) - 0.5
-        half = np.where(self.is_uniform & self.ends, 0.5, inside)
+        half = np.where(self.limited & self.ends, 0.5, inside)
         return ndtri(0.5 + half * random.uniform(-1.0, 1.0, (count, len(half))))
 
     def coordinates(self, normal: Matrix) -> Matrix:
         """Coordinates of standard normal numbers, (n, keys); beyond ±1 outside the bounds."""
         share = (ndtr(normal) - 0.5) / (0.5 if self.ends else ndtr(self.sigma) - 0.5)
-        return np.where(self.is_uniform, share, normal / self.sigma)
+        return np.where(self.limited, share, normal / self.sigma)
 
 
 class Worst(NamedTuple):
@@ -115,7 +115,7 @@ def _search(
     bounds: Bounds, runs: int, seed: int, largest: Largest
 ) -> Generator[Moves, Answers, Worst]:
     """See `worst_case`; `largest` follows the search."""
-    keys, count = len(bounds.is_uniform), min(runs // INDEPENDENT, MOST_INDEPENDENT)
+    keys, count = len(bounds.limited), min(runs // INDEPENDENT, MOST_INDEPENDENT)
     # trailing zeros would give the random numbers of a start
     normal = bounds.draw(np.random.default_rng([seed, 0, 1]), count)
     first = yield Moves(normal, np.full(count, FIRST), 1.0, count)

@@ -10,6 +10,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
+from gyrostat.scenario.kinds.distributions import distributions_of
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.search.condition import known_metric
 from gyrostat.search.execute import Stored, stored_search
@@ -50,8 +51,8 @@ class WorstCase:
                 f"--within: found {within!r}, expected box or a number up to {MOST_SIGMA:g} with "
                 "sigma: 3sigma"
             )
-        uniform = [d.distribution == "uniform" for d in scenario.dispersions for _ in d.keys]
-        return cls(metric, within.strip(), Bounds(np.array(uniform), sigma, ends))
+        limited = [each.is_bounded() for each in distributions_of(scenario)]
+        return cls(metric, within.strip(), Bounds(np.concatenate(limited), sigma, ends))
 
     def options(self) -> dict[str, Any]:
         """Options that campaign.json stores."""
@@ -65,7 +66,7 @@ class WorstCase:
 
     def searches(self, runs: int, seed: int) -> list[Generator[Moves, Answers, Worst]]:
         """The one search; raises `InputError`."""
-        keys = len(self.bounds.is_uniform)
+        keys = len(self.bounds.limited)
         least = fewest_flights(keys)
         if runs < least:
             raise InputError(

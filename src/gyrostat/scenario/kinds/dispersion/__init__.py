@@ -1,0 +1,1 @@
+"""Distributions of dispersed values, one in each file."""

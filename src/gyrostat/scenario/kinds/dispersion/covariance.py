@@ -1,0 +1,61 @@
+"""Normal distribution of values that depend on each other."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from typing import Self
+
+import numpy as np
+
+from gyrostat.core.orthonormal import HERMITE, Family
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.scenario.distribution import Distribution
+
+
+@dataclass(frozen=True, eq=False)
+class Covariance(Distribution):
+    """Normal about the nominal values, with the covariance of an identification.
+
+    Attributes:
+        root: Matrix from standard normal numbers to deviations, (keys, keys), SI; its product with
+            its transpose is the covariance.
+    """
+
+    name = "covariance"
+    root: Matrix
+
+    @classmethod
+    def of(cls, nominal: Vector, rows: Matrix) -> Self:
+        """See `Distribution.of`."""
+        return cls(nominal, rows)
+
+    def quantile(self, share: Matrix) -> Matrix:
+        """See `Distribution.quantile`."""
+        from scipy.special import ndtri  # slow to import
+
+        normal = ndtri(share)
+        # fixed order of summation: the rounding of a matrix product may depend on the number of
+        # rows
+        parts = (normal[:, k, None] * column for k, column in enumerate(self.root.T))
+        return self.nominal + sum(parts)
+
+    def families(self) -> list[Family]:
+        """See `Distribution.families`."""
+        return [HERMITE] * len(self.nominal)
+
+    def faults(self) -> Iterator[tuple[str, str]]:
+        """See `Distribution.faults`."""
+        if self.root.shape != (len(self.nominal),) * 2:
+            yield "covariance", "a square matrix with a row for each key"
+
+    def deviation(self) -> Vector:
+        """See `Distribution.deviation`."""
+        return np.linalg.norm(self.root, axis=1)
+
+    def extremes(self, sigmas: float) -> tuple[Vector, Vector]:
+        """See `Distribution.extremes`."""
+        away = sigmas * self.deviation()
+        return self.nominal - away, self.nominal + away
+
+    def is_joint(self) -> bool:
+        """See `Distribution.is_joint`."""
+        return bool(np.any(self.root != np.diag(np.diag(self.root))))
