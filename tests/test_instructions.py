@@ -4,14 +4,18 @@ import json
 import os
 import subprocess
 import sys
-from pathlib import Path
 
 import pytest
 
 from gyrostat.core import instructions
 from gyrostat.core.errors import InputError
 
-EXAMPLES = Path(__file__).parents[1] / "examples" / "scenarios"
+SPREAD = """
+[[dispersion]]
+key = "wheel.a.inertia"
+distribution = "normal"
+sigma = "1 %"
+"""
 V3 = "x86-64-v3"
 
 
@@ -87,10 +91,10 @@ def test_the_variables_limit_numpy_and_xla(tmp_path):
     assert "expected GYROSTAT_INSTRUCTIONS='x86-64-v3'" in done.stderr
 
 
-def test_a_campaign_with_a_common_set_is_replayed_with_it(tmp_path):
+def test_a_campaign_with_a_common_set_is_replayed_with_it(short, tmp_path):
     if not instructions.COMMON[V3].needed <= instructions._features():
         pytest.skip(f"processor without {V3}")
-    scenario = EXAMPLES / "zero_crossing_model.toml"
+    scenario = short('kind = "three_axis"', SPREAD)
     start = ["campaign", str(scenario), "--runs", "4", "--worst", "0", "--out", "runs"]
     program = (
         "import sys; from gyrostat.cli import main\n"

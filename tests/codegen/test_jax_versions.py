@@ -67,16 +67,16 @@ def test_verbs_that_need_c_end_with_one_line(run, unknown, tmp_path, monkeypatch
     assert not (tmp_path / "run.nc").exists()
 
 
-def test_auto_uses_jax_with_one_line(run, unknown, tmp_path):
-    code, _, error = run("simulate", SCENARIO, "--out", tmp_path / "run.nc")
+def test_auto_uses_jax_with_one_line(run, unknown, short, tmp_path):
+    code, _, error = run("simulate", short('kind = "three_axis"'), "--out", tmp_path / "run.nc")
     assert code == 0
     lines = [line for line in error.splitlines() if FOUND in line]
     assert len(lines) == 1
     assert lines[0].endswith("using the engine JAX, which is some 30 times slower")
 
 
-def test_python_says_it_on_stderr(unknown, capsys):
-    gs.simulate(SCENARIO)
+def test_python_says_it_on_stderr(unknown, short, capsys):
+    gs.simulate(short('kind = "three_axis"'))
     error = capsys.readouterr().err
     assert error.count("\n") == 1
     assert error.startswith(FOUND)
