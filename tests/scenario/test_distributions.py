@@ -1,9 +1,7 @@
 """Distributions of dispersed values, against SciPy, quadrature and analytic variances."""
 
 import hashlib
-from collections.abc import Iterator
-from dataclasses import dataclass
-from typing import Annotated
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -13,7 +11,6 @@ from gyrostat.campaigns.draws import draw, values_at
 from gyrostat.campaigns.effects import find_effects, inputs_of
 from gyrostat.core.errors import InputError
 from gyrostat.scenario import Dispersion, Scenario
-from gyrostat.scenario.distribution import RATIO, Distribution, Parameter
 from gyrostat.scenario.kinds import distributions
 from gyrostat.scenario.kinds.distributions import DISTRIBUTIONS, NAMED, distribution_of
 from gyrostat.scenario.unlikely import unlikely_numbers
@@ -157,24 +154,13 @@ def test_draws_are_the_same_in_every_version(with_dispersions):
     assert bits.hexdigest()[:16] == "87142d462357621b"
 
 
-@dataclass(frozen=True, eq=False)
-class Weibull(Distribution):
-    """A class of a test: the quantile function alone."""
-
-    name = "weibull"
-    shape: Annotated[np.ndarray, Parameter(RATIO, "Shape.")]
-
-    def quantile(self, share):
-        return self.nominal * (-np.log1p(-share)) ** (1.0 / self.shape)
-
-    def faults(self) -> Iterator[tuple[str, str]]:
-        if not np.all(self.shape > 0.0):
-            yield "shape", "a number above 0"
-
-
 @pytest.fixture
 def weibull(monkeypatch):
-    monkeypatch.setitem(distributions.DISTRIBUTIONS, "weibull", Weibull)
+    """The distribution that CONTRIBUTING.md adds."""
+    text = (Path(__file__).parents[2] / "CONTRIBUTING.md").read_text(encoding="utf-8")
+    module: dict[str, object] = {"__name__": "weibull"}
+    exec(text.partition("dispersion/weibull.py`:\n\n```python\n")[2].partition("```")[0], module)
+    monkeypatch.setitem(distributions.DISTRIBUTIONS, "weibull", module["Weibull"])
 
 
 def test_a_class_with_a_quantile_function_is_all_that_a_distribution_needs(
