@@ -27,7 +27,8 @@ def changed(scenario, key, factor):
 def numbers(scenario):
     """Scenarios that differ in numbers, one kind of number each."""
     first, *others = scenario.dispersions
-    wider = replace(first, spread=tuple(tuple(1.1 * x for x in row) for row in first.spread))
+    rows = tuple(tuple(1.1 * x for x in row) for row in first.parameters)
+    wider = replace(first, parameters=rows)
     turned = tuple(
         replace(event, target=(0.0, 1.0, 0.0, 0.0)) if event.target else event
         for event in scenario.events

@@ -3,9 +3,9 @@
 What a user's Python learns of these is compiled once, and another process gets other numbers: the
 order of a set of texts, `hash`, the number of the process, a date. A second trace in this process
 has the same ones. The other process has a hash seed, arguments, working folder, host and date of
-its own; sets are reversed in this process, because two hash seeds can give a small set the same
-order. This costs seconds, so that it is done only for texts with a name that can make a difference,
-and once for the same texts and trace.
+its own; sets and hashes are changed in this process, because two hash seeds can give a small set
+the same order. This costs seconds, so that it is done only for texts with a name that can make a
+difference, and once for the same texts and trace.
 """
 
 import ast
@@ -19,7 +19,7 @@ import tempfile
 import time
 from collections.abc import Callable, Iterator
 from dataclasses import replace
-from functools import partial
+from functools import cache, partial
 from typing import Any
 
 from gyrostat.codegen.comparison import Outline, difference_of, outline_of
@@ -44,6 +44,11 @@ NAMES = frozenset({"hash", "id", "set", "frozenset", "globals", "vars", "dir", "
 LATER = 400.5 * 86400.0
 """Time by which the clocks of the other process are ahead, s."""
 _SET = f"__import__({__name__!r}, fromlist=[None]).unordered"
+_COMPUTED = (
+    *("__and__", "__or__", "__sub__", "__xor__", "copy", "difference", "intersection"),
+    *("symmetric_difference", "union"),
+)
+"""Methods that return another set."""
 _COMMAND = "from gyrostat.runs.user.elsewhere import answer; answer()"
 
 Traced = Callable[[tuple[Source, ...]], Any]
@@ -114,7 +119,7 @@ def _curve(kind: str, sources: tuple[Source, ...]) -> Any:
 
 
 def _outlines(sources: tuple[Source, ...], traced: Traced) -> Iterator[Outline]:
-    """Outlines of the trace with sets in another order, and of that in another process."""
+    """Outlines of the trace with other sets and hashes, and of that in another process."""
     moved = tuple(map(_without_order, sources))
     if moved != sources:
         yield outline_of(traced(moved))
@@ -197,8 +202,8 @@ class _DateTime(datetime.datetime, metaclass=_Kind):
         return cls.now(datetime.UTC).replace(tzinfo=None)
 
 
-class _SetsAsCalls(ast.NodeTransformer):
-    """Sets in a text are made by `unordered`."""
+class _AsCalls(ast.NodeTransformer):
+    """Sets in a text, and results of `hash` and `id`, are made by `unordered`."""
 
     def visit_Set(self, node: ast.Set) -> ast.AST:
         """Set display."""
@@ -210,10 +215,10 @@ class _SetsAsCalls(ast.NodeTransformer):
         return _made(ast.Name("set", ast.Load()), self.generic_visit(node))
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
-        """Call of a class of sets."""
+        """Call of a class of sets, or of a function whose results other processes do not have."""
         call: Any = self.generic_visit(node)
         match call.func:
-            case ast.Name(id="set" | "frozenset"):
+            case ast.Name(id="set" | "frozenset" | "hash" | "id"):
                 return _made(call.func, *call.args)
         return call
 
@@ -223,26 +228,63 @@ def _made(kind: Any, *arguments: Any) -> ast.Call:
 
 
 def _without_order(source: Source) -> Source:
-    """Module whose sets have another order; the same if it has none."""
+    """Module with other sets, hashes and identities; the same if it has none."""
     if not source.is_module:
         return source
-    tree = _SetsAsCalls().visit(ast.parse(source.text))
+    tree = _AsCalls().visit(ast.parse(source.text))
     text = ast.unparse(ast.fix_missing_locations(tree))
     return replace(source, text=text) if _SET in text else source
 
 
 def unordered(kind: Any, *entries: Any) -> Any:
-    """Set in another order than here, unless all entries are numbers, whose order is fixed."""
-    made = kind(*entries)
-    if kind not in (set, frozenset) or all(isinstance(each, int | float) for each in made):
-        return made
+    """Result of `set`, `frozenset`, `hash` or `id`, different from the one here.
 
-    def reverse(made: Any) -> Iterator[Any]:
-        return iter([*kind.__iter__(made)][::-1])
+    Every entry of a set is in another place. What all processes have alike stays: the order of
+    numbers in a set, and their hash.
+    """
+    made = kind(*entries)
+    if kind in (hash, id):
+        return made if kind is hash and all(map(_is_fixed, entries)) else made + 1
+    return _moved(made)
+
+
+def _is_fixed(entry: Any) -> bool:
+    """Whether all processes give a value the same hash."""
+    if isinstance(entry, tuple):
+        return all(map(_is_fixed, entry))
+    return isinstance(entry, int | float | complex)
+
+
+def _moved(plain: Any) -> Any:
+    """Set of the entries of a plain one, in another order; anything else as it is."""
+    if type(plain) not in (set, frozenset):
+        return plain
+    made = _moved_kind(type(plain))(plain)
+    made.plain = plain
+    return made
+
+
+@cache
+def _moved_kind(kind: Any) -> Any:
+    """Class of sets whose entries have moved by one place, also in sets computed from them."""
+
+    def plain_of(made: Any) -> Any:
+        # a copy can have another order; a set that has changed since then has its own
+        return made.plain if kind.__eq__(made, made.plain) else made
+
+    def move(made: Any) -> Iterator[Any]:
+        entries = [*kind.__iter__(plain_of(made))]
+        is_fixed = all(map(_is_fixed, entries))
+        return iter(entries if is_fixed else [*entries[1:], *entries[:1]])
 
     def pop(made: Any) -> Any:
         chosen = next(iter(made))
         made.remove(chosen)
         return chosen
 
-    return type(kind.__name__, (kind,), {"__iter__": reverse, "pop": pop})(made)
+    def computed(name: str) -> Callable[..., Any]:
+        return lambda made, *others: _moved(getattr(kind, name)(plain_of(made), *others))
+
+    methods = {name: computed(name) for name in _COMPUTED}
+    own = {"__iter__": move, "pop": pop, "plain": kind()}
+    return type(kind.__name__, (kind,), methods | own)
