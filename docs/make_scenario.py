@@ -7,6 +7,7 @@ from gyrostat.scenario.kinds.compensators import COMPENSATORS
 from gyrostat.scenario.kinds.components import ESTIMATORS, SENSORS
 from gyrostat.scenario.kinds.distributions import DISTRIBUTIONS, NAMED
 from gyrostat.scenario.kinds.environments import ENVIRONMENTS
+from gyrostat.scenario.kinds.events import EVENTS
 from gyrostat.scenario.kinds.orbits import ORBITS
 from gyrostat.scenario.kinds.references import MODES, REFERENCES, SLEWS
 from gyrostat.scenario.kinds.registry import KINDS, PARTS
@@ -17,7 +18,6 @@ from gyrostat.scenario.metrics.schema import PERCENTILE, REQUIREMENT, WINDOW_PER
 from gyrostat.scenario.requirement import INDICES, INTERPRETATIONS
 from gyrostat.scenario.schema import (
     EVENT_TIME,
-    EVENTS,
     GUARD,
     INERTIA,
     RUN,
@@ -567,10 +567,10 @@ def page():
         "",
         OWN_EVENT,
     ]
-    for kind, (meaning, keys) in EVENTS.items():
-        lines += [f'`kind = "{kind}"`: {meaning}', ""]
+    for name, kind in EVENTS.items():
+        lines += [f'`kind = "{name}"`: {" ".join(kind.__doc__.split())}', ""]
         lines += ["| key | unit | default | meaning |", "|---|---|---|---|"]
-        lines += [*(entry(n, key) for n, key in {"time": EVENT_TIME, **keys}.items()), ""]
+        lines += [*(entry(n, key) for n, key in {"time": EVENT_TIME, **kind.keys}.items()), ""]
     lines += section("metrics", METRICS)
     window = section("[metrics.window]", WINDOW, WINDOW_TEXT)
     lines += [*window, METRIC_TEXT, METRICS_OUT, "| metric | unit | meaning |", "|---|---|---|"]

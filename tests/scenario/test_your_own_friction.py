@@ -12,9 +12,9 @@ from gyrostat.codegen.flight.c import emit
 from gyrostat.core.errors import InputError
 from gyrostat.exports import scenario_controller
 from gyrostat.runs.plans import designs_of
+from gyrostat.scenario.kinds.events import EVENTS
 from gyrostat.scenario.kinds.wheel_keys import WHEEL_ALL
 from gyrostat.scenario.scenario import Scenario
-from gyrostat.scenario.schema import event_keys
 from gyrostat.scenario.structure import structure_of
 from gyrostat.wheel import read_model, write_model
 from gyrostat.wheel.friction.contract import RESERVED
@@ -240,7 +240,9 @@ def test_check_names_the_law_and_says_that_it_never_sticks(folder):
 
 
 def test_parameter_of_a_law_cannot_have_the_name_of_another_key_of_a_wheel_or_an_event():
-    events = event_keys("friction_step", None, gs.Stribeck).keys() - gs.Stribeck.dimensions()
+    events = (
+        EVENTS["friction_step"].keys_of(gs.Stribeck, None, {}).keys() - gs.Stribeck.dimensions()
+    )
     assert {*WHEEL_ALL, *events} <= RESERVED
 
 

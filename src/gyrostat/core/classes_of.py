@@ -9,10 +9,15 @@ Kind = TypeVar("Kind")
 
 
 def classes_of(folder: ModuleType, base: type[Kind]) -> tuple[type[Kind], ...]:
-    """Subclasses of a class in the files of a folder, in the order of the files."""
-    made: dict[type[Kind], None] = {}
+    """Subclasses of a class that the files of a folder define, in the order of the files."""
+    found: list[type[Kind]] = []
     for file in iter_modules(folder.__path__):
-        content = vars(import_module(f"{folder.__name__}.{file.name}")).values()
-        kinds = (each for each in content if isinstance(each, type) and issubclass(each, base))
-        made |= dict.fromkeys(kind for kind in kinds if kind is not base)
-    return tuple(made)
+        module = import_module(f"{folder.__name__}.{file.name}")
+        own = (each for each in vars(module).values() if isinstance(each, type))
+        found += [each for each in own if issubclass(each, base) and is_defined_in(each, module)]
+    return tuple(found)
+
+
+def is_defined_in(kind: type, module: ModuleType) -> bool:
+    """Whether a class is of this module, and not imported by it."""
+    return kind.__module__ == module.__name__

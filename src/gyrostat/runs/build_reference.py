@@ -11,6 +11,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.runs.build_parts import named_parts
 from gyrostat.scenario.attitude_table import attitude_table
+from gyrostat.scenario.kinds.events import kind_of
 from gyrostat.scenario.kinds.references import (
     ERROR,
     LISTS,
@@ -53,7 +54,7 @@ def planned_reference(
         return None
     if kind == "table" and all(text.path != "reference" for text in scenario.texts):
         raise InputError("key reference.file: found none, expected a CSV file")
-    slews = [event.name for event in scenario.events if event.kind == "slew"]
+    slews = [event.name for event in scenario.events if kind_of(event).changes_target]
     if slews:
         raise InputError(
             f"key event[{slews[0]}]: found a slew beside the reference {kind}, expected none: the "

@@ -13,6 +13,7 @@ from gyrostat.runs.build_parts import modes_of_run
 from gyrostat.runs.build_reference import planned_reference
 from gyrostat.scenario.build_spacecraft import spacecraft_of
 from gyrostat.scenario.kinds.controllers import IGNORED, NOTIFIED, DesignCase
+from gyrostat.scenario.kinds.events import kind_of
 from gyrostat.scenario.kinds.orbits import planned_orbit
 from gyrostat.scenario.kinds.references import PlannedReference
 from gyrostat.scenario.kinds.registry import check_needs, chosen
@@ -48,7 +49,7 @@ class Plans(NamedTuple):
 def phases_of(structure: Structure) -> list[Event]:
     """Events that start a new phase with another controller design, in nominal order."""
     is_notified = chosen(structure, "controller").losses == NOTIFIED
-    return [e for e in structure.turning_points if is_notified or e.kind == "slew"]
+    return [e for e in structure.turning_points if is_notified or kind_of(e).changes_target]
 
 
 def phase_starts(structure: Structure, values: Values) -> list[Scalar]:
@@ -115,7 +116,7 @@ def _design_cases(
         wheel = None if event is None else event.wheel
         if event is not None and wheel is not None and losses != IGNORED:
             working[wheel] = False
-            seized[wheel] |= event.kind == "seized"
+            seized[wheel] |= kind_of(event).stops_rotor
         if event is not None:
             target = slews[event.name] or target
         rank = np.linalg.matrix_rank(np.asarray(scenario.axes) * working[:, None], tol=1e-6)

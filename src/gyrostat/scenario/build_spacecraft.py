@@ -5,8 +5,9 @@ from typing import Any
 import numpy as np
 
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.scenario.event_kind import FrictionChange, WheelFailure
+from gyrostat.scenario.kinds.events import kind_of
 from gyrostat.scenario.scenario import AXES, INERTIA
-from gyrostat.scenario.schema import WHEEL_IS_LOST
 from gyrostat.scenario.sensing import Values, options_of
 from gyrostat.scenario.structure import Structure
 from gyrostat.spacecraft import FrictionSteps, Spacecraft, Surfaces, WheelFailures
@@ -51,23 +52,19 @@ def spacecraft_of(structure: Structure, values: Values) -> Spacecraft:
 
 def failures_of(structure: Structure, values: Values) -> WheelFailures | None:
     """Wheel failures of the scenario's events; None if there are none."""
-    failing = [e for e in structure.events if e.wheel is not None and e.kind != "friction_step"]
+    kinds = [(event, kind_of(event)) for event in structure.events]
+    failing = [(event, kind) for event, kind in kinds if issubclass(kind, WheelFailure)]
     if not failing:
         return None
     failures = WheelFailures.none(len(structure.wheels))
-    for event in failing:
+    as_before = {"torque_share": 1.0, "stuck_torque": 0.0, "seized": False, "sensor_lost": False}
+    for event, kind in failing:
         own = options_of(values, f"event.{event.name}")
-        seized, share = event.kind == "seized", own.get("torque_share", 1.0)
-        if event.kind in WHEEL_IS_LOST:
-            share = 0.0
         index = jnp.arange(len(structure.wheels)) == event.wheel
         changed = WheelFailures(
             time=own["time"],
-            torque_share=share,
-            stuck_torque=own.get("torque", 0.0),
-            seized=seized,
             added_viscous=own.get("added_viscous", 0.0),
-            sensor_lost=event.kind == "tachometer_lost",
+            **(as_before | kind.effect(own)),
         )
         failures = jax.tree.map(
             lambda new, old, own=index: jnp.where(own, new, old), changed, failures
@@ -79,20 +76,19 @@ def friction_steps_of(
     structure: Structure, values: Values, before: Friction | LuGre
 ) -> FrictionSteps | None:
     """Friction steps of the scenario's events; None if there are none."""
-    stepping = [event for event in structure.events if event.kind == "friction_step"]
+    kinds = [(event, kind_of(event)) for event in structure.events]
+    stepping = [(event, kind) for event, kind in kinds if issubclass(kind, FrictionChange)]
     if not stepping:
         return None
     time, dimensions = jnp.full(len(structure.wheels), jnp.inf), before.dimensions()
     length = jnp.zeros(time.shape)
     after = before.parameters()
-    for event in stepping:
+    for event, kind in stepping:
         own = options_of(values, f"event.{event.name}")
         index = jnp.arange(len(structure.wheels)) == event.wheel
         time = jnp.where(index, own["time"], time)
-        length = jnp.where(index, own["rise_time"], length)
+        length = jnp.where(index, own.get("rise_time", 0.0), length)
         for name, dimension in dimensions.items():
-            # the factor scales friction torques and drag, not the speeds of the friction curve
-            factor = 1.0 if dimension == "speed" else own["factor"]
-            value = own.get(name, factor * after[name])
+            value = kind.after(name, dimension, after[name], own)
             after[name] = jnp.where(index, value, after[name])
     return FrictionSteps(time, type(before).of(**after), length)

@@ -33,7 +33,7 @@ class Event:
 
     Attributes:
         name: Name of the event, used in keys.
-        kind: Kind, a key of `gyrostat.scenario.schema.EVENTS`.
+        kind: Kind, a key of `gyrostat.scenario.kinds.events.EVENTS`, or "FILE.py:NAME".
         wheel: Index of the affected wheel, or None.
         target: New target attitude, (4,), scalar first, or None.
         sensor: Affected measured field, or None.

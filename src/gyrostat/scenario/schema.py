@@ -106,14 +106,6 @@ START: dict[str, Key] = {
     "rate": vector("speed", "Initial body rate, in body axes."),
 }
 EVENT_TIME = size("time", None, "Time of the event.")
-_DETECTED = size(
-    "time",
-    1.0,
-    "Time until the failure is notified; an error for a controller that is not notified.",
-)
-_DRAG = size("viscous", 0.0, "Viscous drag added to the bearing.")
-_UNTIL = size("time", inf, "End of the fault.")
-_SHARE = size("1", 1.0, "Probability that a sample is affected.", most=1.0)
 Measured = tuple[str, str | None]
 """Dimension of a measured field, and the unit of its rate of change; see `MEASURED`."""
 MEASURED: dict[str, Measured] = {
@@ -156,89 +148,6 @@ def guard_keys(fields: Mapping[str, Measured]) -> dict[str, Key]:
 
 GUARD = guard_keys(MEASURED)
 """Keys of the measurement limits without further sensors."""
-EVENTS: dict[str, tuple[str, dict[str, Key]]] = {
-    "slew": ("The target attitude of the controller changes to `target`.", {}),
-    "torque_lost": (
-        "The motor of `wheel` loses its torque; friction slows the rotor down.",
-        {"detected_after": _DETECTED, "added_viscous": _DRAG},
-    ),
-    "stuck_torque": (
-        "The motor of `wheel` gives a constant torque and ignores commands.",
-        {"detected_after": _DETECTED, "torque": Key("torque", None, "Constant motor torque.")},
-    ),
-    "seized": (
-        "The rotor of `wheel` stops instantly; its momentum is transferred to the body.",
-        {"detected_after": _DETECTED},
-    ),
-    "degraded": (
-        "The motor of `wheel` gives a fraction of the commanded torque; the controller is not "
-        "notified.",
-        {
-            "torque_share": size("1", None, "Remaining fraction of torque.", most=1.0),
-            "added_viscous": _DRAG,
-        },
-    ),
-    "drag": (
-        "The viscous drag of the bearing of `wheel` increases; the controller is not notified.",
-        {"added_viscous": size("viscous", None, "Viscous drag added to the bearing.")},
-    ),
-    "friction_step": (
-        "The bearing friction of `wheel` changes: it is multiplied by `factor`, or parameters of "
-        "the friction model, such as `coulomb`, get the values given here under their names; the "
-        "controller is not notified.",
-        {
-            "factor": size(
-                "1", 1.0, "Factor on friction torques and viscous drag that are not given here."
-            ),
-            "rise_time": size(
-                "time", 0.0, "Time over which the friction changes linearly; 0: a step."
-            ),
-        },
-    ),
-    "tachometer_lost": (
-        "The speed of `wheel` is no longer measured: the measurement keeps its last value.",
-        {},
-    ),
-    "sensor_dropout": (
-        "Samples of the measured field `sensor` are missing: the controller gets NaN.",
-        {"until": _UNTIL, "share": _SHARE},
-    ),
-    "sensor_spike": (
-        "`magnitude` is added to samples of the measured field `sensor`, in the unit of the field.",
-        {"until": _UNTIL, "share": _SHARE},
-    ),
-    "sensor_stuck": (
-        "The measured field `sensor` keeps its last value.",
-        {"until": _UNTIL},
-    ),
-}
-"""Kind of event -> its meaning, and its keys beside its time."""
-WHEEL_IS_LOST = ("torque_lost", "stuck_torque", "seized")
-"""Kinds of events after which the controller no longer uses the wheel."""
-SENSOR_FAULT = "sensor_"
-"""Prefix of the kinds of events that affect a sensor."""
-
-
-def event_keys(
-    kind: str,
-    sensor: str | None,
-    friction: "Law",
-    fields: Mapping[str, Measured] = MEASURED,
-) -> dict[str, Key]:
-    """Keys of an event; those of the friction model are optional.
-
-    Args:
-        kind: Kind of the event, a key of `EVENTS`.
-        sensor: Affected measured field, or None.
-        friction: Friction law of the wheels.
-        fields: Measured fields, see `MEASURED`.
-    """
-    keys = {"time": EVENT_TIME, **EVENTS[kind][1]}
-    if kind == "sensor_spike" and sensor is not None:
-        keys["magnitude"] = Key(fields[sensor][0], None, "Offset added to the value.")
-    return keys | (friction_keys(friction) if kind == "friction_step" else {})
-
-
 INERTIA = Key(
     "inertia", None, "Body inertia, without the inertia of the rotors about their spin axes."
 )

@@ -6,8 +6,10 @@ from typing import Any
 from gyrostat.control import FieldLimits, Guarded, MeasurementGuard
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.scenario.event_kind import SensorFailure
 from gyrostat.scenario.kinds.components import Options
-from gyrostat.scenario.schema import SENSOR_FAULT, Key
+from gyrostat.scenario.kinds.events import kind_of
+from gyrostat.scenario.schema import Key
 from gyrostat.scenario.structure import Structure, measured_names
 from gyrostat.spacecraft import FaultySensor, SensorFault
 
@@ -41,12 +43,12 @@ def with_faults(structure: Structure, values: Values, sensor: Any) -> Any:
     faults = tuple(
         SensorFault(
             field=event.sensor,
-            kind=event.kind.removeprefix(SENSOR_FAULT),
+            kind=kind.fault,
             **options_of(values, f"event.{event.name}"),
             element=event.element,
         )
-        for event in structure.events
-        if event.sensor is not None
+        for event, kind in ((event, kind_of(event)) for event in structure.events)
+        if issubclass(kind, SensorFailure) and event.sensor is not None
     )
     return FaultySensor(sensor, faults) if faults else sensor
 

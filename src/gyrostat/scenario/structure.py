@@ -5,9 +5,10 @@ from dataclasses import dataclass, fields, replace
 from math import inf, isfinite
 from typing import Any
 
+from gyrostat.scenario.kinds.events import kind_of
 from gyrostat.scenario.requirement import ErrorSignal, signals_of
 from gyrostat.scenario.scenario import Components, Event, Scenario
-from gyrostat.scenario.schema import WHEEL_IS_LOST, measured_by
+from gyrostat.scenario.schema import measured_by
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -36,7 +37,8 @@ def structure_of(scenario: Scenario) -> Structure:
     """Structure of a scenario."""
     common = {field.name: getattr(scenario, field.name) for field in fields(Components)}
     events = tuple(replace(event, target=None) for event in scenario.events)
-    turning = [e for e in events if e.kind == "slew" or e.kind in WHEEL_IS_LOST]
+    kinds = [(event, kind_of(event)) for event in events]
+    turning = [event for event, kind in kinds if kind.changes_target or kind.loses_wheel]
     # by the nominal value, so that all runs have the same structure
     limited = [
         name

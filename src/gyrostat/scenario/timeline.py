@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 
 from gyrostat.core.errors import InputError
+from gyrostat.scenario.kinds.events import kind_of
 from gyrostat.scenario.scenario import Event, Part, Scenario
 
 
@@ -20,7 +21,7 @@ def event_times(events: Iterable[Event], parts: Iterable[Part]) -> dict[str, str
 def slew_times(events: Iterable[Event], parts: Iterable[Part]) -> list[str]:
     """Keys of the times of all slews."""
     slews = [_key(part) for part in parts if part.section == "reference.slew"]
-    return slews + [f"event.{event.name}.time" for event in events if event.kind == "slew"]
+    return slews + [f"event.{event.name}.time" for event in events if kind_of(event).changes_target]
 
 
 def check_windows(scenario: Scenario) -> None:

@@ -4,10 +4,12 @@ from collections.abc import Mapping
 from math import inf
 
 from gyrostat.core.errors import InputError
+from gyrostat.scenario.event_kind import FrictionChange
 from gyrostat.scenario.kinds.controllers import NOTIFIED, PlannedController
+from gyrostat.scenario.kinds.events import EVENTS, kind_of
 from gyrostat.scenario.kinds.registry import own_event_keys
 from gyrostat.scenario.scenario import AXES, Event, Source
-from gyrostat.scenario.schema import EVENTS, SENSOR_FAULT, Measured, event_keys
+from gyrostat.scenario.schema import Measured
 from gyrostat.scenario_files.read_user_parts import OWN_KEYS, own_kind
 from gyrostat.scenario_files.tables import Table
 from gyrostat.spacecraft import SpacecraftFile
@@ -42,10 +44,7 @@ def read_events(
             found.append(_own_event(row, name, values, sources))
             continue
         event = _event(row, name, craft, values, controller, fields)
-        step = event.kind == "friction_step"
-        if event.wheel is not None and any(
-            (other.wheel, other.kind == "friction_step") == (event.wheel, step) for other in found
-        ):
+        if event.wheel is not None and any(_affects(event) == _affects(other) for other in found):
             raise InputError(
                 f"{row.place('wheel')}: found {craft.wheel_names[event.wheel]}, which another "
                 "event affects, expected one failure and one friction step per wheel"
@@ -64,6 +63,11 @@ def _own_event(
     return event
 
 
+def _affects(event: Event) -> tuple[int | None, bool]:
+    """Wheel that an event affects, and whether by its friction."""
+    return event.wheel, issubclass(kind_of(event), FrictionChange)
+
+
 def _event(
     row: Table,
     name: str,
@@ -72,14 +76,13 @@ def _event(
     controller: PlannedController,
     fields: Mapping[str, Measured],
 ) -> Event:
-    kind = row.one_of("kind", EVENTS)
-    sensor = row.one_of("sensor", fields) if kind.startswith(SENSOR_FAULT) else None
-    own = ("target",) if kind == "slew" else ("wheel",)
+    kind = EVENTS[row.one_of("kind", EVENTS)]
+    sensor = row.one_of("sensor", fields) if kind.affects == "sensor" else None
+    own = (kind.affects,)
     if sensor is not None:
         own = ("sensor", *{"rate": ("axis",), "wheel_speed": ("wheel",)}.get(sensor, ()))
     law = type(craft.spacecraft.wheels.friction)
-    friction = law.dimensions()
-    keys = event_keys(kind, sensor, law, fields)
+    keys = kind.keys_of(law, sensor, fields)
     if "detected_after" in keys and controller.losses != NOTIFIED:
         if "detected_after" in row.row:
             raise row.refuse(
@@ -89,23 +92,21 @@ def _event(
             )
         del keys["detected_after"]
     row.known(("name", "kind", *own, *keys))
-    if kind == "friction_step":
-        keys = {key: entry for key, entry in keys.items() if key in row.row or key not in friction}
-        if "factor" not in row.row and not any(key in friction for key in keys):
-            raise InputError(
-                f"{row.place('factor')}: found none, expected one, or values of "
-                f"{', '.join(friction)}"
-            )
+    missing = kind.missing(row.row, law)
+    if missing is not None:
+        raise InputError(f"{row.place(missing[0])}: found none, expected {missing[1]}")
+    optional = kind.optional(law)
+    keys = {key: entry for key, entry in keys.items() if key in row.row or key not in optional}
     values |= row.numbers(keys, f"event.{name}.")
     time, end = values[f"event.{name}.time"], values.get(f"event.{name}.until", inf)
     if end <= time:
         raise row.refuse("until", end, f"a time after its start, {time:g} s")
-    target = row.unit("target", 4, None) if kind == "slew" else None
+    target = row.unit("target", 4, None) if "target" in own else None
     wheel = element = None
     if "wheel" in own and (sensor is None or "wheel" in row.row):
         wheel = craft.wheel_number(row.text("wheel", None), row.place("wheel"))
     elif "axis" in row.row:
         element = AXES.index(row.one_of("axis", AXES))
     if sensor is not None:
-        return Event(name, kind, sensor=sensor, element=element if wheel is None else wheel)
-    return Event(name, kind, wheel=wheel, target=target)
+        return Event(name, kind.name, sensor=sensor, element=element if wheel is None else wheel)
+    return Event(name, kind.name, wheel=wheel, target=target)

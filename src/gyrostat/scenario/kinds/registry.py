@@ -17,6 +17,7 @@ from gyrostat.scenario.kinds.components import (
 )
 from gyrostat.scenario.kinds.controllers import CONTROLLERS
 from gyrostat.scenario.kinds.environments import EITHER_ORBIT, ENVIRONMENTS, TORQUES
+from gyrostat.scenario.kinds.events import EVENTS
 from gyrostat.scenario.kinds.magnetic_controllers import MAGNETIC_CONTROLLERS, UNLOADINGS
 from gyrostat.scenario.kinds.orbits import ORBITS
 from gyrostat.scenario.kinds.references import ERROR, MODES, POSITION_ERROR, REFERENCES, SLEWS
@@ -34,7 +35,6 @@ from gyrostat.scenario.schema import (
     START,
     Key,
     Measured,
-    event_keys,
     friction_keys,
     guard_keys,
     measured_by,
@@ -284,7 +284,7 @@ def numbers_of(scenario: Scenario) -> dict[str, Key]:
         **{
             f"event.{e.name}": own_event_keys(e.kind, scenario.sources)
             if is_own(e.kind)
-            else event_keys(e.kind, e.sensor, friction, fields)
+            else EVENTS[e.kind].keys_of(friction, e.sensor, fields)
             for e in scenario.events
         },
     }

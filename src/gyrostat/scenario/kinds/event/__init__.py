@@ -1,0 +1,1 @@
+"""Kinds of events, one in each file."""

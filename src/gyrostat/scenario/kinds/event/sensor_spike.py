@@ -1,0 +1,32 @@
+"""Samples with an offset."""
+
+from collections.abc import Mapping
+from math import inf
+from typing import TYPE_CHECKING, ClassVar
+
+from gyrostat.scenario.event_kind import SensorFailure
+from gyrostat.scenario.schema import Key, Measured, size
+
+if TYPE_CHECKING:
+    from gyrostat.wheel.friction_laws import Law
+
+
+class SensorSpike(SensorFailure):
+    """`magnitude` is added to samples of the measured field `sensor`, in the unit of the field."""
+
+    name = "sensor_spike"
+    fault = "spike"
+    keys: ClassVar[Mapping[str, Key]] = {
+        "until": size("time", inf, "End of the fault."),
+        "share": size("1", 1.0, "Probability that a sample is affected.", most=1.0),
+    }
+
+    @classmethod
+    def keys_of(
+        cls, law: "Law", sensor: str | None, fields: Mapping[str, Measured]
+    ) -> dict[str, Key]:
+        """See `EventKind.keys_of`."""
+        keys = super().keys_of(law, sensor, fields)
+        if sensor is not None:
+            keys["magnitude"] = Key(fields[sensor][0], None, "Offset added to the value.")
+        return keys

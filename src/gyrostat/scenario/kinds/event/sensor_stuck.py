@@ -1,0 +1,16 @@
+"""Sensor that repeats its last value."""
+
+from collections.abc import Mapping
+from math import inf
+from typing import ClassVar
+
+from gyrostat.scenario.event_kind import SensorFailure
+from gyrostat.scenario.schema import Key, size
+
+
+class SensorStuck(SensorFailure):
+    """The measured field `sensor` keeps its last value."""
+
+    name = "sensor_stuck"
+    fault = "stuck"
+    keys: ClassVar[Mapping[str, Key]] = {"until": size("time", inf, "End of the fault.")}
