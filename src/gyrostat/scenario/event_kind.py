@@ -1,6 +1,7 @@
 """Bases of the kinds of events, whose classes are in kinds/event."""
 
 from collections.abc import Collection, Mapping
+from math import inf
 from typing import TYPE_CHECKING, Any, ClassVar
 
 from gyrostat.core.arrays import Scalar
@@ -15,6 +16,8 @@ DETECTED = size(
     "Time until the failure is notified; an error for a controller that is not notified.",
 )
 ADDED_DRAG = size("viscous", 0.0, "Viscous drag added to the bearing.")
+UNTIL = size("time", inf, "End of the fault.")
+SHARE = size("1", 1.0, "Probability that a sample is affected.", most=1.0)
 
 
 class EventKind:

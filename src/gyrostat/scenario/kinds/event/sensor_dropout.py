@@ -1,11 +1,10 @@
 """Missing samples."""
 
 from collections.abc import Mapping
-from math import inf
 from typing import ClassVar
 
-from gyrostat.scenario.event_kind import SensorFailure
-from gyrostat.scenario.schema import Key, size
+from gyrostat.scenario.event_kind import SHARE, UNTIL, SensorFailure
+from gyrostat.scenario.schema import Key
 
 
 class SensorDropout(SensorFailure):
@@ -13,7 +12,4 @@ class SensorDropout(SensorFailure):
 
     name = "sensor_dropout"
     fault = "dropout"
-    keys: ClassVar[Mapping[str, Key]] = {
-        "until": size("time", inf, "End of the fault."),
-        "share": size("1", 1.0, "Probability that a sample is affected.", most=1.0),
-    }
+    keys: ClassVar[Mapping[str, Key]] = {"until": UNTIL, "share": SHARE}

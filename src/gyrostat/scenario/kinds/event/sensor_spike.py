@@ -1,11 +1,10 @@
 """Samples with an offset."""
 
 from collections.abc import Mapping
-from math import inf
 from typing import TYPE_CHECKING, ClassVar
 
-from gyrostat.scenario.event_kind import SensorFailure
-from gyrostat.scenario.schema import Key, Measured, size
+from gyrostat.scenario.event_kind import SHARE, UNTIL, SensorFailure
+from gyrostat.scenario.schema import Key, Measured
 
 if TYPE_CHECKING:
     from gyrostat.wheel.friction_laws import Law
@@ -16,10 +15,7 @@ class SensorSpike(SensorFailure):
 
     name = "sensor_spike"
     fault = "spike"
-    keys: ClassVar[Mapping[str, Key]] = {
-        "until": size("time", inf, "End of the fault."),
-        "share": size("1", 1.0, "Probability that a sample is affected.", most=1.0),
-    }
+    keys: ClassVar[Mapping[str, Key]] = {"until": UNTIL, "share": SHARE}
 
     @classmethod
     def keys_of(

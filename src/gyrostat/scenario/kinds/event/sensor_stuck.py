@@ -1,11 +1,10 @@
 """Sensor that repeats its last value."""
 
 from collections.abc import Mapping
-from math import inf
 from typing import ClassVar
 
-from gyrostat.scenario.event_kind import SensorFailure
-from gyrostat.scenario.schema import Key, size
+from gyrostat.scenario.event_kind import UNTIL, SensorFailure
+from gyrostat.scenario.schema import Key
 
 
 class SensorStuck(SensorFailure):
@@ -13,4 +12,4 @@ class SensorStuck(SensorFailure):
 
     name = "sensor_stuck"
     fault = "stuck"
-    keys: ClassVar[Mapping[str, Key]] = {"until": size("time", inf, "End of the fault.")}
+    keys: ClassVar[Mapping[str, Key]] = {"until": UNTIL}
