@@ -14,10 +14,7 @@ def classes_of(folder: ModuleType, base: type[Kind]) -> tuple[type[Kind], ...]:
     for file in iter_modules(folder.__path__):
         module = import_module(f"{folder.__name__}.{file.name}")
         own = (each for each in vars(module).values() if isinstance(each, type))
-        found += [each for each in own if issubclass(each, base) and is_defined_in(each, module)]
+        # not those that the file imports
+        own = (each for each in own if each.__module__ == module.__name__)
+        found += [each for each in own if issubclass(each, base)]
     return tuple(found)
-
-
-def is_defined_in(kind: type, module: ModuleType) -> bool:
-    """Whether a class is of this module, and not imported by it."""
-    return kind.__module__ == module.__name__
