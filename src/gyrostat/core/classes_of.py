@@ -9,12 +9,15 @@ Kind = TypeVar("Kind")
 
 
 def classes_of(folder: ModuleType, base: type[Kind]) -> tuple[type[Kind], ...]:
-    """Subclasses of a class that the files of a folder define, in the order of the files."""
+    """Subclasses of a class that the files of a folder define, in the order of the files.
+
+    The class itself may be in one of them.
+    """
     found: list[type[Kind]] = []
     for file in iter_modules(folder.__path__):
         module = import_module(f"{folder.__name__}.{file.name}")
         own = (each for each in vars(module).values() if isinstance(each, type))
         # not those that the file imports
         own = (each for each in own if each.__module__ == module.__name__)
-        found += [each for each in own if issubclass(each, base)]
+        found += [each for each in own if issubclass(each, base) and each is not base]
     return tuple(found)

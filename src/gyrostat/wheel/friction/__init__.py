@@ -1,19 +1,17 @@
 """Friction models, one short file each; a new static model is registered by its file alone."""
 
-import importlib
-import pkgutil
+import sys
 
+from gyrostat.core.classes_of import classes_of
 from gyrostat.wheel.friction.base import Friction, parameter
 from gyrostat.wheel.friction.directional import DirectionalStribeck
 from gyrostat.wheel.friction.lugre import LuGre, static_curve
 from gyrostat.wheel.friction.stribeck import DEFAULT_STRIBECK_SPEED, Stribeck, stribeck_torque
 from gyrostat.wheel.friction.viscous_coulomb import ViscousCoulomb
 
-for _module in pkgutil.iter_modules(__path__):
-    importlib.import_module(f"{__name__}.{_module.name}")
-
 FRICTION_MODELS: dict[str, type[Friction]] = {
-    model.name: model for model in sorted(Friction.__subclasses__(), key=lambda m: m.name)
+    model.name: model
+    for model in sorted(classes_of(sys.modules[__name__], Friction), key=lambda m: m.name)
 }
 """Static friction models by name."""
 WHEEL_FRICTION: dict[str, type[Friction] | type[LuGre]] = {**FRICTION_MODELS, LuGre.name: LuGre}
