@@ -436,8 +436,8 @@ def distributions():
         yield f'`distribution = "{name}"`: {kind.__doc__.strip()}\n\n'
         yield "| key | default | meaning |\n|---|---|---|\n"
         for key, (_, meaning, default) in kind.parameters().items():
-            shown = {None: "required"}.get(default, "none")
-            shown = "the nominal value" if default is not None and isnan(default) else shown
+            shown = "the nominal value" if default is not None and isnan(default) else "none"
+            shown = "required" if default is None else shown
             yield f"| `{key}` | {shown} | {meaning} |\n"
         yield "\n"  # a blank line after the table
 

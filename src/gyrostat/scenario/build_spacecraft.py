@@ -6,7 +6,7 @@ import numpy as np
 
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.scenario.event_kind import FrictionChange, WheelFailure
-from gyrostat.scenario.kinds.events import kind_of
+from gyrostat.scenario.kinds.events import events_of
 from gyrostat.scenario.scenario import AXES, INERTIA
 from gyrostat.scenario.sensing import Values, options_of
 from gyrostat.scenario.structure import Structure
@@ -52,17 +52,17 @@ def spacecraft_of(structure: Structure, values: Values) -> Spacecraft:
 
 def failures_of(structure: Structure, values: Values) -> WheelFailures | None:
     """Wheel failures of the scenario's events; None if there are none."""
-    kinds = [(event, kind_of(event)) for event in structure.events]
-    failing = [(event, kind) for event, kind in kinds if issubclass(kind, WheelFailure)]
+    failing = events_of(structure.events, WheelFailure)
     if not failing:
         return None
     failures = WheelFailures.none(len(structure.wheels))
-    as_before = {"torque_share": 1.0, "stuck_torque": 0.0, "seized": False, "sensor_lost": False}
+    as_before = {"torque_share": 1.0, "stuck_torque": 0.0, "sensor_lost": False}
     for event, kind in failing:
         own = options_of(values, f"event.{event.name}")
         index = jnp.arange(len(structure.wheels)) == event.wheel
         changed = WheelFailures(
             time=own["time"],
+            seized=kind.stops_rotor,
             added_viscous=own.get("added_viscous", 0.0),
             **(as_before | kind.effect(own)),
         )
@@ -76,8 +76,7 @@ def friction_steps_of(
     structure: Structure, values: Values, before: Friction | LuGre
 ) -> FrictionSteps | None:
     """Friction steps of the scenario's events; None if there are none."""
-    kinds = [(event, kind_of(event)) for event in structure.events]
-    stepping = [(event, kind) for event, kind in kinds if issubclass(kind, FrictionChange)]
+    stepping = events_of(structure.events, FrictionChange)
     if not stepping:
         return None
     time, dimensions = jnp.full(len(structure.wheels), jnp.inf), before.dimensions()

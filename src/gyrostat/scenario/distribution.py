@@ -1,8 +1,8 @@
 """Base of the distributions of dispersed values, whose classes are in kinds/dispersion."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass
-from typing import ClassVar, NamedTuple, Self, get_type_hints
+from dataclasses import dataclass, fields
+from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,12 +46,8 @@ class Distribution:
     @classmethod
     def parameters(cls) -> dict[str, Parameter]:
         """Parameters by name."""
-        hints = get_type_hints(cls, include_extras=True)
-        return {
-            name: hint.__metadata__[0]
-            for name, hint in hints.items()
-            if isinstance(getattr(hint, "__metadata__", (None,))[0], Parameter)
-        }
+        found = ((field.name, getattr(field.type, "__metadata__", ())) for field in fields(cls))
+        return {name: about[0] for name, about in found if about}
 
     @classmethod
     def of(cls, nominal: Vector, rows: Matrix) -> Self:
@@ -103,3 +99,19 @@ class Distribution:
     def is_joint(self) -> bool:
         """Whether the values depend on each other."""
         return False
+
+
+class Limited(Distribution):
+    """Distribution with the parameters `low` and `high`."""
+
+    low: Vector
+    high: Vector
+
+    def faults(self) -> Iterator[tuple[str, str]]:
+        """See `Distribution.faults`."""
+        if not np.all(self.low < self.high):
+            yield "high", "more than low"
+
+    def bounds(self) -> tuple[Vector, Vector]:
+        """See `Distribution.bounds`."""
+        return self.low, self.high

@@ -70,7 +70,7 @@ class WheelFailure(EventKind):
 
     @classmethod
     def effect(cls, values: Mapping[str, Scalar]) -> dict[str, Any]:
-        """Fields of `gyrostat.spacecraft.WheelFailures` beside time and drag, if not as before.
+        """Fields of `gyrostat.spacecraft.WheelFailures` that change, but for time, drag, `seized`.
 
         Args:
             values: Numbers of the event, SI.

@@ -8,7 +8,7 @@ from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.scenario.event_kind import SensorFailure
 from gyrostat.scenario.kinds.components import Options
-from gyrostat.scenario.kinds.events import kind_of
+from gyrostat.scenario.kinds.events import events_of
 from gyrostat.scenario.schema import Key
 from gyrostat.scenario.structure import Structure, measured_names
 from gyrostat.spacecraft import FaultySensor, SensorFault
@@ -47,8 +47,8 @@ def with_faults(structure: Structure, values: Values, sensor: Any) -> Any:
             **options_of(values, f"event.{event.name}"),
             element=event.element,
         )
-        for event, kind in ((event, kind_of(event)) for event in structure.events)
-        if issubclass(kind, SensorFailure) and event.sensor is not None
+        for event, kind in events_of(structure.events, SensorFailure)
+        if event.sensor is not None
     )
     return FaultySensor(sensor, faults) if faults else sensor
 

@@ -25,10 +25,8 @@ def traced_period(structure: Structure, plans: Any) -> Any:
 
 
 def period_from(structure: Structure, plans: Any, sources: tuple[Source, ...]) -> Any:
-    """Jaxpr of the first control period with these texts of the parts, which are loaded before."""
-    moved = replace(structure, sources=sources)
-    load_parts(moved)
-    return traced_period(moved, plans)
+    """Jaxpr of the first control period with these texts of the parts."""
+    return traced_period(loaded_with(structure, sources), plans)
 
 
 def arguments_of(structure: Structure, plans: Any) -> tuple[Any, ...]:
@@ -37,11 +35,16 @@ def arguments_of(structure: Structure, plans: Any) -> tuple[Any, ...]:
     return np.zeros(len(structure.keys)), drawn, plans, jax.random.key(0)
 
 
-def load_parts(structure: Structure) -> None:
-    """Load the parts of a structure; inside a trace, the arrays of a module would be traced."""
+def loaded_with(structure: Structure, sources: tuple[Source, ...]) -> Structure:
+    """Structure with these texts of its parts, which are loaded.
+
+    Inside a trace, the arrays of a module would be traced.
+    """
+    structure = replace(structure, sources=sources)
     named = [(section, getattr(structure, section)) for section in KINDS]
     named += [(part.section, part.kind) for part in structure.parts]
     named += [("event", event.kind) for event in structure.events]
     for section, kind in named:
         if is_own(kind):
             own_component(section, kind, structure.sources)
+    return structure

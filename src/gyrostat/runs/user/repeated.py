@@ -1,7 +1,6 @@
 """Repeated traces of user-defined parts: a part must be the same each time it is constructed."""
 
 import contextlib
-from dataclasses import replace
 from functools import lru_cache, partial
 from itertools import count
 from typing import Any
@@ -12,7 +11,7 @@ from gyrostat.core.user_errors import OwnError
 from gyrostat.core.user_modules import package_of
 from gyrostat.runs.run_loop import loop_of
 from gyrostat.runs.user.elsewhere import check_elsewhere
-from gyrostat.runs.user.period import arguments_of, load_parts, period_from, traced_period
+from gyrostat.runs.user.period import arguments_of, loaded_with, period_from, traced_period
 from gyrostat.scenario.scenario import Source
 from gyrostat.scenario.structure import Structure
 from gyrostat.scenario.user.lines import line_that_changes, line_that_differs, silent
@@ -71,9 +70,7 @@ def try_parts(structure: Structure, plans: Any, own: str) -> tuple[Call, ...]:
 def _tried(structure: Structure, shapes: _Shapes, own: str) -> tuple[Call, ...]:
     def fresh() -> Structure:
         empty = Source(f"trial{next(_numbers)}.py", "")
-        loaded = replace(structure, sources=(*structure.sources, empty))
-        load_parts(loaded)
-        return loaded
+        return loaded_with(structure, (*structure.sources, empty))
 
     def again() -> Any:
         return traced_period(structure, shapes.plans)

@@ -8,11 +8,11 @@ from typing import Annotated
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.scenario.distribution import VALUE, Distribution, Parameter
+from gyrostat.scenario.distribution import VALUE, Limited, Parameter
 
 
 @dataclass(frozen=True, eq=False)
-class Triangular(Distribution):
+class Triangular(Limited):
     """The density rises in a straight line from `low` to `mode`, and falls from there to `high`."""
 
     name = "triangular"
@@ -29,11 +29,6 @@ class Triangular(Distribution):
 
     def faults(self) -> Iterator[tuple[str, str]]:
         """See `Distribution.faults`."""
-        if not np.all(self.low < self.high):
-            yield "high", "more than low"
-        elif not np.all((self.low <= self.mode) & (self.mode <= self.high)):
+        yield from super().faults()
+        if not np.all((self.low <= self.mode) & (self.mode <= self.high)):
             yield "mode", "low to high, by default the nominal value"
-
-    def bounds(self) -> tuple[Vector, Vector]:
-        """See `Distribution.bounds`."""
-        return self.low, self.high

@@ -8,11 +8,11 @@ from typing import Annotated
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.scenario.distribution import DEVIATION, VALUE, Distribution, Parameter
+from gyrostat.scenario.distribution import DEVIATION, VALUE, Limited, Parameter
 
 
 @dataclass(frozen=True, eq=False)
-class TruncatedNormal(Distribution):
+class TruncatedNormal(Limited):
     """Normal about the nominal value, without the values below `low` and above `high`."""
 
     name = "truncated_normal"
@@ -38,16 +38,11 @@ class TruncatedNormal(Distribution):
         """See `Distribution.faults`."""
         if not np.all(self.sigma > 0.0):
             yield "sigma", "a sigma above 0, not in % of 0"
-        if not np.all(self.low < self.high):
-            yield "high", "more than low"
+        yield from super().faults()
         if not np.all(self.low <= self.nominal):
             yield "low", "at most the nominal value"
         if not np.all(self.nominal <= self.high):
             yield "high", "at least the nominal value"
-
-    def bounds(self) -> tuple[Vector, Vector]:
-        """See `Distribution.bounds`."""
-        return self.low, self.high
 
     def deviation(self) -> Vector:
         """See `Distribution.deviation`; NaN where it has bounds."""

@@ -19,4 +19,4 @@ class Seized(WheelFailure):
     @classmethod
     def effect(cls, values: Mapping[str, Scalar]) -> dict[str, Any]:
         """See `WheelFailure.effect`."""
-        return {"torque_share": 0.0, "seized": True}
+        return {"torque_share": 0.0}
