@@ -3,13 +3,8 @@
 from math import isnan
 from pathlib import Path
 
-from gyrostat.scenario.kinds.compensators import COMPENSATORS
-from gyrostat.scenario.kinds.components import ESTIMATORS, SENSORS
 from gyrostat.scenario.kinds.distributions import DISTRIBUTIONS, NAMED
-from gyrostat.scenario.kinds.environments import ENVIRONMENTS
 from gyrostat.scenario.kinds.events import EVENTS
-from gyrostat.scenario.kinds.orbits import ORBITS
-from gyrostat.scenario.kinds.references import MODES, REFERENCES, SLEWS
 from gyrostat.scenario.kinds.registry import KINDS, PARTS
 from gyrostat.scenario.kinds.wheel_keys import WHEEL_ALL, WHEEL_PARTS
 from gyrostat.scenario.metrics.budget import BUDGET, gained
@@ -416,10 +411,11 @@ def kinds(components):
     """The kinds of a section, each with its keys."""
     lines = []
     for name, component in components.items():
-        lines += [f'`kind = "{name}"`: {component.meaning}', ""]
-        if component.keys:
+        keys = component.keys()
+        lines += [f'`kind = "{name}"`: {component.meaning()}', ""]
+        if keys:
             lines += ["| key | unit | default | meaning |", "|---|---|---|---|"]
-            lines += [*(entry(n, key) for n, key in component.keys.items()), ""]
+            lines += [*(entry(n, key) for n, key in keys.items()), ""]
     return lines
 
 
@@ -524,27 +520,27 @@ def page():
             KINDS["controller"],
             "The controller is designed for the nominal spacecraft, and again at events.",
         ),
-        ("compensator", COMPENSATORS, ""),
+        ("compensator", KINDS["compensator"], ""),
         (
             "unloading",
             KINDS["unloading"],
             "Momentum unloading of the wheels, added to the controller and its compensator "
             "([Sensors and actuators](sensors_and_actuators.md#momentum-unloading)).",
         ),
-        ("sensors", SENSORS, ""),
+        ("sensors", KINDS["sensors"], ""),
         (
             "estimator",
-            ESTIMATORS,
+            KINDS["estimator"],
             "The estimator processes the measurements before the controller uses them. With a "
             "controller of your own, the kind `none` fits any sensors.",
         ),
-        ("orbit", ORBITS, ORBIT_TEXT),
-        ("environment", ENVIRONMENTS, ""),
-        ("reference", REFERENCES, REFERENCE),
+        ("orbit", KINDS["orbit"], ORBIT_TEXT),
+        ("environment", KINDS["environment"], ""),
+        ("reference", KINDS["reference"], REFERENCE),
     ):
         lines += [*section(name, {}, text), *kinds(components)]
-    for name, components in (("reference.slew", SLEWS), ("reference.mode", MODES)):
-        lines += [f"## [[{name}]]", "", "Each has a unique `name`.", "", *kinds(components)]
+    for name in ("reference.slew", "reference.mode"):
+        lines += [f"## [[{name}]]", "", "Each has a unique `name`.", "", *kinds(PARTS[name])]
     for text, section_name in (
         (BANDS_TEXT, "controller.band"),
         (TORQUES_TEXT, "environment.torque"),

@@ -14,7 +14,7 @@ from gyrostat.core.cache import private_cache
 from gyrostat.core.errors import InputError
 from gyrostat.runs.plans import plans_of
 from gyrostat.runs.run_loop import Drawn
-from gyrostat.scenario.kinds.compensators import COMPENSATORS
+from gyrostat.scenario.kinds.registry import KINDS
 from gyrostat.scenario.structure import structure_of
 
 pytestmark = pytest.mark.skipif(not compiler(), reason="found no C compiler")
@@ -151,12 +151,11 @@ def test_components_of_a_user_are_always_traced(scenario, small, trace, monkeypa
     structure, plans = structure_of(scenario), plans_of(scenario)
     program_of(structure, plans)
 
-    def own(*arguments):
-        return COMPENSATORS["friction_model"].make(*arguments)
+    class Own(KINDS["compensator"]["friction_model"]):
+        pass
 
-    changed = replace(COMPENSATORS["friction_model"], make=own)
     other = replace(scenario, compensator="own")
-    monkeypatch.setitem(COMPENSATORS, "own", changed)
+    monkeypatch.setitem(KINDS["compensator"], "own", Own)
     made = []
     monkeypatch.setattr(native, "private_cache", lambda: pytest.fail("stored or looked up"))
     monkeypatch.setattr(native, "_trace", lambda *given: made.append(given) or trace)

@@ -16,6 +16,8 @@ from gyrostat.core.jax64 import jnp
 from gyrostat.core.units import RPM
 from gyrostat.runs.build_parts import named_parts
 from gyrostat.scenario import Scenario
+from gyrostat.scenario.build_spacecraft import spacecraft_of
+from gyrostat.scenario.component import Context
 from gyrostat.scenario.kinds.wheel_disturbances import imbalance_of
 from gyrostat.scenario.metrics.results import metrics_of
 from gyrostat.scenario.structure import structure_of
@@ -261,8 +263,10 @@ def test_harmonics_and_structure_of_the_wheels_reach_the_plant(variant):
     )
     scenario = read_scenario(variant(more=more))
     numbers = {key: jnp.asarray(value) for key, value in scenario.values.items()}
-    harmonics = named_parts(structure_of(scenario), numbers, "imbalance.harmonic", wheels=4)
-    found = imbalance_of(structure_of(scenario), numbers, list(harmonics.values()))
+    structure = structure_of(scenario)
+    context = Context(spacecraft=spacecraft_of(structure, numbers))
+    harmonics = named_parts(structure, numbers, "imbalance.harmonic", context)
+    found = imbalance_of(structure, numbers, list(harmonics.values()))
     np.testing.assert_allclose(found.harmonics.number, [0.42, 2.0])
     np.testing.assert_allclose(found.harmonics.force, [[1e-7] * 4, [0.0] * 4], atol=1e-20)
     np.testing.assert_allclose(found.harmonics.phase[1], np.pi / 2)

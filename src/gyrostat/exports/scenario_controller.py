@@ -15,7 +15,8 @@ from gyrostat.runs.build import build
 from gyrostat.runs.phases import Phases
 from gyrostat.runs.plans import plans_of
 from gyrostat.scenario.kinds.orbits import nominal_orbit
-from gyrostat.scenario.kinds.references import POSITION_ERROR
+from gyrostat.scenario.kinds.registry import chosen
+from gyrostat.scenario.reference_kind import POSITION_ERROR
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.sensing import first_measurement, options_of
 from gyrostat.scenario.structure import measured_names, structure_of
@@ -67,7 +68,7 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     kinds = [kind for kind in around if kind != "none"]
     title = f"Attitude control of {scenario.name}: {', '.join([*kinds, scenario.controller])}"
     controller = setup.controller
-    if scenario.reference == "fixed":
+    if not chosen(scenario, "reference").moves:
         controller = jax.tree.map(_first_phase, controller, is_leaf=_is_phases)
     return flight_loop("controller", title, controller, period, guard, _varied(first))
 

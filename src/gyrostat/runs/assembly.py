@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 from gyrostat.control.guidance import Reference
 from gyrostat.runs.designs import Plans
+from gyrostat.scenario.component import Context
 from gyrostat.scenario.kinds.registry import chosen
 from gyrostat.scenario.metrics.budget import Budget
 from gyrostat.scenario.sensing import Values, arrays_of
@@ -19,7 +20,7 @@ class Assembly(NamedTuple):
         structure: Structure of the scenario.
         values: Values of the run.
         plans: Plans of the scenario.
-        options: Options of the controller.
+        law: Kind of the controller with its values.
         orbit: Orbit of the run; None without one.
         plant: Plant.
         motion: Motion at time 0, by the names of the arguments of `plant.start`.
@@ -36,7 +37,7 @@ class Assembly(NamedTuple):
     structure: Structure
     values: Values
     plans: Plans
-    options: Mapping[str, Any] = {}
+    law: Any = None
     orbit: OrbitEnvironment | None = None
     plant: Any = None
     motion: Mapping[str, Any] = {}
@@ -49,10 +50,26 @@ class Assembly(NamedTuple):
     sensor: Any = None
     metrics: Mapping[str, Any] = {}
 
-    def component(self, section: str, *parts: Any) -> Any:
-        """Component of a section, made of its values and of other parts."""
+    def component(self, section: str) -> Any:
+        """Kind of a section with its values."""
         kind = chosen(self.structure, section)
-        return kind.make(arrays_of(self.values, section, kind.keys), *parts)
+        return kind.of(arrays_of(self.values, section, kind.keys()))
+
+
+def context_of(run: Assembly, *parts: str) -> Context:
+    """What components are made with.
+
+    Args:
+        run: Parts of the run.
+        parts: Names of the parts that the components get, such as "orbit".
+    """
+    return Context(
+        spacecraft=run.plans.known,
+        period=run.values["run.control_period"],
+        delay=run.structure.command_delay,
+        sensors=run.plans.sensors,
+        **{name: getattr(run, name) for name in parts},
+    )
 
 
 Stage = Callable[[Assembly], dict[str, Any]]

@@ -14,11 +14,11 @@ from gyrostat.scenario.sensing import Values
 from gyrostat.scenario.structure import Structure
 
 STAGES: tuple[Stage, ...] = (
-    build_control.read_options,  # a limit of the controller can be one of the body
+    build_control.choose_law,  # a limit of the controller can be one of the body
     build_plant.add_orbit,
     build_plant.add_body,  # its torques and actuators are evaluated along the orbit
     build_plant.add_motion,
-    build_plant.add_paddle,  # from here each wraps the plant before it: mechanics first,
+    build_plant.add_of_controller,  # from here each wraps the plant before it: mechanics first,
     build_plant.add_imbalance,
     build_plant.add_drivers,  # then what turns a command into motor torques,
     build_plant.add_changes,  # then what changes any of this

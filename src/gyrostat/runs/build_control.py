@@ -6,35 +6,31 @@ from typing import Any
 from gyrostat.control import AttitudeTargets
 from gyrostat.control.guidance import Guided, Reference
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.runs.assembly import Assembly
+from gyrostat.runs.assembly import Assembly, context_of
 from gyrostat.runs.build_parts import named_parts
 from gyrostat.runs.build_reference import navigated, reference_of
 from gyrostat.runs.designs import phase_starts
 from gyrostat.runs.phases import Phases, in_orbit
 from gyrostat.scenario.build_spacecraft import has_section, of_wheels
-from gyrostat.scenario.kinds.registry import chosen
-from gyrostat.scenario.sensing import arrays_of, guarded, with_faults
+from gyrostat.scenario.controller_kind import Beginning
+from gyrostat.scenario.sensing import guarded, with_faults
 from gyrostat.spacecraft import AddedSensors
 from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHeads
 
 
-def read_options(run: Assembly) -> dict[str, Any]:
-    """Options of the controller, with the bands and the wear of the wheels."""
-    structure, values = run.structure, run.values
-    options = arrays_of(values, "controller", chosen(structure, "controller").keys)
-    bands = named_parts(structure, values, "controller.band")
-    if bands:
-        options["bands"] = dict(sorted(bands.items()))
-    if has_section(structure, "wear"):
-        options["wear"] = of_wheels(structure, values, "wear")
-    return {"options": options}
+def choose_law(run: Assembly) -> dict[str, Any]:
+    """Kind of the controller with its values."""
+    return {"law": run.component("controller")}
 
 
 def add_controller(run: Assembly) -> dict[str, Any]:
     """Controller with the design of each phase."""
-    law = chosen(run.structure, "controller")
-    made = [law.make(plan, run.options, run.start.momentum) for plan in run.plans.controllers]
-    times = phase_starts(run.structure, run.values)
+    structure, values = run.structure, run.values
+    bands = named_parts(structure, values, "controller.band", context_of(run))
+    wear = of_wheels(structure, values, "wear") if has_section(structure, "wear") else None
+    beginning = Beginning(run.start.momentum, [band for _, band in sorted(bands.items())], wear)
+    made = [run.law.controller(design, beginning) for design in run.plans.controllers]
+    times = phase_starts(structure, values)
     starts = jnp.stack([jnp.asarray(time, dtype=float) for time in times])
     joined = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *made)
     return {"starts": starts, "controller": Phases(starts, joined, orbit=run.orbit)}
@@ -65,33 +61,30 @@ def follow_reference(run: Assembly) -> dict[str, Any]:
 
 def add_compensator(run: Assembly) -> dict[str, Any]:
     """Friction compensator around the controller."""
-    delay, period = run.structure.command_delay, run.values["run.control_period"]
-    known, sensors = run.plans.known, run.plans.sensors
-    made = run.component("compensator", run.controller, known, delay, period, sensors)
+    made = run.component("compensator").make(context_of(run, "controller"))
     return {"controller": in_orbit(made, run.orbit)}
 
 
 def add_unloading(run: Assembly) -> dict[str, Any]:
     """Unloading of the wheels around the compensated controller."""
-    return {"controller": run.component("unloading", run.controller, run.plans.known)}
+    return {"controller": run.component("unloading").make(context_of(run, "controller"))}
 
 
 def add_estimator(run: Assembly) -> dict[str, Any]:
     """Estimator around all that uses estimates."""
-    made = run.component("estimator", run.controller, run.plans.known, run.plans.sensors)
+    made = run.component("estimator").make(context_of(run, "controller"))
     return {"controller": in_orbit(made, run.orbit)}
 
 
 def add_sensors(run: Assembly) -> dict[str, Any]:
     """Sensors of the plant, with the heads of star trackers and further sensors."""
-    structure, values, known = run.structure, run.values, run.plans.known
-    sensor = run.component("sensors", run.plant, known)
-    heads = named_parts(structure, values, "star_tracker", orbit=run.orbit)
+    structure, values, context = run.structure, run.values, context_of(run, "plant", "orbit")
+    sensor = run.component("sensors").make(context)
+    heads = named_parts(structure, values, "star_tracker", context)
     if heads:
         tracker = StarTrackerHeads(tuple(heads.values()), sensor.tracker.periods)
         sensor = replace(sensor, tracker=tracker)
-    given = {"plant": run.plant, "spacecraft": known, "orbit": run.orbit}
-    added = named_parts(structure, values, "sensor", **given)
+    added = named_parts(structure, values, "sensor", context)
     return {"sensor": AddedSensors(sensor, added) if added else sensor}
 
 
@@ -108,5 +101,5 @@ def add_guard(run: Assembly) -> dict[str, Any]:
 
 def add_metrics(run: Assembly) -> dict[str, Any]:
     """User-defined metrics."""
-    given = {"spacecraft": run.plans.known, "orbit": run.orbit}
-    return {"metrics": named_parts(run.structure, run.values, "metric", **given)}
+    context = context_of(run, "orbit")
+    return {"metrics": named_parts(run.structure, run.values, "metric", context)}

@@ -6,7 +6,7 @@ from typing import Any
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.rotations import from_rotation_vector, product
 from gyrostat.core.user_modules import is_own
-from gyrostat.runs.assembly import Assembly
+from gyrostat.runs.assembly import Assembly, context_of
 from gyrostat.runs.build_parts import modes_of_run, named_parts
 from gyrostat.scenario.build_spacecraft import (
     failures_of,
@@ -15,7 +15,6 @@ from gyrostat.scenario.build_spacecraft import (
     of_wheels,
     spacecraft_of,
 )
-from gyrostat.scenario.kinds.environments import environment_torques
 from gyrostat.scenario.kinds.orbits import orbit_of_run
 from gyrostat.scenario.kinds.registry import component
 from gyrostat.scenario.kinds.wheel_disturbances import imbalance_of
@@ -26,8 +25,8 @@ from gyrostat.spacecraft import (
     ChangingPlant,
     DrivenGyrostat,
     Gyrostat,
+    HarmonicTorque,
     ImbalancedGyrostat,
-    PaddleGyrostat,
     PlantChange,
 )
 from gyrostat.wheel import Driver
@@ -41,23 +40,27 @@ def add_orbit(run: Assembly) -> dict[str, Any]:
 def add_body(run: Assembly) -> dict[str, Any]:
     """Spacecraft with environment, actuators, appendages and failures, and the momentum budget."""
     structure, values = run.structure, run.values
-    own = run.component("environment")
-    if "external_torque_limit" in run.options:
-        own["external_torque_limit"] = run.options["external_torque_limit"] * jnp.ones(3)
+    environment = run.component("environment")
+    always = environment.torques()
     craft = spacecraft_of(structure, values)
-    own["friction_steps"] = friction_steps_of(structure, values, craft.wheels.friction)
-    given = {"spacecraft": run.plans.known, "orbit": run.orbit}
-    torques = named_parts(structure, values, "environment.torque", **given)
-    actuators = named_parts(structure, values, "actuator", **given)
-    every = environment_torques(own) | torques
-    own["environment"] = (*own.get("environment", ()), *torques.values())
-    own["actuators"] = actuators
-    own["modes"] = modes_of_run(structure, values, craft)
+    steps = friction_steps_of(structure, values, craft.wheels.friction)
+    context = context_of(run, "orbit")
+    torques = named_parts(structure, values, "environment.torque", context)
+    actuators = named_parts(structure, values, "actuator", context)
+    plant = Gyrostat(
+        craft,
+        failures_of(structure, values),
+        external_torque=environment.external_torque,
+        environment=(*always, *torques.values()),
+        friction_steps=steps,
+        actuators=actuators,
+        modes=modes_of_run(structure, values, craft),
+    )
+    every = {"constant": HarmonicTorque(0.0, constant=environment.external_torque)}
+    every |= dict(zip(environment.torque_names, always, strict=True)) | torques
     period = values["run.control_period"]
-    return {
-        "plant": Gyrostat(craft, failures_of(structure, values), **own),
-        "budget": Budget(craft, every, actuators, period) if structure.budget else None,
-    }
+    budget = Budget(craft, every, actuators, period) if structure.budget else None
+    return {"plant": plant, "budget": budget}
 
 
 def add_motion(run: Assembly) -> dict[str, Any]:
@@ -72,20 +75,15 @@ def add_motion(run: Assembly) -> dict[str, Any]:
     return {"motion": motion}
 
 
-def add_paddle(run: Assembly) -> dict[str, Any]:
-    """A paddle in the place of the last wheel, if the controller has one."""
-    if "paddle_limit" not in run.options:
-        return {}
-    count = len(run.structure.wheels)
-    limit = jnp.full(count, jnp.inf).at[-1].set(run.options["paddle_limit"])
-    return {"plant": PaddleGyrostat(run.plant, limit)}
+def add_of_controller(run: Assembly) -> dict[str, Any]:
+    """What belongs to the controller, such as a paddle in the place of the last wheel."""
+    return {"plant": run.law.body(run.plant)}
 
 
 def add_imbalance(run: Assembly) -> dict[str, Any]:
     """Imbalance and harmonics of the wheels."""
     structure, values = run.structure, run.values
-    count = len(structure.wheels)
-    harmonics = named_parts(structure, values, "imbalance.harmonic", wheels=count)
+    harmonics = named_parts(structure, values, "imbalance.harmonic", context_of(run))
     imbalance = imbalance_of(structure, values, list(harmonics.values()))
     if imbalance is None:
         return {}
@@ -114,9 +112,9 @@ def add_changes(run: Assembly) -> dict[str, Any]:
     for event in run.structure.events:
         if is_own(event.kind):
             place = f"event.{event.name}"
-            made = component("event", event.kind, run.structure.sources)
-            own = arrays_of(run.values, place, made.keys)
-            change = made.make(own, place=place, spacecraft=run.plans.known)
+            kind = component("event", event.kind, run.structure.sources)
+            made = kind.of(arrays_of(run.values, place, kind.keys()))
+            change = made.make(context_of(run)._replace(place=place))
             changes.append(PlantChange(event.name, run.values[f"{place}.time"], change))
     return {"plant": ChangingPlant(run.plant, tuple(changes))} if changes else {}
 

@@ -11,15 +11,10 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.runs.build_parts import named_parts
 from gyrostat.scenario.attitude_table import attitude_table
+from gyrostat.scenario.component import Context
 from gyrostat.scenario.kinds.events import kind_of
-from gyrostat.scenario.kinds.references import (
-    ERROR,
-    LISTS,
-    POSITION_ERROR,
-    PlannedReference,
-    ReferenceCase,
-)
-from gyrostat.scenario.kinds.registry import chosen
+from gyrostat.scenario.kinds.registry import KINDS, chosen
+from gyrostat.scenario.reference_kind import ERROR, POSITION_ERROR, PlannedReference, ReferenceCase
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.sensing import Values, arrays_of
 from gyrostat.scenario.structure import Structure
@@ -43,16 +38,17 @@ def planned_reference(
             change the target beside a reference.
     """
     kind = scenario.reference
-    for owner, section in LISTS.items():
+    own = chosen(scenario, "reference")
+    for section in sorted(filter(None, (each.tables for each in KINDS["reference"].values()))):
         found = [part.name for part in scenario.parts if part.section == section]
-        if (kind == owner) != bool(found):
+        if (own.tables == section) != bool(found):
             raise InputError(
                 f"key reference.kind: found {kind} {'with' if found else 'without'} tables "
                 f"[[{section}]], expected {'none' if found else 'one or more'}"
             )
-    if kind == "fixed":
+    if not own.moves:
         return None
-    if kind == "table" and all(text.path != "reference" for text in scenario.texts):
+    if own.texts and all(text.path != "reference" for text in scenario.texts):
         raise InputError("key reference.file: found none, expected a CSV file")
     slews = [event.name for event in scenario.events if kind_of(event).changes_target]
     if slews:
@@ -61,7 +57,7 @@ def planned_reference(
             "reference is the target"
         )
     envelope = None
-    if scenario.reference in LISTS:
+    if own.tables:
         starts = np.arange(float(len(working)))
         envelope = WheelEnvelope.of(known, working, starts=starts)
     tables = {
@@ -93,7 +89,7 @@ def reference_of(
     if plans.reference is None:
         return None
     kind = chosen(structure, "reference")
-    own = arrays_of(values, "reference", kind.keys)
+    made = kind.of(arrays_of(values, "reference", kind.keys()))
     envelope = plans.reference.envelope
     if envelope is not None:
         envelope = replace(
@@ -101,14 +97,16 @@ def reference_of(
             starts=starts,
             total_momentum=start.momentum,
             wheel_momentum=envelope.spacecraft.wheels.inertia * start.wheel_speed,
-            torque_share=own["torque_share"],
-            momentum_share=own["momentum_share"],
+            torque_share=made.torque_share,
+            momentum_share=made.momentum_share,
         )
     planned = plans.reference._replace(envelope=envelope, orbit=orbit)
-    modes = named_parts(structure, values, "reference.mode", planned=planned)
-    slews = named_parts(structure, values, "reference.slew")
+    context = Context(reference=planned)
+    modes = named_parts(structure, values, "reference.mode", context)
+    slews = named_parts(structure, values, "reference.slew", context)
     attitude = jnp.asarray(plans.attitude)
-    return kind.make(own, ReferenceCase(planned, attitude, [*modes.values()], [*slews.values()]))
+    case = ReferenceCase(planned, attitude, [*modes.values()], [*slews.values()])
+    return made.reference(case)
 
 
 def navigated(values: Values, orbit: OrbitEnvironment | None) -> OrbitEnvironment | None:

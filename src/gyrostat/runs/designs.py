@@ -12,11 +12,11 @@ from gyrostat.core.validation import check_parts
 from gyrostat.runs.build_parts import modes_of_run
 from gyrostat.runs.build_reference import planned_reference
 from gyrostat.scenario.build_spacecraft import spacecraft_of
-from gyrostat.scenario.kinds.controllers import IGNORED, NOTIFIED, DesignCase
+from gyrostat.scenario.controller_kind import IGNORED, NOTIFIED, DesignCase
 from gyrostat.scenario.kinds.events import kind_of
 from gyrostat.scenario.kinds.orbits import planned_orbit
-from gyrostat.scenario.kinds.references import PlannedReference
 from gyrostat.scenario.kinds.registry import check_needs, chosen
+from gyrostat.scenario.reference_kind import PlannedReference
 from gyrostat.scenario.scenario import Event, Scenario
 from gyrostat.scenario.sensing import Values, options_of
 from gyrostat.scenario.structure import Structure, notified, structure_of
@@ -71,7 +71,7 @@ def plan(scenario: Scenario) -> Plans:
         modes.check()
         modes.check_inertia(known.inertia)
     controller = chosen(scenario, "controller")
-    if scenario.reference != "fixed" and not controller.follows:
+    if chosen(scenario, "reference").moves and not controller.follows:
         raise InputError(
             f"key controller.kind: found {scenario.controller} with the reference "
             f"{scenario.reference}, expected a controller of three axes or the reference fixed"

@@ -115,13 +115,6 @@ MEASURED: dict[str, Measured] = {
 }
 """Measured field -> its dimension, and the unit of its rate of change. The unit is None for a
 quaternion, whose sign may change from one sample to the next."""
-GYROLESS = "star_tracker"
-"""Sensors without a gyro."""
-
-
-def measured_by(sensors: str) -> dict[str, Measured]:
-    """Fields of `MEASURED` that sensors, a kind of [sensors], measure."""
-    return {n: field for n, field in MEASURED.items() if n != "rate" or sensors != GYROLESS}
 
 
 def guard_keys(fields: Mapping[str, Measured]) -> dict[str, Key]:

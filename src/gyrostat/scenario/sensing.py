@@ -6,8 +6,8 @@ from typing import Any
 from gyrostat.control import FieldLimits, Guarded, MeasurementGuard
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.scenario.component import Options
 from gyrostat.scenario.event_kind import SensorFailure
-from gyrostat.scenario.kinds.components import Options
 from gyrostat.scenario.kinds.events import events_of
 from gyrostat.scenario.schema import Key
 from gyrostat.scenario.structure import Structure, measured_names

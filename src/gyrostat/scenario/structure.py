@@ -6,9 +6,9 @@ from math import inf, isfinite
 from typing import Any
 
 from gyrostat.scenario.kinds.events import kind_of
+from gyrostat.scenario.kinds.registry import KINDS
 from gyrostat.scenario.requirement import ErrorSignal, signals_of
 from gyrostat.scenario.scenario import Components, Event, Scenario
-from gyrostat.scenario.schema import measured_by
 
 
 @dataclass(frozen=True, kw_only=True)
@@ -57,7 +57,7 @@ def structure_of(scenario: Scenario) -> Structure:
 
 def measured_names(scenario: Components) -> tuple[str, ...]:
     """Names of the measured fields whose values can have limits and faults."""
-    own = measured_by(scenario.sensors)
+    own = KINDS["sensors"][scenario.sensors].measured
     return (*own, *(part.name for part in scenario.parts if part.section == "sensor"))
 
 

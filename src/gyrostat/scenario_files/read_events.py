@@ -2,10 +2,11 @@
 
 from collections.abc import Mapping
 from math import inf
+from typing import Any
 
 from gyrostat.core.errors import InputError
+from gyrostat.scenario.controller_kind import NOTIFIED
 from gyrostat.scenario.event_kind import FrictionChange
-from gyrostat.scenario.kinds.controllers import NOTIFIED, PlannedController
 from gyrostat.scenario.kinds.events import EVENTS, kind_of
 from gyrostat.scenario.kinds.registry import own_event_keys
 from gyrostat.scenario.scenario import AXES, Event, Source
@@ -19,7 +20,7 @@ def read_events(
     top: Table,
     craft: SpacecraftFile,
     values: dict[str, float],
-    controller: PlannedController,
+    controller: Any,
     fields: Mapping[str, Measured],
     sources: tuple[Source, ...],
 ) -> list[Event]:
@@ -29,7 +30,7 @@ def read_events(
         top: Top-level table of the file.
         craft: Spacecraft of the scenario.
         values: Full key -> number, SI; the numbers of the events are added.
-        controller: Controller of the scenario.
+        controller: Kind of the controller of the scenario.
         fields: Measured fields, see `gyrostat.scenario.kinds.registry.measured`.
         sources: Python files of the scenario.
 
@@ -73,7 +74,7 @@ def _event(
     name: str,
     craft: SpacecraftFile,
     values: dict[str, float],
-    controller: PlannedController,
+    controller: Any,
     fields: Mapping[str, Measured],
 ) -> Event:
     kind = EVENTS[row.one_of("kind", EVENTS)]

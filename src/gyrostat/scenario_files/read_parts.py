@@ -2,13 +2,14 @@
 
 import keyword
 import re
-from collections.abc import Collection, Iterator
+from collections.abc import Collection, Iterator, Mapping
+from typing import Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.scenario.kinds.registry import PARTS, component
 from gyrostat.scenario.metrics.kinds import RUN_METRICS
 from gyrostat.scenario.scenario import Part, Source
-from gyrostat.scenario.user.parts import OWN
+from gyrostat.scenario.user.kinds import OWN
 from gyrostat.scenario_files.read_user_parts import OWN_KEYS, own_kind
 from gyrostat.scenario_files.tables import Table
 from gyrostat.spacecraft import SpacecraftMeasurement, TrackerGyroMeasurement
@@ -45,13 +46,27 @@ def read_parts(top: Table) -> list[tuple[Part, Table]]:
     return found
 
 
+def completed(table: Table, kind: Any, values: Mapping[str, float]) -> Table:
+    """Table of a component with what follows from other sections.
+
+    Args:
+        table: Table of the component.
+        kind: Its kind.
+        values: Full key -> value of the sections read before.
+    """
+    return Table(table.path, table.prefix, kind.row(table.row, values))
+
+
 def part_values(
-    parts: Collection[tuple[Part, Table]], sources: tuple[Source, ...]
+    parts: Collection[tuple[Part, Table]],
+    before: Mapping[str, float],
+    sources: tuple[Source, ...],
 ) -> dict[str, float]:
     """Read the numbers of all parts: full keys -> values, SI.
 
     Args:
         parts: Parts with their tables.
+        before: Full key -> value of the sections read before.
         sources: Python files of the scenario.
 
     Raises:
@@ -61,8 +76,9 @@ def part_values(
     for part, row in parts:
         made = component(part.section, part.kind, sources)
         own = OWN_KEYS if "python" in row.row and part.section in OWN else ()
-        row.known(("name", "kind", *own, *made.keys, *made.texts))
-        values |= row.numbers(made.keys, f"{part.section}.{part.name}.")
+        row.known(("name", "kind", *own, *made.keys(), *made.texts))
+        place = f"{part.section}.{part.name}."
+        values |= completed(row, made, before).numbers(made.keys(), place)
     return values
 
 

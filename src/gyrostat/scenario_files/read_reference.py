@@ -1,12 +1,13 @@
 """Read [reference], [[reference.mode]] and [[reference.slew]] of a scenario file."""
 
 from collections.abc import Mapping, Sequence
+from typing import Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import read_text
 from gyrostat.scenario.attitude_table import attitude_table
-from gyrostat.scenario.kinds.environments import ORBIT
-from gyrostat.scenario.kinds.references import ERROR, LIMITS, LISTS, POSITION_ERROR
+from gyrostat.scenario.kinds.registry import PARTS
+from gyrostat.scenario.reference_kind import ERROR, POSITION_ERROR
 from gyrostat.scenario.scenario import Part, Source
 from gyrostat.scenario_files.tables import Table
 
@@ -14,27 +15,12 @@ LARGEST_TABLE = 10_000_000
 """Largest size of an attitude table, bytes."""
 
 
-def with_defaults(table: Table, kind: str, values: Mapping[str, float]) -> Table:
-    """Table of a reference or mode whose missing numbers are given elsewhere in the scenario.
-
-    Args:
-        table: Table [reference] or [[reference.mode]].
-        kind: Kind of the reference or mode.
-        values: Full key -> value of the sections read before.
-    """
-    row = {k: v for k, v in table.row.items() if k not in LIMITS or v != "auto"}
-    if kind == "nadir":
-        orbit = {name: f"environment.{name}" for name in ORBIT}
-        row = {n: values[key] for n, key in orbit.items() if key in values} | row
-    return Table(table.path, table.prefix, row)
-
-
-def position_error(table: Table, kind: str, orbit: str) -> dict[str, float]:
+def position_error(table: Table, kind: Any, orbit: str) -> dict[str, float]:
     """Values of the position error of the reference; none if it is not given.
 
     Args:
         table: Table [reference].
-        kind: Kind of the reference.
+        kind: Kind of the reference, a component.
         orbit: Kind of [orbit].
 
     Raises:
@@ -43,18 +29,18 @@ def position_error(table: Table, kind: str, orbit: str) -> dict[str, float]:
     if "position_error" not in table.row:
         return {}
     given = table.row["position_error"]
-    if orbit == "none" or kind == "fixed":
+    if orbit == "none" or not kind.moves:
         raise table.refuse("position_error", given, "none without [orbit] and a moving reference")
     return table.number("position_error", ERROR, given, POSITION_ERROR)
 
 
 def check_reference(
-    kind: str, parts: Sequence[tuple[Part, Table]], top: Table, values: Mapping[str, float]
+    kind: Any, parts: Sequence[tuple[Part, Table]], top: Table, values: Mapping[str, float]
 ) -> None:
     """Check targets and times of a reference, and that the controller has no target beside it.
 
     Args:
-        kind: Kind of the reference.
+        kind: Kind of the reference, a component.
         parts: Parts of all lists with their tables.
         top: Top-level table of the file.
         values: Full key -> value.
@@ -64,14 +50,14 @@ def check_reference(
             of their times.
     """
     controller = top.table("controller", None)
-    if kind != "fixed" and "target" in controller.row:
+    if kind.moves and "target" in controller.row:
         raise InputError(
-            f"{controller.place('target')}: found a target attitude beside the reference {kind}, "
-            "expected none: the reference is the target"
+            f"{controller.place('target')}: found a target attitude beside the reference "
+            f"{kind.name}, expected none: the reference is the target"
         )
     last = -1.0
     for part, row in parts:
-        if "target" in row.row and part.section in LISTS.values():
+        if "target" in row.row and part.section in ("reference.mode", "reference.slew"):
             row.unit("target", 4, None)
         if part.section == "reference.slew":
             time = values[f"{part.section}.{part.name}.time"]
@@ -81,12 +67,12 @@ def check_reference(
 
 
 def read_tables(
-    kind: str, parts: Sequence[tuple[Part, Table]], top: Table, duration: float
+    kind: Any, parts: Sequence[tuple[Part, Table]], top: Table, duration: float
 ) -> tuple[Source, ...]:
     """Read the attitude tables of a reference.
 
     Args:
-        kind: Kind of the reference.
+        kind: Kind of the reference, a component.
         parts: Parts of all lists with their tables.
         top: Top-level table of the file.
         duration: Duration of the run, s.
@@ -98,16 +84,18 @@ def read_tables(
     rows = {
         f"{part.section}.{part.name}": row
         for part, row in parts
-        if (part.section, part.kind) == ("reference.mode", "table")
+        if part.section == "reference.mode"
+        and part.kind in PARTS[part.section]
+        and PARTS[part.section][part.kind].texts
     }
-    if kind == "table":
+    if kind.texts:
         rows["reference"] = top.table("reference", None)
     found = []
     for place, row in rows.items():
         path = row.path.parent / row.text("file", None)
         text = read_text(path, "an attitude table", LARGEST_TABLE)
         times = attitude_table(str(path), text).times
-        if kind == "table" and not times[0] <= 0.0 <= duration <= times[-1]:
+        if kind.texts and not times[0] <= 0.0 <= duration <= times[-1]:
             raise InputError(
                 f"{path}: found times from {times[0]:g} s to {times[-1]:g} s, expected them to "
                 f"cover the run, 0 s to {duration:g} s"

@@ -1,7 +1,7 @@
 """Read scenario files, scenario.toml.
 
-docs/scenario.md lists every key. They are defined in `gyrostat.scenario.schema`,
-`gyrostat.scenario.kinds.components` and `gyrostat.scenario.kinds.controllers`.
+docs/scenario.md lists every key. They are defined in `gyrostat.scenario.schema`, and by the classes
+in the folders of `gyrostat.scenario.kinds`.
 """
 
 import os
@@ -20,7 +20,6 @@ from gyrostat.runs.plans import designs_of, plans_of
 from gyrostat.runs.user.packages import with_packages
 from gyrostat.runs.user.trial import try_shapes
 from gyrostat.scenario.impossible import check_possible
-from gyrostat.scenario.kinds.components import ESTIMATOR_OF
 from gyrostat.scenario.kinds.distributions import distributions_of
 from gyrostat.scenario.kinds.registry import KINDS, component, fitting_estimator, measured
 from gyrostat.scenario.kinds.wheel_keys import WHEEL, WHEEL_PARTS
@@ -29,17 +28,16 @@ from gyrostat.scenario.scenario import Part, Scenario
 from gyrostat.scenario.schema import RUN, START, guard_keys
 from gyrostat.scenario.spacecraft_values import spacecraft_values, surface_rows
 from gyrostat.scenario.timeline import check_times, check_windows
-from gyrostat.scenario.user.parts import OWN
+from gyrostat.scenario.user.kinds import OWN
 from gyrostat.scenario_files.read_dispersions import read_dispersions
 from gyrostat.scenario_files.read_events import read_events
 from gyrostat.scenario_files.read_metrics import read_metrics
 from gyrostat.scenario_files.read_orbit import read_orbit
-from gyrostat.scenario_files.read_parts import own_tables, part_values, read_parts
+from gyrostat.scenario_files.read_parts import completed, own_tables, part_values, read_parts
 from gyrostat.scenario_files.read_reference import (
     check_reference,
     position_error,
     read_tables,
-    with_defaults,
 )
 from gyrostat.scenario_files.read_requirements import check_requirements, read_requirements
 from gyrostat.scenario_files.read_user_parts import OWN_KEYS, own_kind, own_sources
@@ -122,13 +120,11 @@ def _read(path: Path, *, force: bool) -> Scenario:
         made = component(section, kind, sources)
         extra = ("kind", *OWN_KEYS) if is_own(kind) else ("kind",)
         extra = (*extra, *made.texts, *BESIDE.get(section, ()))
-        table = top.table(section, (*made.keys, *extra))
+        table = completed(top.table(section, (*made.keys(), *extra)), made, values)
         if section == "reference":
-            table = with_defaults(table, kind, values)
-            values |= position_error(table, kind, chosen["orbit"])
-        values |= table.with_missing(made.defaults(values, delay)).numbers(made.keys)
-    parts = [(part, with_defaults(row, part.kind, values)) for part, row in parts]
-    values |= part_values(parts, sources)
+            values |= position_error(table, made, chosen["orbit"])
+        values |= table.with_missing(made.defaults(values, delay)).numbers(made.keys())
+    values |= part_values(parts, values, sources)
     fields = measured(chosen["sensors"], [part for part, _ in parts], sources)
     guard = None
     if "guard" in top.row:
@@ -138,7 +134,8 @@ def _read(path: Path, *, force: bool) -> Scenario:
         guard = table.one_of("on_bad", ON_BAD, "hold")
     controller = component("controller", chosen["controller"], sources)
     events = read_events(top, craft, values, controller, fields, sources)
-    check_reference(chosen["reference"], parts, top, values)
+    reference = component("reference", chosen["reference"], sources)
+    check_reference(reference, parts, top, values)
     metrics = read_metrics(top, values, events, [part for part, _ in parts])
     required = top.tables("requirement")
     scenario = Scenario(
@@ -166,7 +163,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         ),
         sources=sources,
         texts=(
-            *read_tables(chosen["reference"], parts, top, values["run.duration"]),
+            *read_tables(reference, parts, top, values["run.duration"]),
             *read_orbit(chosen["orbit"], top.table("orbit", None)),
         ),
     )
@@ -201,7 +198,9 @@ def _kinds(top: Table) -> dict[str, str]:
     chosen: dict[str, str] = {}
     for section, kinds in KINDS.items():
         table = top.table(section, None)
-        default = DEFAULTS.get(section) or ESTIMATOR_OF.get(chosen.get("sensors", ""))
+        default = DEFAULTS.get(section)
+        if section == "estimator":
+            default = KINDS["sensors"][chosen["sensors"]].estimator
         if section in OWN and "python" in table.row:
             chosen[section] = own_kind(table)
         else:

@@ -10,7 +10,7 @@ from gyrostat.core.user_modules import Source, is_own
 from gyrostat.runs.run_loop import Drawn, loop_of
 from gyrostat.scenario.kinds.registry import KINDS
 from gyrostat.scenario.structure import Structure
-from gyrostat.scenario.user.parts import own_component
+from gyrostat.scenario.user.kinds import own_component
 
 
 def traced_period(structure: Structure, plans: Any) -> Any:

@@ -1,99 +1,23 @@
-"""Orbits that a scenario can name, one entry each, and the tables along them."""
+"""Tables along the orbit of a scenario."""
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
-from math import pi, tau
-from typing import Any
+from math import tau
 
 import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 from gyrostat.core.types import Matrix
-from gyrostat.scenario.kinds.components import Component, Options
+from gyrostat.scenario.kinds.registry import KINDS
 from gyrostat.scenario.scenario import Scenario
-from gyrostat.scenario.schema import Key, positive, size
 from gyrostat.scenario.sensing import Values, options_of
-from gyrostat.spacecraft.orbit.elements import CircularElements, KeplerElements
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
-from gyrostat.spacecraft.orbit.orbit_file import OrbitFile
 from gyrostat.spacecraft.orbit.tables import STEPS, OrbitAccuracy, orbit_environment
-from gyrostat.spacecraft.orbit.two_line_elements import TwoLineElements
 
 PHASE = "orbit.phase"
 """Key of the start along the orbit, which runs that share tables may differ in."""
-_INDICES: dict[str, Key] = {
-    "phase": size(
-        "angle",
-        0.0,
-        "Delay of the start of the run, 360 deg for one orbital period; Earth and Sun are those "
-        "of the delayed time.",
-        most=tau,
-    ),
-    "f107": positive("1", 150.0, "Solar radio flux F10.7 of the day before, sfu."),
-    "f107a": positive("1", 150.0, "Mean of F10.7 over 81 days, sfu."),
-    "ap": size("1", 15.0, "Daily geomagnetic index Ap."),
-    "ut1_utc": Key("time", 0.0, "UT1 - UTC.", least=-0.9, most=0.9),
-}
-_PLANE: dict[str, Key] = {
-    "inclination": size("angle", 0.0, "Inclination to the equator of the GCRS.", most=pi),
-    "ascending_node": Key("angle", 0.0, "Right ascension of the ascending node."),
-}
-
-
-def _named(made: Any) -> Any:
-    """Function that makes elements of the options that have their names."""
-
-    def make(options: Options, texts: Mapping[str, str]) -> Any:
-        own = {name: float(value) for name, value in options.items() if name not in _INDICES}
-        return made(**own)
-
-    return make
-
-
-ORBITS: dict[str, Component] = {
-    "none": Component("No orbit.", {}, lambda options, texts: None),
-    "circular": Component(
-        "Orbit that is circular at the epoch, with the oblateness J2 of the Earth.",
-        {
-            "altitude": positive("length", None, "Altitude above the equatorial radius."),
-            **_PLANE,
-            "latitude": Key("angle", 0.0, "Argument of latitude, from the ascending node."),
-            **_INDICES,
-        },
-        _named(CircularElements),
-        texts=("epoch",),
-    ),
-    "kepler": Component(
-        "Orbit from osculating Keplerian elements at the epoch, with the oblateness J2.",
-        {
-            "semi_major_axis": positive("length", None, "Semi-major axis."),
-            "eccentricity": size("1", 0.0, "Eccentricity, below 1.", most=0.99),
-            **_PLANE,
-            "perigee": Key("angle", 0.0, "Argument of perigee."),
-            "true_anomaly": Key("angle", 0.0, "True anomaly."),
-            **_INDICES,
-        },
-        _named(KeplerElements),
-        texts=("epoch",),
-    ),
-    "tle": Component(
-        "Two-line elements by SGP4, from `file` or the text `lines`. The epoch of the run is that "
-        "of the elements by default.",
-        _INDICES,
-        lambda options, texts: TwoLineElements.read(texts["elements"], "key orbit"),
-        texts=("epoch", "file", "lines"),
-    ),
-    "file": Component(
-        "Positions and velocities from `file`: CCSDS OEM, or CSV with time, s, position, m, and "
-        "velocity, m/s, in the `frame` GCRS (default), EME2000, TEME or ITRF.",
-        _INDICES,
-        lambda options, texts: OrbitFile.read(texts["elements"], texts["frame"]),
-        texts=("epoch", "file", "frame"),
-    ),
-}
-"""Kinds of [orbit]; `make` takes the options and texts, and returns the definition of an orbit."""
 
 
 def planned_orbit(scenario: Scenario) -> OrbitEnvironment | None:
@@ -221,7 +145,7 @@ def _tabulated(
         for text in scenario.texts
         if text.path.startswith("orbit.")
     }
-    orbit = ORBITS[scenario.orbit].make(options_of(values, "orbit"), texts)
+    orbit = KINDS["orbit"][scenario.orbit].of(options_of(values, "orbit")).elements(texts)
     epoch = texts.get("epoch") or orbit.epoch
     names = ("f107", "f107a", "ap", "ut1_utc")
     indices = {name: float(values[f"orbit.{name}"]) for name in names}

@@ -1,100 +1,80 @@
 """Components that a scenario file can name, and the resulting keys of the scenario."""
 
 from collections.abc import Iterable, Mapping
+from importlib import import_module
 from typing import Any
 
+from gyrostat.core.classes_of import classes_of
 from gyrostat.core.errors import InputError
 from gyrostat.core.user_modules import is_own
-from gyrostat.scenario.kinds.actuators import ACTUATORS
-from gyrostat.scenario.kinds.appendages import APPENDAGES
-from gyrostat.scenario.kinds.array_controllers import ARRAY_CONTROLLERS, BANDS
-from gyrostat.scenario.kinds.compensators import COMPENSATORS
-from gyrostat.scenario.kinds.components import (
-    ESTIMATOR_OF,
-    ESTIMATORS,
-    SENSORS,
-    Component,
-)
-from gyrostat.scenario.kinds.controllers import CONTROLLERS
-from gyrostat.scenario.kinds.environments import EITHER_ORBIT, ENVIRONMENTS, TORQUES
+from gyrostat.scenario.appendage_kind import AppendageKind
+from gyrostat.scenario.component import NULL_SPACE, SURFACES, Kind
 from gyrostat.scenario.kinds.events import EVENTS
-from gyrostat.scenario.kinds.magnetic_controllers import MAGNETIC_CONTROLLERS, UNLOADINGS
-from gyrostat.scenario.kinds.orbits import ORBITS
-from gyrostat.scenario.kinds.references import ERROR, MODES, POSITION_ERROR, REFERENCES, SLEWS
-from gyrostat.scenario.kinds.sensors import FURTHER_SENSORS, HEADS
-from gyrostat.scenario.kinds.two_wheel_controllers import TWO_WHEEL_CONTROLLERS
-from gyrostat.scenario.kinds.wheel_disturbances import HARMONICS
 from gyrostat.scenario.kinds.wheel_keys import WHEEL_ALL
 from gyrostat.scenario.metrics.kinds import METRICS, WINDOW
+from gyrostat.scenario.reference_kind import ERROR, POSITION_ERROR, Mode, ProfileKind
 from gyrostat.scenario.scenario import INERTIA, Components, Part, Scenario, Source
 from gyrostat.scenario.schema import (
     BODY,
     EVENT_TIME,
-    GYROLESS,
+    MEASURED,
     RUN,
     START,
     Key,
     Measured,
     friction_keys,
     guard_keys,
-    measured_by,
 )
 from gyrostat.scenario.schema import INERTIA as INERTIA_KEY
-from gyrostat.scenario.user.parts import own_component
+from gyrostat.scenario.user.kinds import own_component
 from gyrostat.wheel.friction import WHEEL_FRICTION
 from gyrostat.wheel.friction_laws import law_of
 
-KINDS: Mapping[str, Mapping[str, Component]] = {
-    "controller": {
-        **CONTROLLERS,
-        **ARRAY_CONTROLLERS,
-        **TWO_WHEEL_CONTROLLERS,
-        **MAGNETIC_CONTROLLERS,
+
+def _kinds_of(section: str) -> dict[str, type[Kind]]:
+    """Name -> class in the folder of a section."""
+    folder = import_module(f"gyrostat.scenario.kinds.{section.replace('.', '_')}")
+    kinds = {kind.name: kind for kind in classes_of(folder, Kind)}
+    return {name: kinds[name] for name in sorted(kinds, key=lambda name: (name != "none", name))}
+
+
+KINDS: Mapping[str, dict[str, Any]] = {
+    section: _kinds_of(section)
+    for section in (
+        *("controller", "compensator", "unloading", "sensors"),
+        *("estimator", "orbit", "environment", "reference"),
+    )
+}
+"""Section of a scenario file -> kinds of this package that it can name."""
+PARTS: Mapping[str, dict[str, Any]] = {
+    **{section: _kinds_of(section) for section in ("controller.band", "environment.torque")},
+    "reference.mode": {
+        name: Mode(kind)
+        for name, kind in {**KINDS["reference"], **_kinds_of("reference.mode")}.items()
+        if issubclass(kind, ProfileKind)
     },
-    "compensator": COMPENSATORS,
-    "unloading": UNLOADINGS,
-    "sensors": SENSORS,
-    "estimator": ESTIMATORS,
-    "orbit": ORBITS,
-    "environment": ENVIRONMENTS,
-    "reference": REFERENCES,
-}
-"""Section of a scenario file -> components of this package that its `kind` can name."""
-NEEDS = {
-    "orbit": "a section [orbit]",
-    "gyro": "sensors with a gyro",
-    "surfaces": "[box], [[panel]] or [[facet]] in the spacecraft file",
-    "magnetometer": "a [[sensor]] named magnetometer",
-    "sun_sensor": "a [[sensor]] named sun_sensor or coarse_sun_sensors",
-    "paddle": "the controller two_wheels_paddle",
-    "paddle_angle": "a [[sensor]] named paddle_angle",
-    "torque_rods": "an [[actuator]] named torque_rods",
-    "thrusters": "an [[actuator]] named thrusters",
-}
-"""What a component can need -> where a scenario has it."""
-PARTS: Mapping[str, Mapping[str, Component]] = {
-    "controller.band": BANDS,
-    "environment.torque": TORQUES,
-    "reference.mode": MODES,
-    "reference.slew": SLEWS,
-    "imbalance.harmonic": HARMONICS,
-    "star_tracker": HEADS,
-    "sensor": FURTHER_SENSORS,
-    "actuator": ACTUATORS,
+    **{
+        section: _kinds_of(section)
+        for section in (
+            *("reference.slew", "imbalance.harmonic"),
+            *("star_tracker", "sensor", "actuator"),
+        )
+    },
     "metric": {},
 }
-"""List of tables of a scenario file, such as [[sensor]] -> components of this package."""
-OF_SPACECRAFT: Mapping[str, Mapping[str, Component]] = {
-    kind: {kind: made} for kind, made in APPENDAGES.items()
+"""List of tables of a scenario file, such as [[sensor]] -> kinds of this package."""
+APPENDAGES: Mapping[str, type[AppendageKind]] = {
+    kind.name: kind
+    for kind in classes_of(import_module("gyrostat.scenario.kinds.appendage"), AppendageKind)
 }
-"""List of tables of a spacecraft file, such as [[slosh]] -> components of this package."""
+"""List of tables of a spacecraft file, such as [[slosh]] -> its kind."""
 
 
 def component(section: str, kind: str, sources: tuple[Source, ...] = ()) -> Any:
     """Component of a section by its kind.
 
     Args:
-        section: Key of `KINDS`, `PARTS` or `OF_SPACECRAFT`, or of
+        section: Key of `KINDS`, `PARTS` or `APPENDAGES`, or of
             `gyrostat.scenario.user.parts.OWN`.
         kind: Name of a component of this package, or "FILE.py:NAME" for a class or function of a
             user's Python file.
@@ -105,7 +85,9 @@ def component(section: str, kind: str, sources: tuple[Source, ...] = ()) -> Any:
     """
     if is_own(kind):
         return own_component(section, kind, sources)
-    return (KINDS.get(section) or PARTS.get(section) or OF_SPACECRAFT[section])[kind]
+    if section in APPENDAGES:
+        return APPENDAGES[section]
+    return (KINDS.get(section) or PARTS[section])[kind]
 
 
 def chosen(scenario: Components, section: str) -> Any:
@@ -120,6 +102,13 @@ def components_of(scenario: Components) -> dict[str, str]:
     return found | {f"event.{e.name}": e.kind for e in scenario.events if is_own(e.kind)}
 
 
+def sections_of(scenario: Components) -> dict[str, str]:
+    """Place of each component that a scenario names -> its section."""
+    found = {section: section for section in KINDS}
+    found |= {f"{part.section}.{part.name}": part.section for part in scenario.parts}
+    return found | {f"event.{e.name}": "event" for e in scenario.events if is_own(e.kind)}
+
+
 def fitting_estimator(kinds: Mapping[str, str]) -> str:
     """Estimator that a scenario should have: its own one if that fits the sensors.
 
@@ -130,91 +119,48 @@ def fitting_estimator(kinds: Mapping[str, str]) -> str:
     """
     given = kinds["estimator"]
     alone = given == "none" and is_own(kinds["controller"])
-    return given if is_own(given) or alone else ESTIMATOR_OF[kinds["sensors"]]
+    return given if is_own(given) or alone else KINDS["sensors"][kinds["sensors"]].estimator
 
 
 def check_needs(scenario: Scenario) -> None:
-    """Check that a scenario has what its components need.
+    """Check that a scenario has what its components need, and that they fit each other.
 
     Raises:
-        InputError: A component needs an orbit or surfaces that the scenario does not have, or has
-            an orbit of its own beside that of the scenario.
+        InputError: A component needs what the scenario does not have, or has values that do not
+            fit what stands beside it.
     """
-    named = {(part.section, part.name) for part in scenario.parts}
-    lacks = {
-        "orbit": scenario.orbit == "none",
-        "gyro": scenario.sensors == GYROLESS,
-        "surfaces": not scenario.surfaces,
-        "magnetometer": ("sensor", "magnetometer") not in named,
-        "sun_sensor": not named & {("sensor", "sun_sensor"), ("sensor", "coarse_sun_sensors")},
-        "paddle": scenario.controller != "two_wheels_paddle",
-        "paddle_angle": ("sensor", "paddle_angle") not in named,
-        "torque_rods": ("actuator", "torque_rods") not in named,
-        "thrusters": ("actuator", "thrusters") not in named,
-    }
-    heads = any(part.section == "star_tracker" for part in scenario.parts)
-    if heads and scenario.sensors not in (GYROLESS, "star_tracker_gyro"):
-        raise InputError(
-            f"key sensors.kind: found {scenario.sensors} with [[star_tracker]], expected "
-            f"star_tracker_gyro or {GYROLESS}"
-        )
-    for name, section in (("static_imbalance", "imbalance"), ("motor_constant", "driver")):
-        if not lacks["paddle"] and f"wheel.{scenario.wheels[0]}.{name}" in scenario.values:
-            raise InputError(
-                f"key controller.kind: found {scenario.controller} with [{section}], expected none"
-            )
-    if scenario.environment == "orbit" and not lacks["orbit"]:
-        raise InputError(
-            "key environment.kind: found orbit beside [orbit], expected constant, with further "
-            "torques such as gravity_gradient in [[environment.torque]]"
-        )
-    _check_null_space(scenario)
-    parts = {f"{part.section}.{part.name}": part.section for part in scenario.parts}
-    for place, kind in components_of(scenario).items():
-        section = parts.get(place, place if place in KINDS else "event")
-        made = component(section, kind, scenario.sources)
-        for need in made.needs:
-            if lacks[need]:
+    kinds, sections = components_of(scenario), sections_of(scenario)
+    made = {p: component(s, kinds[p], scenario.sources) for p, s in sections.items()}
+    provided = {SURFACES} if scenario.surfaces else set()
+    provided = provided.union(*(kind.provides for kind in made.values()))
+    for place, kind in made.items():
+        for need in sorted(kind.needs):
+            if need not in provided and not need.places & sections.keys():
                 raise InputError(
-                    f"key {place}: found {kind} without {need}, expected {NEEDS[need]}"
+                    f"key {place}: found {kinds[place]} without {need.name}, expected "
+                    f"{need.expected}"
                 )
-        if made.keys.get("altitude") is EITHER_ORBIT["altitude"]:
-            _check_altitude(f"{place}.altitude", scenario)
+    for place, kind in made.items():
+        kind.check(place, scenario)
+    _check_null_space(scenario, made["controller"])
 
 
-def _check_null_space(scenario: Scenario) -> None:
-    """Check bands, and that a controller with bands or wear of the wheels has a null space."""
-    bands = [part.name for part in scenario.parts if part.section == "controller.band"]
-    worn = f"wheel.{scenario.wheels[0]}.wear" in scenario.values
-    if not bands and not worn:
+def _check_null_space(scenario: Scenario, controller: Any) -> None:
+    """Check that a controller with bands or wear of the wheels has a null space."""
+    bands = any(part.section == "controller.band" for part in scenario.parts)
+    if not bands and f"wheel.{scenario.wheels[0]}.wear" not in scenario.values:
         return
     place = "controller.band" if bands else "wear"
-    if "null_space_gain" not in chosen(scenario, "controller").keys:
+    if NULL_SPACE not in controller.provides:
         raise InputError(
-            f"key {place}: found it with the controller {scenario.controller}, expected a "
-            "wheel_array, which has a null-space control"
+            f"key {place}: found it with the controller {scenario.controller}, expected "
+            f"{NULL_SPACE.expected}"
         )
     if len(scenario.wheels) < 4:
         raise InputError(
             f"key {place}: found {len(scenario.wheels)} wheels, which have no null space, expected "
             "four or more"
         )
-    for name in bands:
-        low, high = (scenario.values[f"{place}.{name}.{end}"] for end in ("above", "below"))
-        if low >= high:
-            raise InputError(
-                f"key {place}[{name}].below: found {high:g} rad/s, expected more than above, "
-                f"{low:g} rad/s"
-            )
-
-
-def _check_altitude(key: str, scenario: Scenario) -> None:
-    """Check that a component has either an orbit of its own or that of the scenario."""
-    altitude = scenario.values[key]
-    if scenario.orbit == "none" and altitude == 0.0:
-        raise InputError(f"key {key}: found none, expected it, or a section [orbit]")
-    if scenario.orbit != "none" and altitude != 0.0:
-        raise InputError(f"key {key}: found {altitude:g} m beside [orbit], expected none")
 
 
 def is_shipped(scenario: Components) -> bool:
@@ -224,11 +170,8 @@ def is_shipped(scenario: Components) -> bool:
     """
     if scenario.sources:
         return False
-    parts = [chosen(scenario, section) for section in KINDS]
-    parts += [component(part.section, part.kind) for part in scenario.parts]
-    code = [
-        getattr(part, name) for part in parts for name in ("make", "plan") if hasattr(part, name)
-    ]
+    code = [chosen(scenario, section) for section in KINDS]
+    code += [component(part.section, part.kind) for part in scenario.parts]
     code.append(WHEEL_FRICTION[scenario.friction])
     return all(getattr(each, "__module__", "").startswith("gyrostat.") for each in code)
 
@@ -243,7 +186,7 @@ def measured(
         parts: Parts of a scenario.
         sources: Python files of the scenario.
     """
-    found = measured_by(sensors)
+    found = {name: MEASURED[name] for name in KINDS["sensors"][sensors].measured}
     for part in parts:
         if part.section == "sensor":
             unit = component(part.section, part.kind, sources).unit
@@ -258,7 +201,7 @@ def own_event_keys(kind: str, sources: tuple[Source, ...]) -> dict[str, Key]:
         kind: Kind of the event.
         sources: Python files of the scenario.
     """
-    return {**component("event", kind, sources).keys, "time": EVENT_TIME}
+    return {**component("event", kind, sources).keys(), "time": EVENT_TIME}
 
 
 def _has_body(scenario: Scenario, name: str) -> bool:
@@ -269,6 +212,10 @@ def numbers_of(scenario: Scenario) -> dict[str, Key]:
     """Full key -> schema entry, for every number of a scenario with these components."""
     friction = law_of(scenario.friction, scenario.sources)
     fields = measured(scenario.sensors, scenario.parts, scenario.sources)
+
+    def keys_of(part: Part) -> Mapping[str, Key]:
+        return component(part.section, part.kind, scenario.sources).keys()
+
     sections: dict[str, Mapping[str, Key]] = {
         "body.inertia": dict.fromkeys(INERTIA, INERTIA_KEY),
         "body": {name: key for name, key in BODY.items() if _has_body(scenario, name)},
@@ -276,11 +223,8 @@ def numbers_of(scenario: Scenario) -> dict[str, Key]:
         **{"run": RUN, "start": START, "metrics": METRICS},
         "guard": guard_keys(fields),
         **{f"window.{window.name}": WINDOW for window in scenario.windows},
-        **{section: chosen(scenario, section).keys for section in KINDS},
-        **{
-            f"{part.section}.{part.name}": component(part.section, part.kind, scenario.sources).keys
-            for part in scenario.parts
-        },
+        **{section: chosen(scenario, section).keys() for section in KINDS},
+        **{f"{part.section}.{part.name}": keys_of(part) for part in scenario.parts},
         **{
             f"event.{e.name}": own_event_keys(e.kind, scenario.sources)
             if is_own(e.kind)

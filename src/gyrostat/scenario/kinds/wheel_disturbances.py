@@ -1,36 +1,13 @@
-"""Disturbances of the wheels of a scenario: imbalance, harmonics and structural modes."""
+"""Imbalance of the wheels of a scenario, with harmonics and structural modes."""
 
 from typing import Any
 
 from gyrostat.core.jax64 import jnp
 from gyrostat.scenario.build_spacecraft import has_section, of_wheels
-from gyrostat.scenario.kinds.components import Component, Options
 from gyrostat.scenario.scenario import AXES
-from gyrostat.scenario.schema import Key, positive, size
 from gyrostat.scenario.sensing import Values
 from gyrostat.scenario.structure import Structure
 from gyrostat.spacecraft import Imbalance, WheelHarmonics, WheelStructure
-
-
-def _harmonic(options: Options, *, wheels: int, **given: Any) -> WheelHarmonics:
-    return WheelHarmonics.single(wheels=wheels, **options)
-
-
-HARMONICS: dict[str, Component] = {
-    "harmonic": Component(
-        "Forces and torque of every wheel at a multiple of the wheel speed "
-        "(`gyrostat.spacecraft.WheelHarmonics`).",
-        {
-            "number": positive("1", None, "Multiple of the wheel speed; any positive number."),
-            "force": size("imbalance", 0.0, "Radial force over the squared wheel speed."),
-            "torque": size("inertia", 0.0, "Torque across the axis over the squared wheel speed."),
-            "axial": size("imbalance", 0.0, "Axial force over the squared wheel speed."),
-            "phase": Key("angle", 0.0, "Phase at the rotor angle 0."),
-        },
-        _harmonic,
-    ),
-}
-"""Kind of [[imbalance.harmonic]] -> component."""
 
 
 def imbalance_of(

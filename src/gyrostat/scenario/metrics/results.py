@@ -42,8 +42,10 @@ def _budget(scenario: Scenario) -> dict[str, Metric]:
     """Metrics of the momentum budget."""
     if not scenario.budget:
         return {}
+    from gyrostat.scenario.kinds.registry import chosen  # imports JAX, which takes long
+
     names = ["constant"]
-    names += ["gravity_gradient", "harmonic"] if scenario.environment == "orbit" else []
+    names += chosen(scenario, "environment").torque_names
     names += [part.name for part in scenario.parts if part.section == "environment.torque"]
     names += [f"actuator.{part.name}" for part in scenario.parts if part.section == "actuator"]
     return {gained(name): Metric(BUDGET.unit, BUDGET.meaning) for name in names}
@@ -56,7 +58,7 @@ def _own_metrics(scenario: Scenario) -> dict[str, Metric]:
     from gyrostat.scenario.kinds.registry import component  # imports JAX, which takes long
 
     made = {part.name: component(part.section, part.kind, scenario.sources) for part in parts}
-    return {name: Metric(own.unit, own.meaning) for name, own in made.items()}
+    return {name: Metric(own.unit, own.meaning()) for name, own in made.items()}
 
 
 def percentile_name(percent: float) -> str:

@@ -7,7 +7,7 @@ part is given in a run: see `RESERVED`.
 import dataclasses
 import inspect
 import typing
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
 from functools import cache, lru_cache
 from typing import Any, Self
@@ -21,15 +21,9 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import SI_UNIT
 from gyrostat.core.user_errors import OwnError, reported
 from gyrostat.core.user_modules import load, package_of
-from gyrostat.scenario.kinds.components import Component, Options
-from gyrostat.scenario.kinds.controllers import IGNORED, DesignCase, PlannedController
-from gyrostat.scenario.kinds.references import UNTIL, mode, single
+from gyrostat.scenario.component import Options
 from gyrostat.scenario.scenario import Source
 from gyrostat.scenario.schema import Key
-from gyrostat.scenario.user.control import OwnControl
-from gyrostat.scenario.user.metric import OwnMetric
-from gyrostat.scenario.user.world import OwnChange, OwnProfile, OwnSensor, OwnTorque
-from gyrostat.spacecraft import Spacecraft
 
 TAKEN = ("kind", "python", "data", "target", "name")
 """Keys of the tables of a scenario file, which no field can have as its name."""
@@ -55,16 +49,6 @@ class OwnPart:
     made: Any
     fields: tuple[str, ...]
     keys: Mapping[str, Key]
-
-    @property
-    def needs(self) -> tuple[str, ...]:
-        """What the scenario must have; see `gyrostat.scenario.kinds.components.Component`."""
-        return ("orbit",) if "orbit" in self.fields else ()
-
-    @property
-    def meaning(self) -> str:
-        """First line of its docstring."""
-        return (inspect.getdoc(self.made) or self.name).partition("\n")[0]
 
     def build(self, options: Options, **given: Any) -> Any:
         """Instance of the class; or the function, as a tree without leaves.
@@ -170,111 +154,3 @@ def _key(part: OwnPart, field: Any, hint: Any) -> Key:
         default = default if shape else default[0]
     meaning = key.meaning or f"Field of {part.name}."
     return replace(key, default=default, shape=shape, meaning=meaning)
-
-
-def _controller(part: OwnPart) -> PlannedController:
-    def plan(case: DesignCase) -> Spacecraft:
-        return case.spacecraft
-
-    def make(plan: Spacecraft, options: Options, momentum: Vector3) -> OwnControl:
-        made = part.build(options, spacecraft=plan, reference=None, orbit=None)
-        return OwnControl(made, part.name, plan.wheels.count)
-
-    part = part.with_methods(**CONTROL)
-    return PlannedController(part.meaning, part.keys, make, plan, IGNORED, needs=part.needs)
-
-
-def _wrapping(part: OwnPart) -> Component:
-    """Compensator or estimator."""
-
-    def make(options: Options, controller: Any, known: Spacecraft, *others: Any) -> OwnControl:
-        made = part.build(options, controller=controller, spacecraft=known, orbit=None)
-        return OwnControl(made, part.name, known.wheels.count)
-
-    part = part.with_methods(**CONTROL)
-    if "controller" not in part.fields:
-        raise part.refuse("no field controller", "it, for the controller that the part wraps")
-    return Component(part.meaning, part.keys, make, needs=part.needs)
-
-
-CONTROL = {
-    "start": "(period), which returns the memory",
-    "__call__": "(memory, measurement), which returns (memory, command)",
-}
-"""Methods of a controller, compensator or estimator."""
-
-
-def _in_world(wrapper: Callable[[Any, str], Any], call: str, **methods: str) -> Any:
-    """Function that makes the component of a torque, sensor, actuator, event or metric.
-
-    Args:
-        wrapper: Class of `gyrostat.scenario.user.world` or `gyrostat.scenario.user.metric`.
-        call: Arguments and result of the part.
-        methods: Other methods of the part; without any, it can be a function.
-    """
-
-    def component(part: OwnPart) -> Component:
-        def make(options: Options, *, place: str, **given: Any) -> Any:
-            file = part.name.rpartition(" ")[2]
-            return wrapper(part.build(options, **given), f"{place} {file}")
-
-        if methods or inspect.isclass(part.made):
-            part = part.with_methods(**methods, __call__=call)
-        unit = getattr(part.made, "unit", "1")
-        unit = unit if isinstance(unit, str) else "1"
-        return Component(part.meaning, part.keys, make, unit=unit, needs=part.needs)
-
-    return component
-
-
-def _profile(part: OwnPart) -> Any:
-    """Function that makes the attitude over time of a user-defined reference or mode."""
-    if inspect.isclass(part.made):
-        part = part.with_methods(__call__="(time), which returns a quaternion (4,)")
-
-    def make(options: Options, planned: Any, place: str) -> OwnProfile:
-        return OwnProfile(part.build(options, orbit=planned.orbit), part.name)
-
-    return make
-
-
-def _reference(part: OwnPart) -> Component:
-    return Component(part.meaning, part.keys, single(_profile(part)), needs=part.needs)
-
-
-def _mode(part: OwnPart) -> Component:
-    return Component(part.meaning, {**part.keys, **UNTIL}, mode(_profile(part)), needs=part.needs)
-
-
-TORQUE = "which returns a torque in body axes (3,), N·m"
-OWN: dict[str, Callable[[OwnPart], Any]] = {
-    "controller": _controller,
-    "compensator": _wrapping,
-    "estimator": _wrapping,
-    "reference": _reference,
-    "reference.mode": _mode,
-    "environment.torque": _in_world(OwnTorque, f"(spacecraft, attitude, time), {TORQUE}"),
-    "actuator": _in_world(OwnTorque, f"(value, attitude, time), {TORQUE}"),
-    "event": _in_world(OwnChange, "(plant), which returns the plant with other numbers"),
-    "sensor": _in_world(
-        OwnSensor,
-        "(memory, state, key), which returns (memory, value)",
-        start="(state, period), which returns the memory",
-    ),
-    "metric": _in_world(
-        OwnMetric,
-        "(memory, sample), which returns the memory",
-        result="(memory), which returns a number",
-    ),
-}
-"""Section of a scenario -> function that makes the component of a user-defined part."""
-
-
-@lru_cache(maxsize=64)
-def own_component(section: str, kind: str, sources: tuple[Source, ...]) -> Any:
-    """Component of a section from a user's Python file.
-
-    Raises:
-        InputError: See `own_part`.
-    """
-    return OWN[section](own_part(section, kind, sources))

@@ -21,7 +21,7 @@ from gyrostat.scenario.kinds.registry import (
     numbers_of,
 )
 from gyrostat.scenario.scenario import Scenario, Source
-from gyrostat.scenario.user.parts import OWN
+from gyrostat.scenario.user.kinds import OWN
 from gyrostat.scenario_files.python.change_parts import LISTS, is_list, own_list, with_list
 from gyrostat.scenario_files.python.objects import own_object
 from gyrostat.scenario_files.read_metrics import with_windows
@@ -108,7 +108,7 @@ def _with_component(
         row = {n.removeprefix(start): v for n, v in changes.items() if n.startswith(start)}
         defaults = made.defaults(scenario.values, scenario.command_delay)
         table = Table(Path(scenario.name), start, row).with_missing(defaults)
-        numbers = table.numbers(made.keys)
+        numbers = table.numbers(made.keys())
         values = {end.removeprefix(start): value for end, value in numbers.items()}
     lists = tuple(f"{part.section}.{part.name}." for part in scenario.parts)
     kept = {

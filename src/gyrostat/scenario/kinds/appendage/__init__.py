@@ -1,0 +1,1 @@
+"""Kinds of appendages of a spacecraft file."""

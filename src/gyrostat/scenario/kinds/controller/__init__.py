@@ -1,0 +1,1 @@
+"""Kinds of [controller], one file each or a few that belong together."""

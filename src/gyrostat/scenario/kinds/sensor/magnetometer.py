@@ -1,0 +1,31 @@
+"""Magnetometer."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.scenario.component import Options
+from gyrostat.scenario.sampled_kind import SampledKind
+from gyrostat.scenario.schema import size, vector
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
+from gyrostat.spacecraft.sensors.magnetometer import Magnetometer
+
+
+@dataclass(frozen=True, eq=False)
+class MagnetometerKind(SampledKind):
+    """Magnetic flux density in body axes, (3,) (`gyrostat.spacecraft.Magnetometer`)."""
+
+    name = "magnetometer"
+    unit = "T"
+    sigma: Annotated[
+        Scalar, size("flux_density", 0.0, "Standard deviation of the noise of each axis.")
+    ]
+    bias: Annotated[Vector3, vector("flux_density", "Bias, in body axes.")]
+    scale_factor: Annotated[Vector3, vector("1", "Scale factor error of each axis.")]
+    misalignment: Annotated[
+        Vector3, vector("angle", "Rotation vector from body to magnetometer axes.")
+    ]
+
+    def sensor(self, orbit: OrbitEnvironment, options: Options) -> Magnetometer:
+        """See `SampledKind.sensor`."""
+        return Magnetometer(orbit, **options)

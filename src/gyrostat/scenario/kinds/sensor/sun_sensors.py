@@ -1,0 +1,55 @@
+"""Sun sensors."""
+
+from dataclasses import dataclass
+from math import pi
+from typing import Annotated
+
+from jaxtyping import Array, Float
+
+from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.scenario.component import Options
+from gyrostat.scenario.sampled_kind import SampledKind
+from gyrostat.scenario.schema import Key, positive, size, vector
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
+from gyrostat.spacecraft.sensors.sun_sensor import FACES, CoarseSunSensors, SunSensor
+
+
+@dataclass(frozen=True, eq=False)
+class SunSensorKind(SampledKind):
+    """Direction of the Sun in body axes, (3,), zero if it is not seen.
+
+    See `gyrostat.spacecraft.SunSensor`.
+    """
+
+    name = "sun_sensor"
+    sigma: Annotated[Scalar, size("angle", 0.0, "Standard deviation of the error about each axis.")]
+    misalignment: Annotated[Vector3, vector("angle", "Rotation vector from body to sensor axes.")]
+    boresight: Annotated[
+        Vector3, vector("1", "Boresight in body axes, of any length.", (0.0, 0.0, 1.0))
+    ]
+    field_of_view: Annotated[
+        Scalar, positive("angle", pi, "Largest angle between boresight and Sun.", most=pi)
+    ]
+
+    def sensor(self, orbit: OrbitEnvironment, options: Options) -> SunSensor:
+        """See `SampledKind.sensor`."""
+        return SunSensor(orbit, **options)
+
+
+@dataclass(frozen=True, eq=False)
+class CoarseSunSensorsKind(SampledKind):
+    """Currents of six sun cells on the faces +x, -x, +y, -y, +z, -z, (6,), 1 at normal incidence.
+
+    See `gyrostat.spacecraft.CoarseSunSensors`. Albedo is not modelled.
+    """
+
+    name = "coarse_sun_sensors"
+    sigma: Annotated[Scalar, size("1", 0.0, "Standard deviation of the noise of each cell.")]
+    scale_factor: Annotated[
+        Float[Array, "6"],
+        Key("1", 0.0, "Relative error of the current of each cell.", shape=(len(FACES),)),
+    ]
+
+    def sensor(self, orbit: OrbitEnvironment, options: Options) -> CoarseSunSensors:
+        """See `SampledKind.sensor`."""
+        return CoarseSunSensors(orbit, **options)

@@ -1,0 +1,1 @@
+"""Kinds of [[star_tracker]]."""

@@ -1,0 +1,47 @@
+"""Head of a star tracker."""
+
+from dataclasses import dataclass
+from math import inf
+from typing import Annotated
+
+from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.scenario.component import ORBIT, STAR_TRACKER, Context, Kind
+from gyrostat.scenario.schema import positive, size, vector
+from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHead
+
+
+@dataclass(frozen=True, eq=False)
+class Head(Kind):
+    """Head of the star tracker of the sensors `star_tracker_gyro` or `star_tracker`.
+
+    See `gyrostat.spacecraft.StarTrackerHead`.
+    """
+
+    name = "head"
+    needs = frozenset({ORBIT, STAR_TRACKER})
+    across_sigma: Annotated[
+        Scalar,
+        positive("angle", None, "Standard deviation about each axis across the boresight."),
+    ]
+    about_sigma: Annotated[
+        Scalar, positive("angle", None, "Standard deviation about the boresight.")
+    ]
+    boresight: Annotated[
+        Vector3, vector("1", "Boresight in body axes, of any length.", (0.0, 0.0, 1.0))
+    ]
+    misalignment: Annotated[Vector3, vector("angle", "Constant rotation of the measured attitude.")]
+    sun_exclusion: Annotated[
+        Scalar, size("angle", 0.0, "Smallest angle between boresight and Sun.")
+    ]
+    earth_exclusion: Annotated[
+        Scalar, size("angle", 0.0, "Smallest angle between boresight and limb of the Earth.")
+    ]
+    rate_limit: Annotated[Scalar, positive("speed", inf, "Largest body rate.")]
+
+    def make(self, context: Context) -> StarTrackerHead:
+        """Head."""
+        assert context.orbit is not None
+        own = self.options()
+        return StarTrackerHead(
+            context.orbit, own.pop("across_sigma"), own.pop("about_sigma"), **own
+        )

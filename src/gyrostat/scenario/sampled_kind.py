@@ -1,0 +1,47 @@
+"""Base of further sensors that are sampled less often than the control, and used later."""
+
+from dataclasses import dataclass
+from typing import Annotated, Any
+
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jnp
+from gyrostat.scenario.component import ORBIT, Context, Kind, Options
+from gyrostat.scenario.schema import Key, size
+from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
+from gyrostat.spacecraft.sensors.sampled import LONGEST, Sampled
+
+
+@dataclass(frozen=True, eq=False)
+class SampledKind(Kind):
+    """Sensor along an orbit with a sampling of its own."""
+
+    needs = frozenset({ORBIT})
+    periods: Annotated[
+        Scalar,
+        Key("1", 1.0, "Control periods between samples, rounded to a whole number.", least=1.0),
+    ]
+    latency: Annotated[
+        Scalar,
+        size(
+            "1",
+            0.0,
+            "Control periods from a sample to its use, rounded to a whole number.",
+            most=float(LONGEST),
+        ),
+    ]
+
+    def sensor(self, orbit: OrbitEnvironment, options: Options) -> Any:
+        """Sensor that measures in each period.
+
+        Args:
+            orbit: Orbit of the run.
+            options: Values of the keys except those of the sampling.
+        """
+        raise NotImplementedError
+
+    def make(self, context: Context) -> Sampled:
+        """Sensor with its sampling."""
+        assert context.orbit is not None
+        own = self.options()
+        periods, latency = jnp.round(own.pop("periods")), jnp.round(own.pop("latency"))
+        return Sampled(self.sensor(context.orbit, own), periods, latency)

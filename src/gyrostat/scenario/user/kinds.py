@@ -1,0 +1,213 @@
+"""Components that a scenario makes of a user's classes and functions."""
+
+import inspect
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from functools import lru_cache
+from typing import Any, ClassVar, Self
+
+from gyrostat.control.guidance import Reference
+from gyrostat.scenario.component import ORBIT, Context, Need, Options
+from gyrostat.scenario.controller_kind import IGNORED, Beginning, DesignCase
+from gyrostat.scenario.reference_kind import Mode, PlannedReference, ReferenceCase
+from gyrostat.scenario.scenario import Scenario, Source
+from gyrostat.scenario.schema import Key
+from gyrostat.scenario.user.control import OwnControl
+from gyrostat.scenario.user.metric import OwnMetric
+from gyrostat.scenario.user.parts import OwnPart, own_part
+from gyrostat.scenario.user.world import OwnChange, OwnProfile, OwnSensor, OwnTorque
+from gyrostat.spacecraft import Spacecraft
+
+
+@dataclass(frozen=True)
+class OwnKind:
+    """Component of a user's class or function, used as a `gyrostat.scenario.component.Kind` is.
+
+    Attributes:
+        part: The class or function.
+        values: Values of its keys, SI.
+    """
+
+    part: OwnPart
+    values: Options = field(default_factory=dict)
+    texts: ClassVar[tuple[str, ...]] = ()
+    provides: ClassVar[frozenset[Need]] = frozenset()
+
+    @property
+    def name(self) -> str:
+        """See `Kind`: "FILE.py:NAME"."""
+        return self.part.name.rpartition(" ")[2]
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """See `Kind`."""
+        return frozenset({ORBIT}) if "orbit" in self.part.fields else frozenset()
+
+    @property
+    def unit(self) -> str:
+        """See `Kind`."""
+        unit = getattr(self.part.made, "unit", "1")
+        return unit if isinstance(unit, str) else "1"
+
+    def keys(self) -> Mapping[str, Key]:
+        """See `Kind.keys`."""
+        return self.part.keys
+
+    def meaning(self) -> str:
+        """First line of its docstring."""
+        return (inspect.getdoc(self.part.made) or self.part.name).partition("\n")[0]
+
+    def defaults(self, values: Mapping[str, float], delay: int) -> Mapping[str, float]:
+        """See `Kind.defaults`."""
+        return {}
+
+    def row(self, row: Mapping[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
+        """See `Kind.row`."""
+        return dict(row)
+
+    def check(self, place: str, scenario: Scenario) -> None:
+        """See `Kind.check`."""
+
+    def of(self, options: Options) -> Self:
+        """See `Kind.of`."""
+        return replace(self, values=options)
+
+
+class OwnController(OwnKind):
+    """Controller of a user; see `gyrostat.scenario.controller_kind.ControllerKind`."""
+
+    losses = IGNORED
+    follows = True
+
+    def plan(self, case: DesignCase) -> Spacecraft:
+        """See `ControllerKind.plan`."""
+        return case.spacecraft
+
+    def controller(self, design: Spacecraft, beginning: Beginning) -> OwnControl:
+        """See `ControllerKind.controller`."""
+        made = self.part.build(self.values, spacecraft=design, reference=None, orbit=None)
+        return OwnControl(made, self.part.name, design.wheels.count)
+
+    def body(self, plant: Any) -> Any:
+        """See `ControllerKind.body`."""
+        return plant
+
+
+class OwnWrapping(OwnKind):
+    """Compensator or estimator of a user."""
+
+    def make(self, context: Context) -> OwnControl:
+        """Part around the controller."""
+        known = context.spacecraft
+        assert known is not None
+        given = {"controller": context.controller, "spacecraft": known, "orbit": None}
+        made = self.part.build(self.values, **given)
+        return OwnControl(made, self.part.name, known.wheels.count)
+
+
+@dataclass(frozen=True)
+class OwnInWorld(OwnKind):
+    """Torque, sensor, actuator, event or metric of a user.
+
+    Attributes:
+        wrapper: Class of `gyrostat.scenario.user.world` or `gyrostat.scenario.user.metric`.
+    """
+
+    wrapper: Callable[[Any, str], Any] = field(kw_only=True)
+
+    def make(self, context: Context) -> Any:
+        """Part of the run."""
+        given = {name: getattr(context, name) for name in ("spacecraft", "orbit", "plant")}
+        known = {name: value for name, value in given.items() if value is not None}
+        return self.wrapper(self.part.build(self.values, **known), f"{context.place} {self.name}")
+
+
+class OwnAttitude(OwnKind):
+    """Attitude over time of a user; see `gyrostat.scenario.reference_kind.ProfileKind`."""
+
+    tables = ""
+    moves = True
+
+    def profile(self, planned: PlannedReference, place: str) -> OwnProfile:
+        """See `ProfileKind.profile`."""
+        return OwnProfile(self.part.build(self.values, orbit=planned.orbit), self.part.name)
+
+    def reference(self, case: ReferenceCase) -> Reference:
+        """See `ReferenceKind.reference`."""
+        return Reference.of(self.profile(case.planned, "reference"))
+
+
+def _controller(part: OwnPart) -> OwnController:
+    return OwnController(part.with_methods(**CONTROL))
+
+
+def _wrapping(part: OwnPart) -> OwnWrapping:
+    """Compensator or estimator."""
+    part = part.with_methods(**CONTROL)
+    if "controller" not in part.fields:
+        raise part.refuse("no field controller", "it, for the controller that the part wraps")
+    return OwnWrapping(part)
+
+
+CONTROL = {
+    "start": "(period), which returns the memory",
+    "__call__": "(memory, measurement), which returns (memory, command)",
+}
+"""Methods of a controller, compensator or estimator."""
+
+
+def _in_world(wrapper: Callable[[Any, str], Any], call: str, **methods: str) -> Any:
+    """Function that makes the component of a torque, sensor, actuator, event or metric.
+
+    Args:
+        wrapper: See `OwnInWorld`.
+        call: Arguments and result of the part.
+        methods: Other methods of the part; without any, it can be a function.
+    """
+
+    def component(part: OwnPart) -> OwnInWorld:
+        if methods or inspect.isclass(part.made):
+            part = part.with_methods(**methods, __call__=call)
+        return OwnInWorld(part, wrapper=wrapper)
+
+    return component
+
+
+def _attitude(part: OwnPart) -> OwnAttitude:
+    if inspect.isclass(part.made):
+        part = part.with_methods(__call__="(time), which returns a quaternion (4,)")
+    return OwnAttitude(part)
+
+
+TORQUE = "which returns a torque in body axes (3,), N·m"
+OWN: dict[str, Callable[[OwnPart], Any]] = {
+    "controller": _controller,
+    "compensator": _wrapping,
+    "estimator": _wrapping,
+    "reference": _attitude,
+    "reference.mode": lambda part: Mode(_attitude(part)),
+    "environment.torque": _in_world(OwnTorque, f"(spacecraft, attitude, time), {TORQUE}"),
+    "actuator": _in_world(OwnTorque, f"(value, attitude, time), {TORQUE}"),
+    "event": _in_world(OwnChange, "(plant), which returns the plant with other numbers"),
+    "sensor": _in_world(
+        OwnSensor,
+        "(memory, state, key), which returns (memory, value)",
+        start="(state, period), which returns the memory",
+    ),
+    "metric": _in_world(
+        OwnMetric,
+        "(memory, sample), which returns the memory",
+        result="(memory), which returns a number",
+    ),
+}
+"""Section of a scenario -> function that makes the component of a user-defined part."""
+
+
+@lru_cache(maxsize=64)
+def own_component(section: str, kind: str, sources: tuple[Source, ...]) -> Any:
+    """Component of a section from a user's Python file.
+
+    Raises:
+        InputError: See `own_part`.
+    """
+    return OWN[section](own_part(section, kind, sources))
