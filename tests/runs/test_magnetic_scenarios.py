@@ -216,7 +216,7 @@ def test_heads_of_a_scenario_replace_the_tracker(read):
                 ),
                 ORBIT,
             ),
-            r"key sensors.kind: found white_noise with \[\[star_tracker\]\]",
+            r"key star_tracker.left: found head without star tracker, expected sensors with a star",
         ),
         (
             (TRACKER.replace('name = "left"', 'python = "a.py:B"'), ORBIT),

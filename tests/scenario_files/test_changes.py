@@ -54,10 +54,10 @@ def test_required_keys_of_a_component_can_be_given_with_it(scenario):
     [
         ({"controller.turn_gian": 1.0}, "an unknown key (did you mean controller.turn_gain?)"),
         ({"controler": "lqr"}, "key controler: found an unknown key (did you mean controller?)"),
-        ({"controller": "lqq"}, "key controller: found 'lqq', expected one of three_axis"),
+        ({"controller": "lqq"}, "key controller: found 'lqq', expected one of detumbling"),
         ({"controller": 3}, "found int of builtins, which is no local file, expected an object"),
         ({"controller": Scenario}, "found a class of gyrostat, expected a class of yours"),
-        ({"sensors": 3}, "found int as sensors, expected one of white_noise"),
+        ({"sensors": 3}, "found int as sensors, expected one of star_tracker"),
         ({"sensors": "star_tracker_gyro"}, "key sensors.attitude_sigma: found none"),
         ({"estimator": "kalman"}, "found the estimator kalman, expected none for the sensors"),
         ({"controller.turn_gain": -1.0}, "key controller.turn_gain: found -1.0, expected above 0"),
