@@ -68,7 +68,7 @@ def test_a_new_failure_does_what_a_shipped_one_does(read):
     assert [event.name for event in structure_of(own).turning_points] == ["e0"]
     assert structure_of(shipped).turning_points == ()
     assert own.values["event.e0.detected_after"] == 1.0
-    found, expected = (gs.simulate(each, engine="jax") for each in (own, shipped))
+    found, expected = (gs.simulate(each) for each in (own, shipped))
     before = found.time.values <= 1.0
     np.testing.assert_array_equal(found.wheel_speed[before], expected.wheel_speed[before])
 
@@ -79,7 +79,7 @@ def test_a_new_change_of_friction_does_what_a_shipped_one_does(read):
     shipped = read(
         f'kind = "friction_step"\nwheel = "b"\ncoulomb = {4.0 * values["wheel.b.coulomb"]!r}'
     )
-    found, expected = (gs.simulate(each, engine="jax") for each in (own, shipped))
+    found, expected = (gs.simulate(each) for each in (own, shipped))
     np.testing.assert_allclose(found.wheel_speed, expected.wheel_speed, rtol=1e-12, atol=1e-12)
 
 
