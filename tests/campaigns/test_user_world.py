@@ -512,7 +512,11 @@ def test_mistakes_in_python_are_one_line(tmp_path, old, new, message):
         ),
         ('"mission.py:push"', '"mission.py:push"\nname = "a.b"', "found 'a.b', expected letters"),
         ('"mission.py:push"', '"mission.py:push"\nname = "if"', "found 'if', expected letters"),
-        ('kind = "harmonic"', 'kind = "storm"', "found 'storm', expected one of aerodynamic, constant, gravity"),
+        (
+            'kind = "harmonic"',
+            'kind = "storm"',
+            "found 'storm', expected one of aerodynamic, constant, gravity",
+        ),
         ("area = 0.6", "aera = 0.6", r"torque\[drag\].aera.*did you mean.*area"),
         ('python = "mission.py:Rods"', 'kind = "rods"', "expected one of thrusters, torque_rods"),
         ("[[sensor]]", "[sensor]", r"found a table \[sensor\], expected \[sensors\], or tables"),

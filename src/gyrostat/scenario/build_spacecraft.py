@@ -12,7 +12,7 @@ from gyrostat.scenario.sensing import Values, options_of
 from gyrostat.scenario.structure import Structure
 from gyrostat.spacecraft import FrictionSteps, Spacecraft, Surfaces, WheelFailures
 from gyrostat.wheel import WheelArray
-from gyrostat.wheel.friction import Friction, LuGre
+from gyrostat.wheel.friction import AnyFriction
 from gyrostat.wheel.friction_laws import law_of
 
 
@@ -73,7 +73,7 @@ def failures_of(structure: Structure, values: Values) -> WheelFailures | None:
 
 
 def friction_steps_of(
-    structure: Structure, values: Values, before: Friction | LuGre
+    structure: Structure, values: Values, before: AnyFriction
 ) -> FrictionSteps | None:
     """Friction steps of the scenario's events; None if there are none."""
     stepping = events_of(structure.events, FrictionChange)

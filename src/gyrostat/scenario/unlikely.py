@@ -22,7 +22,7 @@ from gyrostat.scenario.spacecraft_values import spacecraft_values, surface_rows
 from gyrostat.scenario.unlikely_limits import LIMITS
 from gyrostat.spacecraft import SpacecraftFile
 from gyrostat.spacecraft.flexible.appendages import APPENDAGES
-from gyrostat.wheel.friction.lugre import static_curve
+from gyrostat.wheel.friction import static_curve
 from gyrostat.wheel.friction_laws import law_of
 
 TRACKER_NOISE = np.radians(1.0)

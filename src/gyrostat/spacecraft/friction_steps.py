@@ -10,7 +10,7 @@ from gyrostat.core.checked import Checked, from_start, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel.array import listed
-from gyrostat.wheel.friction import Friction, LuGre
+from gyrostat.wheel.friction import AnyFriction
 
 
 class FrictionSteps(Checked):
@@ -24,7 +24,7 @@ class FrictionSteps(Checked):
     """
 
     time: Annotated[PerWheel, from_start("time of a friction step")] = eqx.field(converter=listed)
-    friction: Friction | LuGre
+    friction: AnyFriction
     duration: Annotated[PerWheel | float, size("duration of a friction step", "s")] = eqx.field(
         converter=listed, default=0.0
     )

@@ -27,7 +27,7 @@ class GyrostatState(NamedTuple):
             `FlexibleModes`.
         modal_momentum: Generalised momenta of the modes, (modes,), √kg·m/s; None likewise. They
             keep their values where the body rate steps.
-        deflection: Deflections of the bristles, (wheels,), rad; None unless the friction is LuGre.
+        deflection: Deflections of the bristles, (wheels,), rad; None without bristles.
     """
 
     attitude: Annotated[Quaternion, "1"]

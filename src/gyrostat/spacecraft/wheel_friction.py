@@ -13,10 +13,10 @@ from gyrostat.spacecraft.flexible.coupling import with_names
 from gyrostat.spacecraft.gyrostat_state import GyrostatState
 from gyrostat.spacecraft.wheels_on_body import Carrier, WheelsOnBody
 from gyrostat.wheel import Motion, step_coupled_bristles, step_coupled_wheels
-from gyrostat.wheel.friction import Friction, LuGre
+from gyrostat.wheel.friction import AnyFriction
 
 
-def started_deflection(friction: Friction | LuGre, speed: PerWheel, given: Any) -> PerWheel | None:
+def started_deflection(friction: AnyFriction, speed: PerWheel, given: Any) -> PerWheel | None:
     """Deflections of the bristles at the start, (wheels,), rad; None without bristles.
 
     Args:
@@ -27,29 +27,29 @@ def started_deflection(friction: Friction | LuGre, speed: PerWheel, given: Any) 
     Raises:
         InputError: Deflections are given, and the friction has no bristles.
     """
-    if isinstance(friction, LuGre):
-        chosen = friction.steady_deflection(speed) if given is None else given
+    if friction.bristles is not None:
+        chosen = friction.bristles.steady_deflection(speed) if given is None else given
         return jnp.broadcast_to(jnp.asarray(chosen, dtype=float), speed.shape)
     if given is not None:
         raise InputError(f"deflection: found one, expected none with {friction.name} friction")
     return None
 
 
-def check_deflection(friction: Friction | LuGre, state: GyrostatState) -> None:
+def check_deflection(friction: AnyFriction, state: GyrostatState) -> None:
     """Validate the deflections of the bristles.
 
     Raises:
         InputError: They are missing, not finite, or given without bristles.
     """
     given = state.deflection is not None
-    if given != isinstance(friction, LuGre):
+    if given != (friction.bristles is not None):
         said = ("one", "none") if given else ("none", "those of the bristles, rad")
         raise InputError(f"deflection: found {said[0]}, expected {said[1]}")
     if given and not np.all(np.isfinite(np.asarray(state.deflection))):
         raise InputError("deflection: found one that is not finite, expected finite ones, rad")
 
 
-def net_torque(friction: Friction | LuGre, torque: PerWheel, state: Any) -> PerWheel:
+def net_torque(friction: AnyFriction, torque: PerWheel, state: Any) -> PerWheel:
     """Motor torques less friction, (wheels,), N·m; zero for wheels that stick.
 
     Args:
@@ -58,8 +58,8 @@ def net_torque(friction: Friction | LuGre, torque: PerWheel, state: Any) -> PerW
         state: State of the spacecraft, a `GyrostatState`.
     """
     speed = jnp.asarray(state.wheel_speed)
-    if isinstance(friction, LuGre):
-        return torque - friction.torque(speed, state.deflection)
+    if friction.bristles is not None:
+        return torque - friction.bristles.torque(speed, state.deflection)
     # a wheel at rest moves with the body
     return jnp.where(speed == 0.0, 0.0, torque - friction.torque(speed, jnp.sign(speed)))
 
@@ -76,7 +76,7 @@ def advanced(
     """
     motion: Motion = Motion(state.wheel_speed, Carrier.of(state))
     deflection: Any = state.deflection
-    if isinstance(contacts.friction, LuGre):
+    if contacts.friction.bristles is not None:
         motion, deflection, resolved = step_coupled_bristles(
             contacts, motion, deflection, contacts.seized, duration
         )

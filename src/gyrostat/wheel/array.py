@@ -10,7 +10,7 @@ from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.checked import Checked, limit, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
-from gyrostat.wheel.friction import Friction, LuGre, ViscousCoulomb
+from gyrostat.wheel.friction import AnyFriction, Friction, ViscousCoulomb
 
 UNIT_TOLERANCE = 1e-6
 """Largest deviation of the length of an axis from 1; allows for rounded numbers in data sheets."""
@@ -141,7 +141,7 @@ class WheelArray(Checked):
         if not np.all(np.abs(lengths - 1.0) < UNIT_TOLERANCE):
             odd = lengths[~(np.abs(lengths - 1.0) < UNIT_TOLERANCE)].flat[0]
             raise InputError(f"wheel axes: found a length of {odd:g}, expected unit vectors")
-        if not isinstance(self.friction, Friction | LuGre):
+        if not isinstance(self.friction, AnyFriction):
             kind = type(self.friction).__name__
             raise InputError(f"wheel friction: found {kind}, expected a friction model")
         for name, value in {

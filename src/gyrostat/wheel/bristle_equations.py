@@ -46,7 +46,7 @@ def error_scale(friction: Any, motion: Motion) -> Bristled:
     """Scale of the errors of each component of a state.
 
     Args:
-        friction: LuGre friction of one wheel or of several.
+        friction: Bristle friction of one wheel or of several.
         motion: State at the start.
     """
     ones = jnp.ones_like(motion.speed)
@@ -78,7 +78,7 @@ class BristleEquations(eqx.Module):
     """Equations of motion of wheels with bristles over one interval.
 
     Attributes:
-        contacts: Equations of motion of the wheels, with LuGre friction.
+        contacts: Equations of motion of the wheels, with bristle friction.
         held: Whether each wheel is fixed to the carrier, (wheels,).
         holding: See `Modes`.
         mobility: Mobility with fixed wheels, (wheels, wheels), 1/(kg·m²); zero rows for them.
@@ -199,7 +199,7 @@ def bristle_equations(
     """Equations of motion over an interval.
 
     Args:
-        contacts: Equations of motion of the wheels, with LuGre friction.
+        contacts: Equations of motion of the wheels, with bristle friction.
         motion: State at the start.
         held: Whether each wheel is fixed to the carrier, (wheels,).
     """

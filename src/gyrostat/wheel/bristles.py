@@ -8,7 +8,6 @@ from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel.bearing_equation import BearingEquation, Motion
 from gyrostat.wheel.bristle_equations import error_scale, first_step
-from gyrostat.wheel.friction import LuGre
 from gyrostat.wheel.rodas import integrate
 from gyrostat.wheel.stepping import step_dry_friction
 
@@ -26,7 +25,7 @@ def step_bristles(
     """Advance a wheel with bristle friction, and its carrier, over one interval.
 
     Args:
-        contact: Equations of motion with LuGre friction.
+        contact: Equations of motion with bristle friction.
         motion: State at the start.
         deflection: Deflection of the bristles at the start, rad.
         duration: Length of the interval, s.
@@ -36,11 +35,13 @@ def step_bristles(
         needed too many steps. Differentiable in forward mode.
 
     Raises:
-        TypeError: The friction is not LuGre.
+        TypeError: The friction has no bristles.
     """
-    friction = contact.friction
-    if not isinstance(friction, LuGre):
-        raise TypeError(f"friction: found {type(friction).__name__}, expected LuGre")
+    friction = contact.friction.bristles
+    if friction is None:
+        raise TypeError(
+            f"friction: found {type(contact.friction).__name__}, expected one with bristles"
+        )
 
     def field(state: Any, time: Scalar) -> Any:
         speed, deflection, carrier = state
@@ -76,7 +77,7 @@ def step_wheel(
     Returns:
         State and deflection at the end, and whether the interval was resolved.
     """
-    if isinstance(contact.friction, LuGre):
+    if contact.friction.bristles is not None:
         return step_bristles(contact, motion, deflection, duration)
     motion, resolved = step_dry_friction(contact, motion, duration)
     return motion, deflection, resolved

@@ -20,7 +20,7 @@ from gyrostat.wheel.bearing_equation import Motion
 from gyrostat.wheel.bristle_equations import Bristled, BristleEquations, bristle_equations
 from gyrostat.wheel.coupled_bearings import CoupledBearings
 from gyrostat.wheel.coupled_wheels import quick_step
-from gyrostat.wheel.friction import LuGre
+from gyrostat.wheel.friction import Bristles
 from gyrostat.wheel.rosenbrock_w import ORDER, rosenbrock_w_step
 from gyrostat.wheel.segment import BAND
 
@@ -37,7 +37,7 @@ SETTLED = 1e-9
 """Largest deviation of a settled deflection from that of steady slip, relative."""
 
 
-def _edge(friction: LuGre) -> Scalar:
+def _edge(friction: Bristles) -> Scalar:
     """Speed above which the level of the bristles is constant, rad/s."""
     scale = friction.curve.speed_scale()
     return jnp.where(jnp.isinf(scale), 0.0, BAND * scale)
@@ -96,7 +96,7 @@ def step_coupled_bristles(
     """Advance several wheels with bristle friction, and their carrier, over one interval.
 
     Args:
-        contacts: Equations of motion with LuGre friction.
+        contacts: Equations of motion with bristle friction.
         motion: State at the start, with a speed of (wheels,).
         deflection: Deflections of the bristles at the start, (wheels,), rad.
         held: Whether each wheel is fixed to the carrier, (wheels,); its speed is 0.

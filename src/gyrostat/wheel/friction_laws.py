@@ -11,10 +11,10 @@ from gyrostat.core.user_data import data_names, with_data
 from gyrostat.core.user_errors import reported
 from gyrostat.core.user_modules import Source, is_own, kind_from, load, package_of, packaged
 from gyrostat.core.user_sources import sources_below
-from gyrostat.wheel.friction import FRICTION_MODELS, WHEEL_FRICTION, Friction, LuGre
+from gyrostat.wheel.friction import FRICTION_MODELS, WHEEL_FRICTION, AnyFriction, Bristles, Friction
 from gyrostat.wheel.friction.contract import check_law
 
-Law = type[Friction] | type[LuGre]
+Law = type[Friction] | type[Bristles]
 """Class of a friction law, static or with bristles."""
 
 
@@ -67,7 +67,7 @@ def required(law: Any, where: str) -> Law:
     Raises:
         InputError: It is something else, or breaks the contract.
     """
-    if not inspect.isclass(law) or not issubclass(law, Friction | LuGre):
+    if not inspect.isclass(law) or not issubclass(law, AnyFriction):
         shown = law.__name__ if inspect.isclass(law) else type(law).__name__
         raise InputError(
             f"{where}: found {shown}, expected a subclass of gyrostat.wheel.friction.Friction"

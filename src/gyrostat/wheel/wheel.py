@@ -4,7 +4,7 @@ from typing import Annotated
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked, positive
-from gyrostat.wheel.friction import Friction, LuGre
+from gyrostat.wheel.friction import AnyFriction
 
 
 class Wheel(Checked):
@@ -16,9 +16,9 @@ class Wheel(Checked):
     Attributes:
         inertia: Inertia of rotor and flywheel about the spin axis, kg·m².
         motor_constant: Motor constant k_m, N·m/A.
-        friction: Bearing friction, a static curve or LuGre.
+        friction: Bearing friction, a static curve or bristles.
     """
 
     inertia: Annotated[Scalar, positive("wheel inertia", "kg·m²")]
     motor_constant: Annotated[Scalar, positive("motor_constant", "N·m/A")]
-    friction: Friction | LuGre
+    friction: AnyFriction

@@ -26,7 +26,7 @@ from gyrostat.papers.reproduction import Part, Run
 from gyrostat.simulation import Batch, stack
 from gyrostat.spacecraft import AirBearingTable, Gyro, TableSensors
 from gyrostat.wheel import LowPass, PulseTachometer, Tachometer, Wheel
-from gyrostat.wheel.friction import DirectionalStribeck, Friction, LuGre
+from gyrostat.wheel.friction import AnyFriction, DirectionalStribeck, LuGre
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,7 +59,7 @@ FILTERED_HALL = TableSensors(GYRO, LowPass(PulseTachometer(24.0), 0.5))
 
 
 def _table(
-    friction: Friction | LuGre,
+    friction: AnyFriction,
     motor_constant: Any = setup.WHEEL.motor_constant,
     inertia: Any = setup.TABLE_INERTIA,
 ) -> AirBearingTable:

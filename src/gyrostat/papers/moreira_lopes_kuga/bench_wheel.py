@@ -8,7 +8,7 @@ from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked, positive, size
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel import BearingEquation, Motion, Wheel, step_wheel
-from gyrostat.wheel.friction import LuGre
+from gyrostat.wheel.friction import Bristles
 
 FADING_STEP = 0.2
 """Integration segment of a decaying torque, relative to its time constant."""
@@ -107,7 +107,7 @@ class BenchWheel(Checked):
     def record(self, state: BenchWheelState, command: TorqueCommand) -> BenchRecord:
         """Momentum and friction torque at the start of a control period."""
         friction = self.wheel.friction
-        if isinstance(friction, LuGre):
+        if isinstance(friction, Bristles):
             torque = friction.torque(state.speed, state.bristle)
         else:
             drive = command.torque + command.fading_torque

@@ -13,7 +13,7 @@ from gyrostat.papers.moreira_lopes_kuga import setup
 from gyrostat.papers.moreira_lopes_kuga.figures import figures
 from gyrostat.papers.reproduction import Part, Run
 from gyrostat.wheel import BearingEquation, Motion, step_wheel
-from gyrostat.wheel.friction import Friction, LuGre
+from gyrostat.wheel.friction import AnyFriction
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -105,7 +105,7 @@ class _SineTorque(BearingEquation):
 
 
 @jax.jit
-def sine_momentum(friction: Friction | LuGre = setup.FRICTION) -> Scalar:
+def sine_momentum(friction: AnyFriction = setup.FRICTION) -> Scalar:
     """Momentum after two minutes of a sine torque from rest, open loop, N·m·s."""
 
     def second(state, started):

@@ -82,6 +82,8 @@ class Friction(Checked):
     held_by_default: ClassVar[tuple[str, ...]] = ()
     """Parameters that a bench record rarely determines; identification keeps them fixed by
     default."""
+    bristles: ClassVar[None] = None
+    """A static curve has none; see `gyrostat.wheel.friction.bristles`."""
     vanishing_at: ClassVar[Mapping[str, str]] = {}
     """Parameter -> the parameter at whose value its effect vanishes (static -> coulomb). The effect
     of a parameter that is not listed vanishes at zero."""
