@@ -19,7 +19,7 @@ from gyrostat.codegen.flight.measure import FLAGS, measure
 from gyrostat.codegen.simd import compiler
 from gyrostat.control import AttitudePID, EstimatingCompensator, Guarded
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.exports import TARGETS, files
+from gyrostat.exports import files, targets
 from gyrostat.wheel import Wheel
 from gyrostat.wheel.friction import Stribeck
 
@@ -119,7 +119,7 @@ def main():
     parser = argparse.ArgumentParser(description=__doc__)
     parser.add_argument("--steps", type=int, default=2_000_000)
     steps = parser.parse_args().steps
-    for target in (TARGETS["compensator"](COMPENSATOR, PERIOD), TARGETS["wheel"](WHEEL, PERIOD)):
+    for target in (targets.compensator(COMPENSATOR, PERIOD), targets.wheel(WHEEL, PERIOD)):
         texts = files(target, "double", "")
         made = measure(texts, target.name)
         print(f"{target.name}: {made.code} bytes of code, stack {dict(made.stack)} with -Os")

@@ -20,7 +20,7 @@ from pathlib import Path
 
 from gyrostat.codegen.flight import emit
 from gyrostat.control import AttitudePID, EstimatingCompensator, FieldLimits
-from gyrostat.exports import TARGETS
+from gyrostat.exports import targets
 from gyrostat.wheel import Wheel
 from gyrostat.wheel.friction import Stribeck
 
@@ -139,7 +139,7 @@ def sources(rate_limit, on_bad):
         for name, limit in RANGES.items()
     }
     tuned = EstimatingCompensator.tuned(LAW, WHEEL, 0.495, 0.5, PERIOD, delay=1)
-    target = TARGETS["compensator"](tuned, PERIOD, limits, on_bad)
+    target = targets.compensator(tuned, PERIOD, limits, on_bad)
     module = emit(target.name, target.entries)
     program = PROGRAM.replace("PERIOD", repr(PERIOD))
     return {"compensator.h": module.header, "compensator.c": module.source, "attack.c": program}

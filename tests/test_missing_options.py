@@ -6,7 +6,7 @@ import pytest
 import typer.main
 
 from gyrostat.cli import app
-from gyrostat.verbs.required_options import NEEDED
+from gyrostat.verbs.part_kinds import PARTS
 
 VERBS = typer.main.get_command(app).commands
 EXAMPLES = Path(__file__).parents[1] / "examples"
@@ -29,11 +29,11 @@ def test_every_required_option_is_named_at_once(run, verb):
         assert f"{name};" in err or f"{name} (see" in err
 
 
-@pytest.mark.parametrize("part", NEEDED)
+@pytest.mark.parametrize("part", PARTS)
 def test_an_export_names_all_options_of_a_part_at_once(run, part):
     code, _, err = run("export", MODEL, "--what", part)
     assert code == 2
-    for option in ("--out", "--to", "--period", *NEEDED[part]):
+    for option in ("--out", "--to", "--period", *PARTS[part].needs):
         assert option in err
 
 

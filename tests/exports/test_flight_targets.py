@@ -97,12 +97,12 @@ def test_a_test_program_sees_a_wrong_number(exported, tools):
 def test_the_compensator_is_as_small_as_it_should_be(g2, tools):
     """Under 3 kB of code with its Kalman filter, 1.3 kB of validation, and 512 B of stack."""
     from gyrostat.control import EstimatingCompensator
-    from gyrostat.exports import TARGETS
+    from gyrostat.exports import targets
 
     if compiler() is None:
         pytest.skip("found no C compiler")
     tuned = EstimatingCompensator.tuned(g2.law, g2.wheel, 0.495, 0.5, 0.1, delay=1)
-    texts = files(TARGETS["compensator"](tuned, 0.1), "double", "")
+    texts = files(targets.compensator(tuned, 0.1), "double", "")
     found = measure(texts, "compensator")
     assert found is not None
     if found.code is None or not found.stack:

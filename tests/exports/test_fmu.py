@@ -9,7 +9,7 @@ import pytest
 
 from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator, FieldLimits
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.exports import TARGETS, CompensatedWheel, write_fmu
+from gyrostat.exports import CompensatedWheel, targets, write_fmu
 from gyrostat.exports.compensated_wheel import BodyMeasurement
 from gyrostat.exports.unit_text import base_exponents, unit_of
 from gyrostat.wheel import Wheel, advance
@@ -93,7 +93,7 @@ def wheel_unit(g2, tools, tmp_path_factory):
     """Path of a unit of the wheel."""
     tools.compiler()
     path = tmp_path_factory.mktemp("fmu") / "wheel.fmu"
-    assert write_fmu(TARGETS["wheel"](g2.wheel, PERIOD), path) is not None
+    assert write_fmu(targets.wheel(g2.wheel, PERIOD), path) is not None
     return path
 
 
@@ -185,7 +185,7 @@ def test_a_wrong_key_a_wrong_variable_and_a_wrong_step_are_refused(g2, tools, wh
     tools.compiler()
     path = tmp_path / "controller.fmu"
     law = CurrentMode(AttitudePID(1.0, 0.0, 0.0), 0.02)
-    write_fmu(TARGETS["controller"](law, PERIOD), path)
+    write_fmu(targets.controller(law, PERIOD), path)
     unit = Unit(path, tmp_path / "b")
     unit.begin()
     unit.set("measurement.attitude", 0.03)
@@ -201,7 +201,7 @@ def test_the_same_unit_is_the_same_file(g2, tools, tmp_path):
     tools.compiler()
     law = CurrentMode(AttitudePID(1.0, 0.0, 0.0), 0.02)
     for name in ("a", "b"):
-        write_fmu(TARGETS["controller"](law, PERIOD), tmp_path / name)
+        write_fmu(targets.controller(law, PERIOD), tmp_path / name)
     assert (tmp_path / "a").stat().st_size > 10_000
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
 
@@ -245,7 +245,7 @@ def compensated_unit(compensated, tools, tmp_path_factory):
     """Path of a unit of the wheel with its compensator."""
     tools.compiler()
     path = tmp_path_factory.mktemp("fmu") / "compensated_wheel.fmu"
-    assert write_fmu(TARGETS["compensated-wheel"](compensated, PERIOD), path) is not None
+    assert write_fmu(targets.compensated_wheel(compensated, PERIOD), path) is not None
     return path
 
 
@@ -411,7 +411,7 @@ def test_a_unit_holds_its_command_over_a_bad_sample_and_says_so(g2, tools, tmp_p
     path = tmp_path / "controller.fmu"
     law = AttitudePID(1.0, 0.0, 0.0)
     limits = {"attitude": FieldLimits(-0.1, 0.1)}
-    write_fmu(TARGETS["controller"](CurrentMode(law, 0.02), PERIOD, limits), path)
+    write_fmu(targets.controller(CurrentMode(law, 0.02), PERIOD, limits), path)
     unit = Unit(path, tmp_path)
     unit.begin()
     found = []
@@ -461,7 +461,7 @@ def test_without_a_compiler_a_unit_holds_its_sources(tmp_path, monkeypatch):
     monkeypatch.delenv("CC", raising=False)
     path = tmp_path / "controller.fmu"
     law = CurrentMode(AttitudePID(1.0, 0.0, 0.0), 0.02)
-    assert write_fmu(TARGETS["controller"](law, PERIOD), path) is None
+    assert write_fmu(targets.controller(law, PERIOD), path) is None
     names = zipfile.ZipFile(path).namelist()
     assert "sources/controller.c" in names
     assert not any(name.startswith("binaries") for name in names)

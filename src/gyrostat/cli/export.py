@@ -9,9 +9,9 @@ import typer
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line
 from gyrostat.cli.options import ForceModel, Json, Out
+from gyrostat.verbs.part_kinds import PARTS
 from gyrostat.verbs.required_options import FURTHER
 
-What = Literal["compensated-wheel", "compensator", "controller", "estimator", "wheel"]
 Text = str | None
 
 
@@ -26,10 +26,11 @@ def export(
         ),
     ],
     what: Annotated[
-        What | None,
+        Text,
         typer.Option(
+            metavar=f"[{'|'.join(PARTS)}]",
             help="Part to export; required with --to c or fmu, unless a scenario is exported. "
-            f"Further required: {FURTHER}."
+            f"Further required: {FURTHER}.",
         ),
     ] = None,
     precision: Annotated[

@@ -1,6 +1,6 @@
 """Flight modules: functions, state and check run of each part that can be exported."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import replace
 from typing import Any
 
@@ -181,13 +181,3 @@ def compensated_wheel(
         units=UNITS,
         on_bad=on_bad,
     )
-
-
-TARGETS: Mapping[str, Callable[..., Target]] = {
-    "compensated-wheel": compensated_wheel,
-    "compensator": compensator,
-    "controller": controller,
-    "estimator": estimator,
-    "wheel": wheel,
-}
-"""Name on the command line -> function that creates the flight module."""

@@ -1,23 +1,16 @@
 """Parts that are exported: designed from a wheel model and options, or given, as flight modules."""
 
-import math
 import shutil
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gyrostat.core.errors import InputError
-from gyrostat.verbs.arguments import Named, Quantity, in_si, numbers, one_of, refuse_given
+from gyrostat.verbs.arguments import Named, Quantity, in_si, refuse_given
+from gyrostat.verbs.exported_part import Given
 from gyrostat.verbs.measurement_limits import measurement_limits
-from gyrostat.verbs.required_options import NEEDED
+from gyrostat.verbs.part_kinds import PARTS
 
 if TYPE_CHECKING:
-    from gyrostat.wheel import Wheel, WheelModel
-
-TAKEN = {
-    "compensated-wheel": ("--current-limit", "--delay"),
-    "compensator": ("--current-limit", "--delay"),
-    "controller": ("--current-limit",),
-}
-"""Part to design -> optional options."""
+    from gyrostat.wheel import WheelModel
 
 
 class Choice(NamedTuple):
@@ -83,65 +76,24 @@ def flight_target(part: Any, model: "WheelModel | None", choice: Choice) -> Any:
         InputError: A part or option cannot be used.
     """
     from gyrostat.core.validation import check_parts, require_period
-    from gyrostat.exports import TARGETS
 
     what, given = choice.what, choice.design
-    limits = measurement_limits(one_of(what, NEEDED, "--what"), choice.ranges, choice.rate_limits)
-    if what == "wheel":
+    kind = PARTS[what]
+    limits = measurement_limits(what, choice.ranges, choice.rate_limits)
+    if not kind.fields:
         refuse_given({"--on-bad": choice.on_bad == "zero"}, f"--what {what}", "another --what")
     if model is None:
         refuse_given(given, name_of(part), "a wheel or its model")
     else:
-        known = (*NEEDED[what], *TAKEN.get(what, ()))
+        known = (*kind.needs, *kind.takes)
         others = {option: value for option, value in given.items() if option not in known}
         refuse_given(others, f"--what {what}", "another --what")
     period = in_si(choice.period, "time", "--period")
     require_period("--period", period)
     if model is not None:
-        part = _designed(model.wheel(), what, period, given)
-    if what == "wheel":
-        return TARGETS[what](part, period)
+        part = kind.design(model.wheel(), period, Given(given))
     check_parts(part)
-    return TARGETS[what](part, period, limits, choice.on_bad)
-
-
-def _designed(wheel: "Wheel", what: str, period: float, given: dict[str, Any]) -> Any:
-    """Part designed from the options: option -> value, or None if it is not given."""
-    from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator
-    from gyrostat.core.validation import LARGEST, check_parts, require
-    from gyrostat.estimation import FrictionScaleFilter
-    from gyrostat.exports import CompensatedWheel
-
-    def si(option: str, dimension: str) -> float:
-        return in_si(given[option], dimension, option)
-
-    limit = math.inf
-    if given["--current-limit"] is not None:
-        limit = si("--current-limit", "current")
-        require("--current-limit", limit, "A", positive=True)
-    if what == "wheel":
-        return wheel
-    if what == "estimator":
-        drift = float(numbers(given["--scale-drift"], 1, None, "--scale-drift")[0])
-        return FrictionScaleFilter(wheel, si("--speed-sigma", "speed"), drift)
-    law = AttitudePID(*map(float, numbers(given["--gains"], 3, None, "--gains")))
-    if not all(abs(g) <= LARGEST for g in (law.proportional, law.integral, law.derivative)):
-        raise InputError(
-            f"--gains: found {given['--gains']}, expected finite numbers of size below {LARGEST:g}"
-        )
-    if what == "controller":
-        return CurrentMode(law, wheel.motor_constant, limit)
-    compensator = EstimatingCompensator.tuned(
-        law,
-        wheel,
-        si("--table-inertia", "inertia"),
-        si("--speed-sigma", "speed"),
-        period,
-        current_limit=limit,
-        delay=int(given["--delay"] or 0),
-    )
-    check_parts(compensator)
-    return compensator if what == "compensator" else CompensatedWheel(compensator, wheel)
+    return kind.module(part, period, limits, choice.on_bad)
 
 
 def name_of(model: Any) -> str:

@@ -14,6 +14,7 @@ from gyrostat.verbs.arguments import (
     silent,
 )
 from gyrostat.verbs.exported_parts import Choice, c_files, flight_target, name_of
+from gyrostat.verbs.part_kinds import PARTS, part_kind
 from gyrostat.verbs.required_options import missing_of_part, names_scenario, require_given
 from gyrostat.verbs.scenario_check import say_unlikely
 from gyrostat.verbs.wheel_arguments import wheel_model
@@ -95,6 +96,8 @@ def export(
     folder = Path(out)
     check_writable(folder)
     one_of(to, FORMATS, "--to")
+    if what is not None:
+        one_of(what, PARTS, "--what")
     one_of(precision, ("double", "float"), "--precision")
     one_of(on_bad, ("hold", "zero"), "--on-bad")
     if not 0 <= delay <= LONGEST_DELAY:
@@ -183,8 +186,6 @@ def _kind_of(model: Any) -> str | None:
     """Kind of a part; None for a wheel, its model or a path."""
     if isinstance(model, str | Path):
         return None
-    from gyrostat.exports import part_kind
-
     return part_kind(model)
 
 

@@ -5,26 +5,17 @@ from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Named, in_si
+from gyrostat.verbs.part_kinds import PARTS
 
 if TYPE_CHECKING:
     from gyrostat.control import FieldLimits
-
-TABLE = {"attitude": "angle", "rate": "speed", "speed": "speed"}
-FIELDS = {
-    "compensated-wheel": TABLE,
-    "compensator": TABLE,
-    "controller": {"attitude": "angle", "rate": "speed"},
-    "estimator": {"current": "current", "measured": "speed"},
-    "wheel": {},
-}
-"""Exported part -> its measured fields and their dimensions."""
 
 
 def measurement_limits(what: str, ranges: Named, rates: Named) -> "dict[str, FieldLimits]":
     """Convert the limits of the inputs of an exported part.
 
     Args:
-        what: Key of `FIELDS`.
+        what: Key of `gyrostat.verbs.part_kinds.PARTS`.
         ranges: Field -> (lower, upper), or texts FIELD=LOWER:UPPER.
         rates: Field -> largest rate of change, SI unit per second, or texts FIELD=VALUE.
 
@@ -36,7 +27,7 @@ def measurement_limits(what: str, ranges: Named, rates: Named) -> "dict[str, Fie
     from gyrostat.core.validation import require
 
     found: dict[str, FieldLimits] = {}
-    known = FIELDS[what]
+    known = PARTS[what].fields
     for name, value, text in _given("--range", "LOWER:UPPER", ranges, what):
         both = value.split(":", 1) if isinstance(value, str) else value
         if len(both) != 2:
@@ -64,7 +55,7 @@ def _given(option: str, form: str, values: Named, what: str) -> Iterator[tuple[s
     else:
         texts = [values] if isinstance(values, str) else values or ()
         given = [(*text.partition("=")[::2], text) for text in texts]
-    known, seen = FIELDS[what], set()
+    known, seen = PARTS[what].fields, set()
     for name, value, text in given:
         if not known:
             raise InputError(f"{option}: found {text!r}, expected none with --what {what}")

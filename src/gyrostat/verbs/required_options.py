@@ -5,20 +5,15 @@ from pathlib import Path
 from typing import Any
 
 from gyrostat.core.errors import InputError
+from gyrostat.verbs.part_kinds import PARTS
 
 Options = Mapping[str, Any]
 """Name of an argument of a verb -> its value; None or missing if it is not given."""
 
-NEEDED = {
-    "compensated-wheel": ("--gains", "--table-inertia", "--speed-sigma"),
-    "compensator": ("--gains", "--table-inertia", "--speed-sigma"),
-    "controller": ("--gains",),
-    "estimator": ("--speed-sigma", "--scale-drift"),
-    "wheel": (),
-}
-"""Exported part -> options that its design needs."""
-FURTHER = "; ".join(f"{part}: {', '.join(names)}" for part, names in NEEDED.items() if names)
-"""The same as text."""
+FURTHER = "; ".join(
+    f"{name}: {', '.join(kind.needs)}" for name, kind in PARTS.items() if kind.needs
+)
+"""Exported parts with the options that their designs need, as text."""
 
 
 def missing_options(verb: str, options: Options) -> list[str]:
@@ -73,7 +68,7 @@ def missing_of_part(what: str | None, options: Options, *, is_designed: bool) ->
     """
     missing = [] if what is not None else [f"--what (with more options: {FURTHER})"]
     missing += [] if options.get("period") is not None else ["--period"]
-    needed = NEEDED.get(what or "", ()) if is_designed else ()
+    needed = PARTS[what].needs if is_designed and what is not None and what in PARTS else ()
     return missing + [option for option in needed if options.get(_argument(option)) is None]
 
 
