@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -10,7 +11,7 @@ from numpy.typing import NDArray
 from gyrostat.core.units import parse_quantity
 from gyrostat.telemetry.columns import Chosen
 from gyrostat.telemetry.fault import counted, fault
-from gyrostat.telemetry.record import Record
+from gyrostat.telemetry.record import CHANNELS, Record
 
 _HOW_TO_MARK = (
     "a finite number (a missing speed sample is an empty cell, or has 0 in a column 'valid'; "
@@ -87,17 +88,17 @@ def assemble(measured: Measured, unsigned_current: bool, drop: bool = False) -> 
     if told and "temperature" not in series:
         where = f"{measured.file}: comment temperature"
         series["temperature"] = np.full(count, parse_quantity(told, "temperature", where))
+    beside: dict[str, Any] = {name: series.get(name) for name in CHANNELS}
     return Record(
         name=measured.file.name,
         time=series["time"],
         current=series["current"],
         speed=series["speed"],
         valid=~missing,
-        temperature=series.get("temperature"),
-        setpoint=series.get("setpoint"),
         notes=tuple(notes),
         averaged=averaged,
         metadata=dict(measured.metadata),
+        **beside,
     )
 
 

@@ -10,34 +10,15 @@ from pathlib import Path
 from gyrostat.core.errors import InputError
 from gyrostat.core.units import SI_UNIT, Unit, find_unit, known_unit
 from gyrostat.telemetry.fault import fault, listed, place, shown
+from gyrostat.telemetry.record import CHANNELS, COLUMNS
+from gyrostat.telemetry.role import Role
 
-
-@dataclass(frozen=True)
-class Role:
-    """Role that a column can have in a record."""
-
-    name: str
-    names: tuple[str, ...]
-    """Usual column names of this role, without unit, used if the caller gives no name."""
-    dimension: str | None
-    """Key of `gyrostat.core.units.SI_UNIT`; None for a role without unit."""
-    required: bool = False
-    unit_optional: bool = False
-
-
-ROLES = {
-    role.name: role
-    for role in (
-        Role("time", ("time", "t"), "time", required=True),
-        Role("current", ("current", "i"), "current", required=True),
-        Role("speed", ("speed", "omega", "ω", "velocity", "w"), "speed", required=True),
-        # alternative to the speed
-        Role("angle", ("angle", "position", "encoder"), "angle"),
-        Role("temperature", ("temperature", "temp"), "temperature"),
-        # Only the sign of a setpoint without unit is used.
-        Role("setpoint", ("setpoint", "direction"), "speed", unit_optional=True),
-        Role("valid", ("valid",), None),
-    )
+ROLES: dict[str, Role] = {
+    **{name: role for name, role in COLUMNS.items() if role.required},
+    # alternative to the speed
+    "angle": Role("angle", ("angle", "position", "encoder"), "angle"),
+    **{name: COLUMNS[name] for name in CHANNELS},
+    "valid": Role("valid", ("valid",), None),
 }
 _NO_UNIT = Unit("")
 _NO_UNIT_SPELLINGS = ("", "-", "1")

@@ -7,7 +7,7 @@ from itertools import pairwise
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.telemetry.record import Record
+from gyrostat.telemetry.record import CHANNELS, Record
 from gyrostat.telemetry.signals import runs, scatter
 
 GAP = 10.0
@@ -135,7 +135,7 @@ def segmented(
     fresh = np.concatenate([[False], ~kept[:-1]]) | restart
     fields = {
         name: None if (series := getattr(record, name)) is None else series[kept]
-        for name in ("time", "current", "temperature", "setpoint")
+        for name in ("time", "current", *CHANNELS)
     }
     fresh = fresh[kept]
     fresh[0] = False

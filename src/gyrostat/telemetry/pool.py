@@ -5,7 +5,7 @@ from dataclasses import replace
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.telemetry.record import Record
+from gyrostat.telemetry.record import CHANNELS, Record
 from gyrostat.telemetry.signals import scatter
 
 MANY = 50_000
@@ -84,7 +84,7 @@ def pool(record: Record) -> tuple[Record, int]:
             "valid": valid,
             "restart": np.append(k > 0, np.zeros(count, dtype=bool)),
         }
-        for name in ("temperature", "setpoint"):
+        for name in CHANNELS:
             series = getattr(record, name)
             if series is not None:
                 own[name] = series[edges]

@@ -1,14 +1,16 @@
 """Test-bench record of a wheel."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, field, fields, replace
 from itertools import pairwise
+from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.core.errors import InputError
 from gyrostat.telemetry.fault import counted
+from gyrostat.telemetry.role import Role
 
 
 @dataclass(frozen=True, eq=False)
@@ -38,20 +40,43 @@ class Record:
     """
 
     name: str
-    time: NDArray[np.float64]
-    current: NDArray[np.float64]
-    speed: NDArray[np.float64]
+    time: Annotated[
+        NDArray[np.float64], Role("time", ("time", "t"), "time", required=True, written="time_s")
+    ]
+    current: Annotated[
+        NDArray[np.float64],
+        Role("current", ("current", "i"), "current", required=True, written="current_A"),
+    ]
+    speed: Annotated[
+        NDArray[np.float64],
+        Role(
+            "speed",
+            ("speed", "omega", "ω", "velocity", "w"),
+            "speed",
+            required=True,
+            written="speed_rad/s",
+        ),
+    ]
     valid: NDArray[np.bool_]
-    temperature: NDArray[np.float64] | None = None
-    setpoint: NDArray[np.float64] | None = None
+    temperature: Annotated[
+        NDArray[np.float64] | None,
+        Role("temperature", ("temperature", "temp"), "temperature", written="temperature_degC"),
+    ] = None
+    # only the sign of a setpoint without unit is used
+    setpoint: Annotated[
+        NDArray[np.float64] | None,
+        Role(
+            "setpoint", ("setpoint", "direction"), "speed", unit_optional=True, written="setpoint"
+        ),
+    ] = None
     notes: tuple[str, ...] = ()
     restart: NDArray[np.bool_] | None = None
     averaged: bool = False
     metadata: Mapping[str, str] = field(default_factory=dict)
 
     def __post_init__(self):
-        fields = ["time", "current", "valid", "speed", "temperature", "setpoint", "restart"]
-        present = [name for name in fields if getattr(self, name) is not None]
+        names = ["time", "current", "valid", "speed", *CHANNELS, "restart"]
+        present = [name for name in names if getattr(self, name) is not None]
         for name in present:
             self._own(name)
         if self.time.size < 2:
@@ -117,3 +142,11 @@ class Record:
 
     def _fault(self, where: str, found: str, expected: str) -> InputError:
         return InputError(f"{self.name}: {where}: found {found}, expected {expected}")
+
+
+COLUMNS: dict[str, Role] = {
+    entry.name: role for entry in fields(Record) for role in getattr(entry.type, "__metadata__", ())
+}
+"""Field of a record that is a column of its file -> its role."""
+CHANNELS = tuple(name for name, role in COLUMNS.items() if not role.required)
+"""Columns beside time, current and speed, which a record need not have."""

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 
 from gyrostat.core.files import whole_file
 from gyrostat.telemetry.fault import fault
-from gyrostat.telemetry.record import Record
+from gyrostat.telemetry.record import COLUMNS, Record
 
 _BLOCK = 10_000  # rows formatted at a time
 
@@ -32,11 +32,8 @@ def write_record(record: Record, path: str | os.PathLike[str]) -> None:
     writer = {".csv": _write_csv, ".parquet": _write_parquet}.get(file.suffix.lower())
     if writer is None:
         raise fault(file, f"the suffix {file.suffix!r}", "one of .csv, .parquet")
-    columns = {"time_s": record.time, "current_A": record.current, "speed_rad/s": record.speed}
-    if record.temperature is not None:
-        columns["temperature_degC"] = record.temperature
-    if record.setpoint is not None:
-        columns["setpoint"] = record.setpoint
+    series = {role.written: getattr(record, name) for name, role in COLUMNS.items()}
+    columns = {name: values for name, values in series.items() if values is not None}
     with whole_file(file) as unfinished:
         writer(unfinished, columns)
 
