@@ -119,10 +119,11 @@ def _curve(kind: str, sources: tuple[Source, ...]) -> Any:
 
 
 def _outlines(sources: tuple[Source, ...], traced: Traced) -> Iterator[Outline]:
-    """Outlines of the trace with other sets and hashes, and of that in another process."""
-    moved = tuple(map(_without_order, sources))
-    if moved != sources:
-        yield outline_of(traced(moved))
+    """Outlines of the traces with other sets and hashes, and of that in another process."""
+    for turn in (0, 1):
+        moved = tuple(_without_order(source, turn) for source in sources)
+        if moved != sources:
+            yield outline_of(traced(moved))
     path = os.pathsep.join(os.path.abspath(folder) for folder in sys.path)
     seed = "2" if os.environ.get("PYTHONHASHSEED") == "1" else "1"
     with tempfile.TemporaryDirectory() as folder:
@@ -203,49 +204,65 @@ class _DateTime(datetime.datetime, metaclass=_Kind):
 
 
 class _AsCalls(ast.NodeTransformer):
-    """Sets in a text, and results of `hash` and `id`, are made by `unordered`."""
+    """Sets in a text, and results of `hash` and `id`, are made by `unordered`.
+
+    Attributes:
+        turn: Its first argument.
+    """
+
+    def __init__(self, turn: int):
+        self.turn = turn
 
     def visit_Set(self, node: ast.Set) -> ast.AST:
-        """Set display."""
+        """Set display; one of numbers is the same in all processes."""
+        if all(isinstance(each, ast.Constant) and _is_fixed(each.value) for each in node.elts):
+            return node
         entries: Any = self.generic_visit(node)
-        return _made(ast.Name("set", ast.Load()), ast.Tuple(entries.elts, ast.Load()))
+        return self._made(ast.Name("set", ast.Load()), ast.Tuple(entries.elts, ast.Load()))
 
     def visit_SetComp(self, node: ast.SetComp) -> ast.AST:
         """Set comprehension."""
-        return _made(ast.Name("set", ast.Load()), self.generic_visit(node))
+        return self._made(ast.Name("set", ast.Load()), self.generic_visit(node))
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
         """Call of a class of sets, or of a function whose results other processes do not have."""
         call: Any = self.generic_visit(node)
         match call.func:
             case ast.Name(id="set" | "frozenset" | "hash" | "id"):
-                return _made(call.func, *call.args)
+                return self._made(call.func, *call.args)
         return call
 
+    def _made(self, kind: Any, *arguments: Any) -> ast.Call:
+        given = [ast.Constant(self.turn), kind, *arguments]
+        return ast.Call(ast.parse(_SET, mode="eval").body, given, [])
 
-def _made(kind: Any, *arguments: Any) -> ast.Call:
-    return ast.Call(ast.parse(_SET, mode="eval").body, [kind, *arguments], [])
 
-
-def _without_order(source: Source) -> Source:
+def _without_order(source: Source, turn: int) -> Source:
     """Module with other sets, hashes and identities; the same if it has none."""
     if not source.is_module:
         return source
-    tree = _AsCalls().visit(ast.parse(source.text))
+    tree = _AsCalls(turn).visit(ast.parse(source.text))
     text = ast.unparse(ast.fix_missing_locations(tree))
     return replace(source, text=text) if _SET in text else source
 
 
-def unordered(kind: Any, *entries: Any) -> Any:
+def unordered(turn: int, kind: Any, *entries: Any) -> Any:
     """Result of `set`, `frozenset`, `hash` or `id`, different from the one here.
 
-    Every entry of a set is in another place. What all processes have alike stays: the order of
-    numbers in a set, and their hash.
+    What all processes have alike stays: the order of numbers in a set, and their hash. All other
+    sets are sorted, and their entries moved by some places: the order of a set here is not known,
+    because a display of constants, a copy and a union have orders of their own, but it can agree
+    with one turn at most in any place.
+
+    Args:
+        turn: Places by which the entries are moved.
+        kind: Class or function that is called.
+        entries: Its arguments.
     """
-    made = kind(*entries)
     if kind in (hash, id):
+        made = kind(*entries)
         return made if kind is hash and all(map(_is_fixed, entries)) else made + 1
-    return _moved(made)
+    return _moved(turn, kind(*map(_plain, entries)))
 
 
 def _is_fixed(entry: Any) -> bool:
@@ -255,27 +272,33 @@ def _is_fixed(entry: Any) -> bool:
     return isinstance(entry, int | float | complex)
 
 
-def _moved(plain: Any) -> Any:
+def _moved(turn: int, plain: Any) -> Any:
     """Set of the entries of a plain one, in another order; anything else as it is."""
     if type(plain) not in (set, frozenset):
         return plain
-    made = _moved_kind(type(plain))(plain)
+    made = _moved_kind(turn, type(plain))(plain)
     made.plain = plain
     return made
 
 
-@cache
-def _moved_kind(kind: Any) -> Any:
-    """Class of sets whose entries have moved by one place, also in sets computed from them."""
+def _plain(entry: Any) -> Any:
+    """Set that a moved one was made of; anything else as it is."""
+    plain = getattr(entry, "plain", None) if isinstance(entry, set | frozenset) else None
+    # a set that has changed since then has an order of its own
+    return entry if plain is None or not frozenset.__eq__(frozenset(plain), entry) else plain
 
-    def plain_of(made: Any) -> Any:
-        # a copy can have another order; a set that has changed since then has its own
-        return made.plain if kind.__eq__(made, made.plain) else made
+
+@cache
+def _moved_kind(turn: int, kind: Any) -> Any:
+    """Class of sets in another order, also of the sets computed from them."""
 
     def move(made: Any) -> Iterator[Any]:
-        entries = [*kind.__iter__(plain_of(made))]
-        is_fixed = all(map(_is_fixed, entries))
-        return iter(entries if is_fixed else [*entries[1:], *entries[:1]])
+        entries = [*kind.__iter__(_plain(made))]
+        if not all(map(_is_fixed, entries)):
+            entries.sort(key=lambda entry: (type(entry).__qualname__, repr(entry)))
+            places = turn % len(entries)
+            entries = [*entries[places:], *entries[:places]]
+        return iter(entries)
 
     def pop(made: Any) -> Any:
         chosen = next(iter(made))
@@ -283,7 +306,10 @@ def _moved_kind(kind: Any) -> Any:
         return chosen
 
     def computed(name: str) -> Callable[..., Any]:
-        return lambda made, *others: _moved(getattr(kind, name)(plain_of(made), *others))
+        def call(made: Any, *others: Any) -> Any:
+            return _moved(turn, getattr(kind, name)(_plain(made), *map(_plain, others)))
+
+        return call
 
     methods = {name: computed(name) for name in _COMPUTED}
     own = {"__iter__": move, "pop": pop, "plain": kind()}
