@@ -14,7 +14,7 @@ from gyrostat.codegen.comparison import difference_of, outline_of
 from gyrostat.core.errors import InputError
 from gyrostat.core.user_modules import Source
 from gyrostat.reports.write import check_law_files
-from gyrostat.runs.user import elsewhere
+from gyrostat.runs.user import elsewhere, unordered
 from gyrostat.scenario_files.scenario_file import read_scenario
 from gyrostat.wheel.friction_laws import friction_law
 from tests.runs.controller_text import source
@@ -123,7 +123,7 @@ def test_a_second_process_is_asked_only_where_it_can_differ(text, expected):
 def test_each_text_of_a_set_is_in_another_place_in_each_turn(kind, texts):
     """Whatever the order is here, it agrees with one turn at most in any place."""
     plain = kind(texts)
-    first, second = (elsewhere.unordered(turn, kind, texts) for turn in (0, 1))
+    first, second = (unordered.unordered(turn, kind, texts) for turn in (0, 1))
     assert first == second == plain
     assert isinstance(first, kind)
     for one, two, other in (
@@ -148,7 +148,7 @@ def test_the_sets_of_a_module_differ_from_turn_to_turn(texts):
     module = Source("own.py", "\n".join((*lines, "V = set(S)", "N = {1, 9, 17, 2.5}")))
     here, first, second = {}, {}, {}
     for turn, names in enumerate((first, second)):
-        exec(elsewhere._without_order(module, turn).text, names)
+        exec(unordered.without_order(module, turn).text, names)
     exec(module.text, here)
     for name in "STUV":
         assert here[name] == first[name] == second[name]
@@ -157,7 +157,7 @@ def test_the_sets_of_a_module_differ_from_turn_to_turn(texts):
 
 
 def test_sets_that_grow_and_sets_of_numbers():
-    made = [elsewhere.unordered(turn, set) for turn in (0, 1)]
+    made = [unordered.unordered(turn, set) for turn in (0, 1)]
     for text in ("roll", "pitch", "yaw"):
         for each in made:
             each.add(text)
@@ -165,16 +165,16 @@ def test_sets_that_grow_and_sets_of_numbers():
     assert [*made[1]] == ["roll", "yaw", "pitch"]
     assert made[1].pop() == "roll"
     assert made[1] == {"pitch", "yaw"}
-    assert [*elsewhere.unordered(1, set, (3, 1, 2.5))] == [*{3, 1, 2.5}]
-    assert elsewhere.unordered(1, dict, [("a", 1)]) == {"a": 1}
+    assert [*unordered.unordered(1, set, (3, 1, 2.5))] == [*{3, 1, 2.5}]
+    assert unordered.unordered(1, dict, [("a", 1)]) == {"a": 1}
 
 
 def test_hashes_and_identities_are_others_but_for_numbers():
     entry = object()
     for kind, value in ((hash, "left"), (hash, ("left", 1)), (hash, entry), (id, entry), (id, 1)):
-        assert elsewhere.unordered(0, kind, value) == kind(value) + 1
+        assert unordered.unordered(0, kind, value) == kind(value) + 1
     for value in (1, 2.5, True, (1, (2.0, 3))):
-        assert elsewhere.unordered(0, hash, value) == hash(value)
+        assert unordered.unordered(0, hash, value) == hash(value)
 
 
 def test_dates_elsewhere_are_those_of_python(monkeypatch):
