@@ -8,7 +8,6 @@ import json
 import os
 import subprocess
 import sys
-import textwrap
 from pathlib import Path
 
 import pytest
@@ -221,7 +220,7 @@ def found(folder, tmp_path_factory):
         filter(None, [str(Path(__file__).parents[2] / "src"), os.environ.get("PYTHONPATH")])
     )
     done = subprocess.run(
-        [sys.executable, "-c", textwrap.dedent(script)],
+        [sys.executable, "-c", script],
         env={**os.environ, "PYTHONPATH": path},
         capture_output=True,
         text=True,

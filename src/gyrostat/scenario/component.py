@@ -2,9 +2,10 @@
 
 import inspect
 from collections.abc import Mapping
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
+from gyrostat.core.annotations import notes_of
 from gyrostat.scenario.schema import Key
 
 if TYPE_CHECKING:
@@ -97,8 +98,7 @@ class Kind:
     @classmethod
     def keys(cls) -> dict[str, Key]:
         """Name of each number -> its key."""
-        found = ((field.name, getattr(field.type, "__metadata__", ())) for field in fields(cls))
-        return {name: about[0] for name, about in found if about}
+        return notes_of(cls, Key)
 
     @classmethod
     def meaning(cls) -> str:
@@ -149,3 +149,11 @@ class Kind:
     def make(self, context: Context) -> Any:
         """Part of the run; by default, the values themselves."""
         return self
+
+
+class NoPart(Kind):
+    """Absence of a part around the controller."""
+
+    def make(self, context: Context) -> Any:
+        """The controller itself."""
+        return context.controller

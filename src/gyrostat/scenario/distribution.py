@@ -1,12 +1,13 @@
 """Base of the distributions of dispersed values, whose classes are in kinds/dispersion."""
 
 from collections.abc import Callable, Iterator
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from typing import ClassVar, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gyrostat.core.annotations import notes_of
 from gyrostat.core.orthonormal import Family, family_of
 from gyrostat.core.types import Matrix, Vector
 
@@ -46,8 +47,7 @@ class Distribution:
     @classmethod
     def parameters(cls) -> dict[str, Parameter]:
         """Parameters by name."""
-        found = ((field.name, getattr(field.type, "__metadata__", ())) for field in fields(cls))
-        return {name: about[0] for name, about in found if about}
+        return notes_of(cls, Parameter)
 
     @classmethod
     def of(cls, nominal: Vector, rows: Matrix) -> Self:

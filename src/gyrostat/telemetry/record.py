@@ -1,13 +1,14 @@
 """Test-bench record of a wheel."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import Annotated
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gyrostat.core.annotations import notes_of
 from gyrostat.core.errors import InputError
 from gyrostat.telemetry.fault import counted
 from gyrostat.telemetry.role import Role
@@ -144,9 +145,7 @@ class Record:
         return InputError(f"{self.name}: {where}: found {found}, expected {expected}")
 
 
-COLUMNS: dict[str, Role] = {
-    entry.name: role for entry in fields(Record) for role in getattr(entry.type, "__metadata__", ())
-}
+COLUMNS = notes_of(Record, Role)
 """Field of a record that is a column of its file -> its role."""
 CHANNELS = tuple(name for name, role in COLUMNS.items() if not role.required)
 """Columns beside time, current and speed, which a record need not have."""

@@ -68,7 +68,7 @@ def missing_of_part(what: str | None, options: Options, *, is_designed: bool) ->
     """
     missing = [] if what is not None else [f"--what (with more options: {FURTHER})"]
     missing += [] if options.get("period") is not None else ["--period"]
-    needed = PARTS[what].needs if is_designed and what is not None and what in PARTS else ()
+    needed = PARTS[what].needs if is_designed and what and what in PARTS else ()
     return missing + [option for option in needed if options.get(_argument(option)) is None]
 
 

@@ -57,13 +57,13 @@ def check(
     from gyrostat.core.user_modules import is_own
     from gyrostat.runs.plans import designs_of
     from gyrostat.runs.user.trial import supports_of
-    from gyrostat.scenario.kinds.registry import components_of
+    from gyrostat.scenario.kinds.registry import kinds_of
     from gyrostat.scenario_files.scenario_file import validated
 
     found = scenario_of(scenario, force=force, changes=changes)
     if not isinstance(scenario, str | Path) and not changes:
         validated(found)
-    named = CheckedScenario(components_of(found))
+    named = CheckedScenario(kinds_of(found))
     named.unlikely = say_unlikely(found, say)
     named.parts = supports_of(found, designs_of(found)) if found.sources else {}
     for section, kind in named.items():

@@ -114,10 +114,10 @@ def _curve(kind: str, sources: tuple[Source, ...]) -> Any:
 
 def _outlines(sources: tuple[Source, ...], traced: Traced) -> Iterator[Outline]:
     """Outlines of the traces with other sets and hashes, and of that in another process."""
-    for turn in (0, 1):
-        moved = tuple(without_order(source, turn) for source in sources)
-        if moved != sources:
-            yield outline_of(traced(moved))
+    moved = (tuple(without_order(source, turn) for source in sources) for turn in (0, 1))
+    for other in dict.fromkeys(moved):
+        if other != sources:
+            yield outline_of(traced(other))
     path = os.pathsep.join(os.path.abspath(folder) for folder in sys.path)
     seed = "2" if os.environ.get("PYTHONHASHSEED") == "1" else "1"
     with tempfile.TemporaryDirectory() as folder:

@@ -8,7 +8,7 @@ import numpy as np
 from gyrostat.core.jax64 import jax
 from gyrostat.core.user_modules import Source, is_own
 from gyrostat.runs.run_loop import Drawn, loop_of
-from gyrostat.scenario.kinds.registry import KINDS
+from gyrostat.scenario.kinds.registry import named_components
 from gyrostat.scenario.structure import Structure
 from gyrostat.scenario.user.kinds import own_component
 
@@ -41,10 +41,7 @@ def loaded_with(structure: Structure, sources: tuple[Source, ...]) -> Structure:
     Inside a trace, the arrays of a module would be traced.
     """
     structure = replace(structure, sources=sources)
-    named = [(section, getattr(structure, section)) for section in KINDS]
-    named += [(part.section, part.kind) for part in structure.parts]
-    named += [("event", event.kind) for event in structure.events]
-    for section, kind in named:
+    for _, section, kind in named_components(structure):
         if is_own(kind):
             own_component(section, kind, structure.sources)
     return structure

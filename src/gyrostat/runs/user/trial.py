@@ -13,7 +13,7 @@ from gyrostat.runs.build import Setup, build
 from gyrostat.runs.designs import Plans
 from gyrostat.runs.user.repeated import try_parts
 from gyrostat.runs.user.support import EXPORTED, Support, support_of
-from gyrostat.scenario.kinds.registry import components_of
+from gyrostat.scenario.kinds.registry import kinds_of
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.sensing import Values, first_measurement
 from gyrostat.scenario.structure import Structure, structure_of
@@ -40,7 +40,7 @@ def try_shapes(scenario: Scenario, plans: Plans) -> tuple[Call, ...]:
         InputError: A user-defined part cannot be traced, is not pure, or returns something else
             than expected.
     """
-    own = [f"{name} {kind}" for name, kind in components_of(scenario).items() if is_own(kind)]
+    own = [f"{name} {kind}" for name, kind in kinds_of(scenario).items() if is_own(kind)]
     return try_parts(structure_of(scenario), plans, ", ".join(own))
 
 
@@ -51,7 +51,7 @@ def supports_of(scenario: Scenario, plans: Plans) -> dict[str, Support]:
         InputError: See `try_shapes`.
     """
     calls, found = try_shapes(scenario, plans), {}
-    for name, kind in components_of(scenario).items():
+    for name, kind in kinds_of(scenario).items():
         if is_own(kind):
             section = next(s for s in (*EXPORTED[::-1], name) if f"{name}.".startswith(f"{s}."))
             places = f"{name} {kind}", f"{section} {kind}"

@@ -41,12 +41,14 @@ class _AsCalls(ast.NodeTransformer):
         """Call of a class of sets, or of a function whose results other processes do not have."""
         call: Any = self.generic_visit(node)
         match call.func:
-            case ast.Name(id="set" | "frozenset" | "hash" | "id"):
+            case ast.Name(id="set" | "frozenset"):
                 return self._made(call.func, *call.args)
+            case ast.Name(id="hash" | "id"):  # without turns
+                return self._made(call.func, *call.args, turn=0)
         return call
 
-    def _made(self, kind: Any, *arguments: Any) -> ast.Call:
-        given = [ast.Constant(self.turn), kind, *arguments]
+    def _made(self, kind: Any, *arguments: Any, turn: int | None = None) -> ast.Call:
+        given = [ast.Constant(self.turn if turn is None else turn), kind, *arguments]
         return ast.Call(ast.parse(_SET, mode="eval").body, given, [])
 
 

@@ -1,8 +1,8 @@
 """Components that a scenario file can name, and the resulting keys of the scenario."""
 
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from importlib import import_module
-from typing import Any
+from typing import Any, NamedTuple
 
 from gyrostat.core.classes_of import classes_of
 from gyrostat.core.errors import InputError
@@ -95,18 +95,34 @@ def chosen(scenario: Components, section: str) -> Any:
     return component(section, getattr(scenario, section), scenario.sources)
 
 
-def components_of(scenario: Components) -> dict[str, str]:
-    """Section -> kind of its component, of all components that a scenario names."""
-    found = {section: getattr(scenario, section) for section in KINDS}
-    found |= {f"{part.section}.{part.name}": part.kind for part in scenario.parts}
-    return found | {f"event.{e.name}": e.kind for e in scenario.events if is_own(e.kind)}
+class Named(NamedTuple):
+    """Component that a scenario names.
+
+    Attributes:
+        place: Its place, such as "controller" or "sensor.magnetometer".
+        section: Its section, see `component`.
+        kind: Its kind.
+    """
+
+    place: str
+    section: str
+    kind: str
 
 
-def sections_of(scenario: Components) -> dict[str, str]:
-    """Place of each component that a scenario names -> its section."""
-    found = {section: section for section in KINDS}
-    found |= {f"{part.section}.{part.name}": part.section for part in scenario.parts}
-    return found | {f"event.{e.name}": "event" for e in scenario.events if is_own(e.kind)}
+def named_components(scenario: Components) -> Iterator[Named]:
+    """All components that a scenario names, but for events of this package."""
+    for section in KINDS:
+        yield Named(section, section, getattr(scenario, section))
+    for part in scenario.parts:
+        yield Named(f"{part.section}.{part.name}", part.section, part.kind)
+    for event in scenario.events:
+        if is_own(event.kind):
+            yield Named(f"event.{event.name}", "event", event.kind)
+
+
+def kinds_of(scenario: Components) -> dict[str, str]:
+    """Place of each component that a scenario names -> its kind."""
+    return {named.place: named.kind for named in named_components(scenario)}
 
 
 def fitting_estimator(kinds: Mapping[str, str]) -> str:
@@ -129,16 +145,15 @@ def check_needs(scenario: Scenario) -> None:
         InputError: A component needs what the scenario does not have, or has values that do not
             fit what stands beside it.
     """
-    kinds, sections = components_of(scenario), sections_of(scenario)
-    made = {p: component(s, kinds[p], scenario.sources) for p, s in sections.items()}
+    named = list(named_components(scenario))
+    made = {n.place: component(n.section, n.kind, scenario.sources) for n in named}
     provided = {SURFACES} if scenario.surfaces else set()
     provided = provided.union(*(kind.provides for kind in made.values()))
-    for place, kind in made.items():
-        for need in sorted(kind.needs):
-            if need not in provided and not need.places & sections.keys():
+    for place, _, name in named:
+        for need in sorted(made[place].needs):
+            if need not in provided and not need.places & made.keys():
                 raise InputError(
-                    f"key {place}: found {kinds[place]} without {need.name}, expected "
-                    f"{need.expected}"
+                    f"key {place}: found {name} without {need.name}, expected {need.expected}"
                 )
     for place, kind in made.items():
         kind.check(place, scenario)
@@ -170,8 +185,7 @@ def is_shipped(scenario: Components) -> bool:
     """
     if scenario.sources:
         return False
-    code = [chosen(scenario, section) for section in KINDS]
-    code += [component(part.section, part.kind) for part in scenario.parts]
+    code = [component(named.section, named.kind) for named in named_components(scenario)]
     code.append(WHEEL_FRICTION[scenario.friction])
     return all(getattr(each, "__module__", "").startswith("gyrostat.") for each in code)
 

@@ -117,9 +117,12 @@ class OwnInWorld(OwnKind):
 
     def make(self, context: Context) -> Any:
         """Part of the run."""
-        given = {name: getattr(context, name) for name in ("spacecraft", "orbit", "plant")}
-        known = {name: value for name, value in given.items() if value is not None}
-        return self.wrapper(self.part.build(self.values, **known), f"{context.place} {self.name}")
+        world = {
+            name: value
+            for name in ("spacecraft", "orbit", "plant")
+            if (value := getattr(context, name)) is not None
+        }
+        return self.wrapper(self.part.build(self.values, **world), f"{context.place} {self.name}")
 
 
 class OwnAttitude(OwnKind):

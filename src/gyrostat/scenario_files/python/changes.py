@@ -16,8 +16,9 @@ from gyrostat.runs.user.packages import with_packages
 from gyrostat.scenario.kinds.registry import (
     KINDS,
     component,
-    components_of,
     fitting_estimator,
+    kinds_of,
+    named_components,
     numbers_of,
 )
 from gyrostat.scenario.scenario import Scenario, Source
@@ -45,7 +46,7 @@ def replaced(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
             scenario = _with_list(scenario, name, given, live)
         else:
             scenario = _with_component(scenario, name, given, changes, live)
-    needed = fitting_estimator(components_of(scenario))
+    needed = fitting_estimator(kinds_of(scenario))
     if scenario.estimator != needed:
         raise InputError(
             f"{scenario.name}: found the estimator {scenario.estimator}, expected {needed} for the "
@@ -137,11 +138,8 @@ def _with_list(scenario: Scenario, argument: str, given: Any, live: dict[str, An
 
 def _kept(scenario: Scenario, section: str) -> tuple[Source, ...]:
     """Files of a scenario, if user-defined parts of other sections need them."""
-    kinds = [getattr(scenario, name) for name in KINDS if name != section]
-    kinds += [part.kind for part in scenario.parts if part.section != section]
-    kinds += [event.kind for event in scenario.events if section != "event"]
-    kinds.append(scenario.friction)
-    return scenario.sources if any(map(is_own, kinds)) else ()
+    kinds = [named.kind for named in named_components(scenario) if named.section != section]
+    return scenario.sources if any(map(is_own, [*kinds, scenario.friction])) else ()
 
 
 def _with_values(scenario: Scenario, given: Mapping[str, Any]) -> Scenario:

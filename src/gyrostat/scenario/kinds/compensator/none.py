@@ -1,17 +1,9 @@
 """Absence of a compensator."""
 
-from dataclasses import dataclass
-from typing import Any
-
-from gyrostat.scenario.component import Context, Kind
+from gyrostat.scenario.component import NoPart
 
 
-@dataclass(frozen=True, eq=False)
-class NoCompensator(Kind):
+class NoCompensator(NoPart):
     """No compensator."""
 
     name = "none"
-
-    def make(self, context: Context) -> Any:
-        """The controller itself."""
-        return context.controller

@@ -1,17 +1,9 @@
 """Absence of an unloading."""
 
-from dataclasses import dataclass
-from typing import Any
-
-from gyrostat.scenario.component import Context, Kind
+from gyrostat.scenario.component import NoPart
 
 
-@dataclass(frozen=True, eq=False)
-class NoUnloading(Kind):
+class NoUnloading(NoPart):
     """No unloading in addition to that of the controller."""
 
     name = "none"
-
-    def make(self, context: Context) -> Any:
-        """The controller itself."""
-        return context.controller
