@@ -1,5 +1,6 @@
 """Data files of user-defined parts: their content is part of the scenario, wherever it runs."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -13,6 +14,7 @@ import pytest
 
 import gyrostat as gs
 from gyrostat.campaigns import Store
+from gyrostat.codegen.simd import compiler
 from gyrostat.core.errors import InputError
 from gyrostat.core.user_data import LARGEST_DATA
 from gyrostat.core.user_modules import Source, folder_of, package_of
@@ -92,13 +94,20 @@ def mission(tmp_path_factory):
     folder = tmp_path_factory.mktemp("mission")
     path = written(folder / "source", *FILES)
     scenario = gs.read_scenario(path)
-    gs.campaign(scenario, 2, folder / "runs", seed=1, engine="jax", worst=0)
+    gs.campaign(scenario, 2, folder / "runs", seed=1, worst=0)
     shutil.rmtree(folder / "source")
     return scenario, folder / "runs"
 
 
 def table(folder):
     return (folder / "runs.parquet").read_bytes()
+
+
+def same_tables(*folders):
+    found, expected = (Store(folder).read_table() for folder in folders)
+    assert found.column_names == expected.column_names
+    for name in found.column_names:  # some metrics are NaN
+        np.testing.assert_array_equal(found[name].to_numpy(), expected[name].to_numpy(), name)
 
 
 def test_the_files_are_in_the_scenario_by_their_content(mission):
@@ -115,15 +124,12 @@ def test_the_files_are_in_the_scenario_by_their_content(mission):
 
 def test_runs_are_those_of_the_same_numbers_in_the_module(mission, tmp_path):
     scenario = gs.read_scenario(written(tmp_path / "source", *NUMBERS))
-    gs.campaign(scenario, 2, tmp_path / "runs", seed=1, engine="jax", worst=0)
-    found, expected = (Store(runs).read_table() for runs in (mission[1], tmp_path / "runs"))
-    assert found.column_names == expected.column_names
-    for name in found.column_names:  # some metrics are NaN
-        np.testing.assert_array_equal(found[name].to_numpy(), expected[name].to_numpy(), name)
+    gs.campaign(scenario, 2, tmp_path / "runs", seed=1, worst=0)
+    same_tables(mission[1], tmp_path / "runs")
 
 
 def test_workers_give_the_same_table_without_the_folder(mission, tmp_path):
-    gs.campaign(mission[0], 2, tmp_path / "runs", seed=1, engine="jax", worst=0, workers=2)
+    gs.campaign(mission[0], 2, tmp_path / "runs", seed=1, worst=0, workers=2)
     assert table(tmp_path / "runs") == table(mission[1])
 
 
@@ -140,7 +146,18 @@ def test_a_changed_file_is_another_campaign(mission, tmp_path):
     scenario = gs.read_scenario(path)
     assert scenario.digest() != mission[0].digest()
     with pytest.raises(InputError, match="found a campaign with another scenario"):
-        gs.campaign(scenario, 2, mission[1], seed=1, engine="jax", worst=0)
+        gs.campaign(scenario, 2, mission[1], seed=1, worst=0)
+
+
+@pytest.mark.skipif(not compiler(), reason="found no C compiler")
+def test_a_search_flies_the_numbers_of_the_files(mission, tmp_path):
+    pytest.importorskip("cma", reason="the library of the extra search is not installed")
+    numbers = gs.read_scenario(written(tmp_path / "source", *NUMBERS))
+    for name, scenario in (("files", mission[0]), ("numbers", numbers)):
+        gs.campaign(scenario, 642, tmp_path / name, worst_case="error_rms", worst=0)
+    report = json.loads((tmp_path / "files" / "report.json").read_text())
+    assert report["values"][0]["at"] == "lower bound"
+    same_tables(tmp_path / "files", tmp_path / "numbers")
 
 
 def test_flight_code_contains_the_numbers(mission, tmp_path):
