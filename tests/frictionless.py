@@ -31,7 +31,7 @@ class Frictionless(eqx.Module):
     def __call__(self, state, command, time, duration):
         """dq/dt, dH/dt and dw/dt."""
         craft, wheels = self.gyrostat.spacecraft, self.gyrostat.spacecraft.wheels
-        given = commanded_torques(self.gyrostat.actuators, command)
+        given = commanded_torques(self.gyrostat.actuators, command, None, time)
 
         def slope(state, now):
             rate, attitude = self.gyrostat.rate(state), state.attitude

@@ -117,9 +117,16 @@ class Magnetometer(eqx.Module):
 
 class Rods(eqx.Module):
     gain: float = 1.0
+    longest_step = 0.02
 
-    def __call__(self, value, attitude, time):
-        return jnp.cross(self.gain * value, magnetic(attitude))
+    def start(self):
+        return jnp.zeros(3)
+
+    def advanced(self, state, value, elapsed):
+        return value + (state - value) * jnp.exp(-elapsed / 0.1)
+
+    def __call__(self, state, value, attitude, time):
+        return jnp.cross(self.gain * state, magnetic(attitude))
 
 
 class Boom(eqx.Module):
@@ -326,6 +333,9 @@ def test_histories_show_what_the_parts_do(mission, flown):
     np.testing.assert_array_equal(history.rods.values[0], 0.0)
     expected = -0.1 * history.field.values[:10] * np.cos(0.1 * time[:10, None])
     np.testing.assert_allclose(history.rods.values[1:11], expected, rtol=1e-12)
+    # the event divides a control period, and the lag goes on
+    value, state = history.rods.values[:-1], history.actuator_rods.values
+    np.testing.assert_allclose(state[1:], value + (state[:-1] - value) * np.exp(-2.5), rtol=1e-12)
 
 
 def test_the_text_of_a_scenario_restores_its_parts(mission):
@@ -402,14 +412,16 @@ def test_objects_that_are_no_lists_are_refused(plain, changes, message):
 HEAD = SCENARIO[: SCENARIO.index("[controller]")]
 
 
-def test_the_examples_of_the_page_fly_together(tmp_path):
+@pytest.mark.parametrize("actuator", ["Rods", "LaggingRods"])
+def test_the_examples_of_the_page_fly_together(tmp_path, actuator):
     page = (Path(__file__).parents[2] / "docs" / "your_own_parts.md").read_text(encoding="utf-8")
     page = page[page.index("## Environment torques") :]
 
     def code(language):
         return "\n".join(re.findall(rf"```{language}\n(.*?)```", page, flags=re.DOTALL))
 
-    path = written(tmp_path, HEAD + code("toml"), code("python")) / "mission.toml"
+    scenario = HEAD + code("toml").replace("py:Rods", f'py:{actuator}"\nname = "rods')
+    path = written(tmp_path, scenario, code("python")) / "mission.toml"
     found = read_scenario(path)  # calls every part
     names = [part.name for part in found.parts]
     assert names == ["drag", "gravity_gradient", "field", "rods", "sun_in_baffle"]
@@ -424,7 +436,8 @@ def line(text):
 CROSS = "return jnp.cross(self.arm, -1e-5 * self.area * to_body(attitude, flow))"
 CHANGED = "return eqx.tree_at(lambda p: p.spacecraft.inertia, plant, inertia)"
 SEEN = "return memory + 1.0, magnetic(state.attitude) + self.sigma * jax.random.normal(key, (3,))"
-DRAG = r"environment.torque.drag mission.py:Drag"
+ADVANCED = "return value + (state - value) * jnp.exp(-elapsed / 0.1)"
+DRAG, RODS = r"environment.torque.drag mission.py:Drag", "actuator.rods mission.py:Rods"
 BOOM, MAGNETOMETER = r"event.boom mission.py:Boom", r"sensor.field mission.py:Magnetometer"
 
 
@@ -444,6 +457,20 @@ BOOM, MAGNETOMETER = r"event.boom mission.py:Boom", r"sensor.field mission.py:Ma
             rf"{DRAG}, line {line(CROSS)}: found if.*jnp.where",
         ),
         (CROSS, "return 1 / 0", rf"{DRAG}, line {line(CROSS)}: found ZeroDivisionError"),
+        ("    longest_step = 0.02\n", "", f"{RODS}: found no longest_step, expected it: the long"),
+        (
+            "longest_step = 0.02",
+            "longest_step = 0.0",
+            f"{RODS}: longest_step: found 0, expected a finite",
+        ),
+        ("advanced(", "after(", r"py:Rods: found no method advanced, expected advanced\(state, v"),
+        (
+            ADVANCED,
+            "return state[:2]",
+            rf"{RODS}: found memory of shape \(2,\)",
+        ),
+        (ADVANCED, "return state + value", rf"{RODS}: found the state .* after two times in turn"),
+        (ADVANCED, "return value", rf"{RODS}: found the state .* after no time or after"),
         ("area: float", "area: str = 'big'", r"Drag: found area = 'big', expected a number"),
         (CHANGED, "return None", r"event boom: found a result of type NoneType, expected the Gyro"),
         (CHANGED, "return plant.x", rf"{BOOM}, line {line(CHANGED)}: found AttributeError"),
@@ -466,7 +493,7 @@ BOOM, MAGNETOMETER = r"event.boom mission.py:Boom", r"sensor.field mission.py:Ma
         ),
         ("def start(self, state", "def begin(self, state", "found no method start, expected start"),
         (
-            "return jnp.cross(self.gain * value, magnetic(attitude))",
+            "return jnp.cross(self.gain * state, magnetic(attitude))",
             "return value[0]",
             r"actuator.rods mission.py:Rods: found shape \(\) of torque",
         ),

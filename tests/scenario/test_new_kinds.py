@@ -51,8 +51,13 @@ class Thermometer(eqx.Module):
 
 class Puff(eqx.Module):
     arm: Any
-    def __call__(self, value, attitude, time):
-        return jnp.stack([self.arm * 1e-6 * value, 0.0 * value, 0.0 * value])
+    longest_step = 0.05
+    def start(self):
+        return jnp.zeros(())
+    def advanced(self, state, value, elapsed):
+        return value + (state - value) * jnp.exp(-2.0 * elapsed)
+    def __call__(self, state, value, attitude, time):
+        return jnp.stack([self.arm * 1e-6 * state, 0.0 * value, 0.0 * value])
 
 class Leak(eqx.Module):
     size: Any
@@ -104,7 +109,7 @@ class ThermometerKind(Kind):
     "actuator": '''
 @dataclass(frozen=True, eq=False)
 class PuffKind(Kind):
-    """Puff of gas."""
+    """Puff of gas through a valve with a lag."""
     name = "puff"
     arm: Annotated[Scalar, positive("length", 0.5, "Arm.")]
     def make(self, context):
@@ -174,6 +179,7 @@ OWN = {
     "environment_torque": 'Leak", name = "leak',
     "reference": "Turning",
 }
+SIGNALS = ("attitude", "wheel_speed", "actuator_puff")
 SCRIPT = """
 import importlib, json, sys
 import numpy as np
@@ -185,7 +191,7 @@ import gyrostat as gs
 found = {{}}
 for name in ("kinds", "own"):
     run = gs.simulate(gs.read_scenario(f"{root}/{{name}}.toml"))
-    found[name] = {{key: np.asarray(run[key]).tolist() for key in ("attitude", "wheel_speed")}}
+    found[name] = {{key: np.asarray(run[key]).tolist() for key in {signals!r}}}
 from gyrostat.scenario.kinds.registry import KINDS, PARTS
 found["named"] = [*KINDS["controller"], *PARTS["reference.mode"]]
 try:
@@ -215,7 +221,7 @@ def found(folder, tmp_path_factory):
     (root / "own.toml").write_text(SCENARIO.format(**own))
     lacking = SCENARIO.format(**shipped).replace("slope = 0.25", 'name = "other"')
     (root / "lacking.toml").write_text(lacking)
-    script = SCRIPT.format(sections=[*KINDS], root=root)
+    script = SCRIPT.format(sections=[*KINDS], root=root, signals=SIGNALS)
     path = os.pathsep.join(
         filter(None, [str(Path(__file__).parents[2] / "src"), os.environ.get("PYTHONPATH")])
     )
@@ -238,8 +244,9 @@ def _with_fields(parts):
 
 
 def test_a_new_kind_flies_as_the_same_part_of_a_user(found):
-    for name in ("attitude", "wheel_speed"):
+    for name in SIGNALS:
         assert found["kinds"][name] == found["own"][name]
+    assert max(found["own"]["actuator_puff"]) > 0.2
 
 
 def test_a_new_reference_is_a_mode_too(found):

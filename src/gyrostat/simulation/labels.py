@@ -1,10 +1,12 @@
 """Dimensions, coordinates and attributes of histories."""
 
+from collections.abc import Iterator, Mapping
 from typing import Any
 
 import numpy as np
 
 from gyrostat.core.checked import declared_units
+from gyrostat.core.jax64 import jax
 from gyrostat.simulation.labelled import RUN, Labelled, Signal
 from gyrostat.simulation.loop import Histories, Status
 
@@ -80,6 +82,17 @@ def status_attributes() -> dict[str, Any]:
     }
 
 
+def _arrays(signals: Any) -> Iterator[tuple[str, Any]]:
+    """Name and values of each signal; of states of actuators, "actuator_NAME" and their fields."""
+    for name, values in signals._asdict().items():
+        if isinstance(values, Mapping):
+            for path, leaf in jax.tree_util.tree_leaves_with_path(dict(values)):
+                place = jax.tree_util.keystr(path, simple=True, separator="_")
+                yield f"{name.removesuffix('s')}_{place}", leaf
+        elif values is not None:
+            yield name, values
+
+
 def with_coordinates(variables: dict[str, Signal], coordinates: dict[str, Signal]) -> Labelled:
     """Add the coordinates of named dimensions, and `error` if there is a target.
 
@@ -127,9 +140,7 @@ def labelled(histories: Histories, period: float) -> Labelled:
         ("commanded_", histories.command),
     ):
         units = declared_units(type(signals))
-        for name, values in signals._asdict().items():
-            if values is None:
-                continue
+        for name, values in _arrays(signals):
             before = prefix if name in variables or name in OWN_NAMES else ""
             label = before + name
             extra = dimensions(name, label, values.shape[2:], wheels)

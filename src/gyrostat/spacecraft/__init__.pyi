@@ -64,6 +64,8 @@ from gyrostat.spacecraft.table import DriveRecord as DriveRecord
 from gyrostat.spacecraft.table import TableCommand as TableCommand
 from gyrostat.spacecraft.table import TableState as TableState
 from gyrostat.spacecraft.torque_models import Actuator as Actuator
+from gyrostat.spacecraft.torque_models import ActuatorWithState as ActuatorWithState
+from gyrostat.spacecraft.torque_models import AnyActuator as AnyActuator
 from gyrostat.spacecraft.torque_models import TorqueModel as TorqueModel
 from gyrostat.spacecraft.torques.aerodynamic import AerodynamicTorque as AerodynamicTorque
 from gyrostat.spacecraft.torques.residual_dipole import ResidualDipole as ResidualDipole

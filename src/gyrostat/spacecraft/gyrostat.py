@@ -30,9 +30,12 @@ from gyrostat.spacecraft.interpolated_torque import advanced_with_interpolated_t
 from gyrostat.spacecraft.pieces import pieces
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.spacecraft.torque_models import (
-    Actuator,
+    AnyActuator,
     TorqueModel,
+    advanced_actuators,
     body_torque,
+    check_actuators,
+    start_actuators,
     torque_models,
     under_command,
 )
@@ -65,8 +68,8 @@ class Gyrostat(Checked):
             by an ideal actuator such as magnetorquers, (3,), N·m; None: there is no such actuator,
             and its command is ignored.
         friction_steps: Step changes of wheel friction; None for none.
-        actuators: Further actuators, see `Actuator`, each driven by the field of the command that
-            has its name; none by default.
+        actuators: Further actuators, see `Actuator` and `ActuatorWithState`, each driven by the
+            field of the command that has its name; none by default.
         modes: Modes of flexible appendages and propellant; None for a rigid body. The inertia of
             the spacecraft includes them undeformed.
     """
@@ -82,7 +85,7 @@ class Gyrostat(Checked):
         eqx.field(converter=listed, default=None)
     )
     friction_steps: FrictionSteps | None = None
-    actuators: Mapping[str, Actuator] = eqx.field(default_factory=dict)
+    actuators: Mapping[str, AnyActuator] = eqx.field(default_factory=dict)
     modes: FlexibleModes | None = None
 
     def torque(self, attitude: Quaternion, time: Scalar) -> Vector3:
@@ -158,7 +161,10 @@ class Gyrostat(Checked):
             raise InputError("modal_coordinate: found one, expected none without modes")
         momentum = to_inertial(quaternion, momentum)
         bent = started_deflection(wheels.friction, speed, deflection)
-        return GyrostatState(quaternion, momentum, speed, **with_names(modal), deflection=bent)
+        actuators = start_actuators(self.actuators)
+        return GyrostatState(
+            quaternion, momentum, speed, **with_names(modal), deflection=bent, actuators=actuators
+        )
 
     def check_state(self, state: GyrostatState) -> None:
         """Validate a state.
@@ -167,12 +173,13 @@ class Gyrostat(Checked):
             state: One state, or several with a leading axis of runs.
 
         Raises:
-            InputError: A shape is wrong, the quaternion is not of unit length, or a wheel is above
-                its momentum limit.
+            InputError: A shape is wrong, the quaternion is not of unit length, a wheel is above its
+                momentum limit, or the state of an actuator is missing.
         """
         wheels = self.spacecraft.wheels
         check_sizes(state, wheels.count, 0 if self.modes is None else self.modes.count)
         check_deflection(wheels.friction, state)
+        check_actuators(self.actuators, state.actuators)
         check_unit(state.attitude)
         wheels.check_speed(state.wheel_speed)
 
@@ -215,8 +222,12 @@ class Gyrostat(Checked):
             The state at the end, and whether the interval was resolved. A failure or a friction
             step inside the interval acts from its exact time.
         """
-        craft = under_command(self, command)
-        return craft._under(state, command.torque, time, duration)
+        states = state.actuators
+        craft = under_command(self, command, states, time)
+        state = state._replace(actuators=None)
+        after, resolved = craft._under(state, command.torque, time, duration)
+        states = advanced_actuators(self.actuators, states, command, duration)
+        return after._replace(actuators=states), resolved
 
     def _under(self, state, torque, time, duration):
         torque = self.spacecraft.wheels.within_torque_limit(torque)
@@ -250,22 +261,8 @@ class Gyrostat(Checked):
         return wheels.within_momentum_limit(torque, wheels.inertia * state.wheel_speed, duration)
 
     def _carry(self, state, torque, friction, seized, drag, time, duration):
-        wheels = self.spacecraft.wheels
-        axes = jnp.asarray(wheels.axes)
-        rigid, coupling = self.without_modes()
-        inverse = inverse_definite(jnp.asarray(rigid.inertia))
-        contacts = WheelsOnBody(
-            friction=friction,
-            body=self,
-            torque=torque,
-            seized=seized,
-            added_viscous=drag,
-            started=time,
-            mobility=jnp.diag(1.0 / (jnp.ones(wheels.count) * wheels.inertia))
-            + axes.T @ inverse @ axes,
-            inverse=inverse,
-            inverse_locked=inverse_definite(rigid.inertia_locked()),
-            coupling=coupling,
+        contacts = WheelsOnBody.of(
+            self, friction, torque=torque, seized=seized, added_viscous=drag, started=time
         )
         advance = advanced_with_interpolated_torque if self.environment else advanced
         return advance(contacts, state, duration)

@@ -1,6 +1,6 @@
 """State, command and record of a spacecraft with wheels."""
 
-from typing import Annotated, NamedTuple
+from typing import Annotated, Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Array, Bool
@@ -28,6 +28,7 @@ class GyrostatState(NamedTuple):
         modal_momentum: Generalised momenta of the modes, (modes,), √kg·m/s; None likewise. They
             keep their values where the body rate steps.
         deflection: Deflections of the bristles, (wheels,), rad; None without bristles.
+        actuators: Name of an actuator -> its state; None without an `ActuatorWithState`.
     """
 
     attitude: Annotated[Quaternion, "1"]
@@ -38,6 +39,7 @@ class GyrostatState(NamedTuple):
     modal_coordinate: Annotated[PerMode | None, "√kg·m"] = None
     modal_momentum: Annotated[PerMode | None, "√kg·m/s"] = None
     deflection: Annotated[PerWheel | None, "rad"] = None
+    actuators: Any = None
 
 
 def check_sizes(state: GyrostatState, wheels: int, modes: int) -> None:
@@ -53,7 +55,7 @@ def check_sizes(state: GyrostatState, wheels: int, modes: int) -> None:
     """
     modal = dict.fromkeys(("modal_coordinate", "modal_momentum"), modes)
     sizes = {"attitude": 4, "momentum": 3, **modal}
-    for name, value in state._asdict().items():
+    for name, value in state._replace(actuators=None)._asdict().items():
         length = sizes.get(name, wheels)
         if value is not None and np.shape(value)[-1:] != (length,):
             raise InputError(f"{name}: found shape {np.shape(value)}, expected ({length},)")

@@ -61,7 +61,9 @@ def advanced_with_interpolated_torque(
 ) -> tuple[GyrostatState, Bool[Array, ""]]:
     """State at the end of an interval, s, and whether the interval was resolved.
 
-    The interval is divided so that the body turns by at most `REACH` in each part.
+    The interval is divided so that the body turns by at most `REACH` in each part, which is no
+    longer than `longest_step` of an actuator with a state. An interval that needs more than `MOST`
+    parts for it counts as not resolved.
 
     Args:
         contacts: Equations of motion over the interval; their `body` is a `Gyrostat`.
@@ -71,7 +73,13 @@ def advanced_with_interpolated_torque(
     rate = contacts.body.rate(state)
     nutation = contacts.inverse @ to_body(state.attitude, state.momentum)
     fastest = jnp.sqrt(jnp.maximum(rate @ rate, nutation @ nutation))
-    count = jnp.ceil(jnp.clip(fastest * duration / REACH, 1.0, MOST)).astype(int)
+    parts, resolvable = fastest * duration / REACH, jnp.array(True)
+    for item in contacts.body.environment:
+        longest = getattr(item, "longest_step", None)
+        if longest is not None:
+            parts = jnp.maximum(parts, duration / longest)
+            resolvable = resolvable & (duration <= MOST * longest)
+    count = jnp.ceil(jnp.clip(parts, 1.0, MOST)).astype(int)
     length = duration / count
 
     def part(carried: _Parts) -> _Parts:
@@ -86,7 +94,7 @@ def advanced_with_interpolated_torque(
         # flight code needs an explicit bound
         return (carried[0] < count) & (carried[0] < MOST)
 
-    return jax.lax.while_loop(goes_on, part, (0, state, jnp.array(True)))[1:]
+    return jax.lax.while_loop(goes_on, part, (0, state, resolvable))[1:]
 
 
 def with_interpolated_torque(

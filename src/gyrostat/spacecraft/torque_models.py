@@ -45,6 +45,47 @@ class Actuator(Protocol):
         ...
 
 
+class ActuatorWithState(Protocol):
+    """Protocol of an actuator with a state, such as a lag, an entry of `Gyrostat.actuators`.
+
+    The state depends on time and command alone, and its motion is known in closed form.
+
+    Attributes:
+        longest_step: Longest time over which a cubic function represents the torque, s, such as
+            half the time constant of a lag.
+    """
+
+    longest_step: Scalar
+
+    def start(self) -> Any:
+        """State at the start of a run, a tree of numbers."""
+        ...
+
+    def advanced(self, state: Any, value: Any, elapsed: Scalar) -> Any:
+        """State after a time of constant command; two times in turn give that after their sum.
+
+        Args:
+            state: State before.
+            value: Command of the actuator.
+            elapsed: Time, s, 0 or more.
+        """
+        ...
+
+    def __call__(self, state: Any, value: Any, attitude: Quaternion, time: Scalar) -> Vector3:
+        """Torque in body axes, (3,), N·m.
+
+        Args:
+            state: State at this time.
+            value: Command of the actuator, constant during a control period.
+            attitude: Attitude quaternion, body with respect to inertial, (4,), scalar first.
+            time: Time, s.
+        """
+        ...
+
+
+AnyActuator = Actuator | ActuatorWithState
+
+
 class CommandedTorque(eqx.Module):
     """Torque of an actuator at a constant command, as an environment torque.
 
@@ -52,30 +93,89 @@ class CommandedTorque(eqx.Module):
         name: Name of the actuator.
         actuator: Actuator.
         value: Its command.
+        state: State of the actuator at the time `started`; None if it has none.
+        started: Time at the start of the interval, s.
     """
 
     name: str = eqx.field(static=True)
-    actuator: Actuator
+    actuator: AnyActuator
     value: Any
+    state: Any = None
+    started: Any = None
 
     def __repr__(self) -> str:
         return with_values(self)
 
+    @property
+    def longest_step(self) -> Scalar | None:
+        """See `ActuatorWithState`; None without a state."""
+        actuator: Any = self.actuator
+        return actuator.longest_step if has_state(actuator) else None
+
     def __call__(self, spacecraft: Spacecraft, attitude: Quaternion, time: Scalar) -> Vector3:
         """See `TorqueModel`."""
         del spacecraft
-        torque = self.actuator(self.value, attitude, time)
+        actuator: Any = self.actuator
+        if has_state(actuator):
+            state = actuator.advanced(self.state, self.value, time - self.started)
+            torque = actuator(state, self.value, attitude, time)
+        else:
+            torque = actuator(self.value, attitude, time)
         return body_torque(torque, f"actuator {self.name}")
 
 
+def has_state(actuator: Any) -> bool:
+    """Whether an actuator has a state."""
+    return hasattr(actuator, "start")
+
+
+def start_actuators(actuators: Mapping[str, Any]) -> dict[str, Any] | None:
+    """States of the actuators that have one at the start of a run: name -> state; None without."""
+    return {n: each.start() for n, each in sorted(actuators.items()) if has_state(each)} or None
+
+
+def advanced_actuators(
+    actuators: Mapping[str, Any], states: Any, command: Any, elapsed: Scalar
+) -> dict[str, Any] | None:
+    """States of the actuators after a time of constant command.
+
+    Args:
+        actuators: Name -> actuator.
+        states: Name -> state; None if none has a state.
+        command: Command, a named tuple.
+        elapsed: Time, s.
+    """
+    if states is None:
+        return None
+    return {
+        name: each.advanced(states[name], getattr(command, name), elapsed)
+        for name, each in sorted(actuators.items())
+        if has_state(each)
+    }
+
+
+def check_actuators(actuators: Mapping[str, AnyActuator], states: Any) -> None:
+    """Validate that those actuators have a state that need one.
+
+    Raises:
+        InputError: A state is missing, or there is one more.
+    """
+    expected = sorted(name for name, each in actuators.items() if has_state(each))
+    if sorted(states or ()) != expected:
+        found, expected = (", ".join(names) or "none" for names in (sorted(states or ()), expected))
+        raise InputError(f"actuators: found the states of {found}, expected those of {expected}")
+
+
 def commanded_torques(
-    actuators: Mapping[str, Actuator], command: Any
+    actuators: Mapping[str, AnyActuator], command: Any, states: Any, time: Scalar
 ) -> tuple[CommandedTorque, ...]:
     """Torques of actuators, each driven by the field of the command that has its name.
 
     Args:
         actuators: Name -> actuator.
         command: Command, a named tuple.
+        states: Name -> state at `time`, of the actuators that have one; None without.
+        time: Time, s.
 
     Raises:
         InputError: The command has no field for an actuator.
@@ -88,17 +188,21 @@ def commanded_torques(
                 f"expected the field {name}, which drives the actuator"
             )
     return tuple(
-        CommandedTorque(name, actuator, getattr(command, name))
+        CommandedTorque(name, actuator, getattr(command, name), states[name], time)
+        if has_state(actuator)
+        else CommandedTorque(name, actuator, getattr(command, name))
         for name, actuator in sorted(actuators.items())
     )
 
 
-def under_command(plant: Any, command: Any) -> Any:
+def under_command(plant: Any, command: Any, states: Any, time: Scalar) -> Any:
     """Gyrostat with the torques of its actuators at a command as external torques.
 
     Args:
         plant: `gyrostat.spacecraft.Gyrostat`.
         command: Command, a named tuple.
+        states: Name -> state at `time`, of the actuators that have one; None without.
+        time: Time, s.
 
     Raises:
         InputError: The command has no field for an actuator.
@@ -113,7 +217,7 @@ def under_command(plant: Any, command: Any) -> Any:
         given = plant.external_torque + jnp.clip(command.external_torque, -limit, limit)
         plant = eqx.tree_at(lambda each: each.external_torque, plant, given)
     if plant.actuators:
-        commanded = commanded_torques(plant.actuators, command)
+        commanded = commanded_torques(plant.actuators, command, states, time)
         plant = replace(plant, environment=(*plant.environment, *commanded))
     return plant
 

@@ -6,6 +6,7 @@ from jaxtyping import Array, Bool, Float
 
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import rate_of_quaternion, to_body, to_inertial
 from gyrostat.spacecraft.flexible.coupling import MODE_STEP, ModalCoupling, ModalMotion
 from gyrostat.wheel import Changes, CoupledBearings, Motion
@@ -66,6 +67,30 @@ class WheelsOnBody(CoupledBearings):
     inverse: Float[Array, "3 3"]
     inverse_locked: Float[Array, "3 3"]
     coupling: ModalCoupling | None = None
+
+    @classmethod
+    def of(cls, gyrostat: Any, friction: Any, **given: Any) -> Self:
+        """Equations of the wheels of a `Gyrostat`.
+
+        Args:
+            gyrostat: The plant.
+            friction: Friction of the wheels.
+            given: The attributes `torque`, `seized`, `added_viscous` and `started`.
+        """
+        wheels = gyrostat.spacecraft.wheels
+        axes = jnp.asarray(wheels.axes)
+        rigid, coupling = gyrostat.without_modes()
+        inverse = inverse_definite(jnp.asarray(rigid.inertia))
+        rotors = jnp.diag(1.0 / (jnp.ones(wheels.count) * wheels.inertia))
+        return cls(
+            friction=friction,
+            body=gyrostat,
+            mobility=rotors + axes.T @ inverse @ axes,
+            inverse=inverse,
+            inverse_locked=inverse_definite(rigid.inertia_locked()),
+            coupling=coupling,
+            **given,
+        )
 
     def rate_of_body(self, motion: Motion) -> tuple[Vector3, Vector3]:
         """Body rate, (3,), rad/s, and total momentum, (3,), N·m·s, both in body axes."""

@@ -2,6 +2,7 @@
 
 from gyrostat.scenario.user.contracts import (
     Actuator,
+    ActuatorWithState,
     AddedSensor,
     Change,
     Compensator,
@@ -13,6 +14,7 @@ from gyrostat.scenario.user.contracts import (
 
 __all__ = [
     "Actuator",
+    "ActuatorWithState",
     "AddedSensor",
     "Change",
     "Compensator",

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from gyrostat.core.arrays import Vector3
+from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jax
 from gyrostat.core.user_errors import OwnError
 from gyrostat.core.user_modules import is_own
@@ -19,7 +19,7 @@ from gyrostat.scenario.sensing import Values, first_measurement
 from gyrostat.scenario.structure import Structure, structure_of
 from gyrostat.scenario.user.live_calls import traced_law
 from gyrostat.scenario.user.recording import Call
-from gyrostat.scenario.user.world import OwnTorque
+from gyrostat.scenario.user.world import OwnActuator, OwnTorque
 from gyrostat.simulation import Status
 from gyrostat.spacecraft import Gyrostat
 from gyrostat.spacecraft.torque_models import commanded_torques
@@ -66,35 +66,68 @@ def supports_of(scenario: Scenario, plans: Plans) -> dict[str, Support]:
     return found
 
 
-def first_sample(structure: Structure, values: Values, plans: Plans) -> tuple[Setup, Any, Any]:
-    """Parts of a run, the controller's memory and command after the first sample, own torques."""
+def first_sample(structure: Structure, values: Values, plans: Plans) -> tuple[Setup, Any, Any, Any]:
+    """Parts of a run; memory and command after the first sample; own torques; divided states.
+
+    The last are the states of own actuators after a period, and after two parts of it in turn.
+    """
     setup = build(structure, values, plans)
     period = values["run.control_period"]
     measurement = first_measurement(setup.sensor, setup.start, period)
     made = setup.controller(setup.controller.start(period), measurement)
-    return setup, made, _own_torques(setup, made[1])
-
-
-def _own_torques(setup: Setup, command: Any) -> dict[str, Vector3]:
-    """Name of each own environment torque and actuator -> its torque at the first command."""
     bodies = jax.tree.leaves(setup.plant, is_leaf=lambda part: isinstance(part, Gyrostat))
     body = next(part for part in bodies if isinstance(part, Gyrostat))
+    torques = _own_torques(setup, body, made[1])
+    states = {
+        each.name: _divided(each, getattr(made[1], name), period)
+        for name, each in body.actuators.items()
+        if isinstance(each, OwnActuator)
+    }
+    return setup, made, torques, states
+
+
+def _own_torques(setup: Setup, body: Gyrostat, command: Any) -> dict[str, Vector3]:
+    """Name of each own environment torque and actuator -> its torque at the first command."""
     attitude = setup.start.attitude
     found = {
         item.name: item(body.spacecraft, attitude, 0.0)
         for item in body.environment
         if isinstance(item, OwnTorque)
     }
-    for item in commanded_torques(body.actuators, command):
+    states = getattr(setup.start, "actuators", None)
+    for item in commanded_torques(body.actuators, command, states, 0.0):
         found[f"actuator.{item.name}"] = item(body.spacecraft, attitude, 0.0)
     return found
 
 
-def check_first_sample(scenario: Scenario, made: Any, torques: Mapping[str, Any]) -> None:
-    """Validate memory and command after the first sample, and torques.
+def _divided(actuator: OwnActuator, value: Any, period: Scalar) -> tuple[Any, Any]:
+    """State of an actuator after a period of another command, and after two parts of it in turn."""
+    value = jax.tree.map(lambda leaf: leaf + 1, value)
+    start = actuator.start()
+    part = actuator.advanced(start, value, 0.3 * period)
+    return (
+        (start, actuator.advanced(start, value, period)),
+        (
+            actuator.advanced(start, value, 0.0 * period),
+            actuator.advanced(part, value, 0.7 * period),
+        ),
+    )
+
+
+def check_first_sample(
+    scenario: Scenario, made: Any, torques: Mapping[str, Any], states: Mapping[str, Any]
+) -> None:
+    """Validate memory and command after the first sample, torques, and states of actuators.
+
+    Args:
+        scenario: Scenario.
+        made: Memory and command.
+        torques: Name -> torque, N·m.
+        states: Name of an actuator -> states at the start and after a period, and the same after
+            no time and after two parts of a period in turn.
 
     Raises:
-        OwnError: A number is not finite.
+        OwnError: A number is not finite, or the states differ.
     """
     memory, command = made
     own = _own_names(scenario)
@@ -112,6 +145,18 @@ def check_first_sample(scenario: Scenario, made: Any, torques: Mapping[str, Any]
                 f"{name}: found the torque {np.asarray(torque)} at the first sample, expected "
                 "finite numbers, N·m"
             )
+    _check_divided(states)
+
+
+def _check_divided(states: Mapping[str, Any]) -> None:
+    for name, (once, in_turn) in states.items():
+        for one, other in zip(jax.tree.leaves(once), jax.tree.leaves(in_turn), strict=True):
+            if not np.allclose(one, other, rtol=1e-6, atol=1e-9 * np.max(np.abs(one), initial=0.0)):
+                raise OwnError(
+                    f"{name}: found the state {np.asarray(other)} after no time or after two times "
+                    f"in turn, expected {np.asarray(one)} as after their sum: advanced(state, "
+                    "value, elapsed) is the motion in time at a constant command"
+                )
 
 
 def say_bad_commands(

@@ -13,7 +13,7 @@ from gyrostat.core.rotations import to_inertial
 from gyrostat.core.types import Vector
 from gyrostat.scenario.metrics.metric import Column, RunEnd
 from gyrostat.scenario.metrics.sample import Sample
-from gyrostat.spacecraft import Actuator, Spacecraft, TorqueModel
+from gyrostat.spacecraft import AnyActuator, Spacecraft, TorqueModel
 from gyrostat.spacecraft.torque_models import commanded_torques
 
 BUDGET = Column("N·m·s", "Size of the momentum that this external torque adds in the run.")
@@ -37,7 +37,7 @@ class Budget(eqx.Module):
 
     spacecraft: Spacecraft
     torques: Mapping[str, TorqueModel]
-    actuators: Mapping[str, Actuator]
+    actuators: Mapping[str, AnyActuator]
     period: Scalar
 
     def start(self) -> dict[str, Vector3]:
@@ -51,7 +51,8 @@ class Budget(eqx.Module):
         """Integrals one control period later, N·m·s; nothing comes after the last sample."""
         period = jnp.where(is_last, 0.0, self.period)
         every: dict[str, Any] = dict(self.torques)
-        commanded = commanded_torques(self.actuators, sample.command)
+        states = getattr(sample.state, "actuators", None)
+        commanded = commanded_torques(self.actuators, sample.command, states, sample.time)
         every |= {f"actuator.{item.name}": item for item in commanded}
         attitude = sample.state.attitude
         return {

@@ -7,10 +7,11 @@ part does not inherit from its protocol. docs/your_own_parts.md has an example o
 from typing import Any, Protocol
 
 from gyrostat.simulation.loop import Controller
-from gyrostat.spacecraft import Actuator, AddedSensor, Change, TorqueModel
+from gyrostat.spacecraft import Actuator, ActuatorWithState, AddedSensor, Change, TorqueModel
 
 __all__ = [
     "Actuator",
+    "ActuatorWithState",
     "AddedSensor",
     "Change",
     "Compensator",

@@ -15,7 +15,7 @@ from gyrostat.scenario.schema import Key
 from gyrostat.scenario.user.control import OwnControl
 from gyrostat.scenario.user.metric import OwnMetric
 from gyrostat.scenario.user.parts import OwnPart, own_part
-from gyrostat.scenario.user.world import OwnChange, OwnProfile, OwnSensor, OwnTorque
+from gyrostat.scenario.user.world import OwnActuator, OwnChange, OwnProfile, OwnSensor, OwnTorque
 from gyrostat.spacecraft import Spacecraft
 
 
@@ -140,6 +140,9 @@ class OwnAttitude(OwnKind):
         return Reference.of(self.profile(case.planned, "reference"))
 
 
+TORQUE = "which returns a torque in body axes (3,), N·m"
+
+
 def _controller(part: OwnPart) -> OwnController:
     return OwnController(part.with_methods(**CONTROL))
 
@@ -176,13 +179,25 @@ def _in_world(wrapper: Callable[[Any, str], Any], call: str, **methods: str) -> 
     return component
 
 
+def _actuator(part: OwnPart) -> OwnInWorld:
+    """Actuator, with a state if its class has a method `start`."""
+    if not hasattr(part.made, "start"):
+        return _in_world(OwnTorque, f"(value, attitude, time), {TORQUE}")(part)
+    made = _in_world(
+        OwnActuator,
+        f"(state, value, attitude, time), {TORQUE}",
+        start="(), which returns the state",
+        advanced="(state, value, elapsed), which returns the state",
+    )
+    return made(part)
+
+
 def _attitude(part: OwnPart) -> OwnAttitude:
     if inspect.isclass(part.made):
         part = part.with_methods(__call__="(time), which returns a quaternion (4,)")
     return OwnAttitude(part)
 
 
-TORQUE = "which returns a torque in body axes (3,), N·m"
 OWN: dict[str, Callable[[OwnPart], Any]] = {
     "controller": _controller,
     "compensator": _wrapping,
@@ -190,7 +205,7 @@ OWN: dict[str, Callable[[OwnPart], Any]] = {
     "reference": _attitude,
     "reference.mode": lambda part: Mode(_attitude(part)),
     "environment.torque": _in_world(OwnTorque, f"(spacecraft, attitude, time), {TORQUE}"),
-    "actuator": _in_world(OwnTorque, f"(value, attitude, time), {TORQUE}"),
+    "actuator": _actuator,
     "event": _in_world(OwnChange, "(plant), which returns the plant with other numbers"),
     "sensor": _in_world(
         OwnSensor,

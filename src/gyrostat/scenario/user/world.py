@@ -9,7 +9,8 @@ from jaxtyping import PRNGKeyArray
 
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jax
-from gyrostat.core.user_errors import OwnError, numbers, same_memory
+from gyrostat.core.user_errors import OwnError, numbers, reported, same_memory
+from gyrostat.core.validation import require
 from gyrostat.scenario.user.wrapper import Own
 
 
@@ -23,6 +24,41 @@ class OwnTorque(Own):
     def __call__(self, given: Any, attitude: Quaternion, time: Scalar) -> Vector3:
         """Torque in body axes, (3,), N·m."""
         torque = self.called("__call__", given, attitude, time)
+        return numbers(self.name, "torque, N·m in body axes", torque, (3,))
+
+
+class OwnActuator(Own):
+    """Actuator of a user with a state; see `gyrostat.spacecraft.ActuatorWithState`."""
+
+    def check(self) -> None:
+        """Validate parameters; raises `InputError`."""
+        super().check()
+        longest = getattr(self.inner, "longest_step", None)
+        if longest is None:
+            raise OwnError(
+                f"{self.name}: found no longest_step, expected it: the longest time over which a "
+                "cubic function represents the torque, s"
+            )
+        with reported(self.name, self._module):
+            require("longest_step", longest, "s", positive=True)
+
+    @property
+    def longest_step(self) -> Scalar:
+        """See `ActuatorWithState`."""
+        return numbers(self.name, "longest_step, s", self.inner.longest_step, ())
+
+    def start(self) -> Any:
+        """State at the start of a run."""
+        return self.begun()
+
+    def advanced(self, state: Any, value: Any, elapsed: Scalar) -> Any:
+        """State after a time of constant command."""
+        after = self.called("advanced", state, value, elapsed)
+        return same_memory(self.name, state, after)
+
+    def __call__(self, state: Any, value: Any, attitude: Quaternion, time: Scalar) -> Vector3:
+        """Torque in body axes, (3,), N·m."""
+        torque = self.called("__call__", state, value, attitude, time)
         return numbers(self.name, "torque, N·m in body axes", torque, (3,))
 
 
