@@ -97,7 +97,7 @@ def pytest_configure(config):
     config.pluginmanager.register(module, "small campaign")
 
 
-def pytest_collection_modifyitems(items):
+def pytest_collection_modifyitems(config, items):
     """The longest files first: none of them is begun when the other workers are done."""
     places = {name: place for place, name in enumerate(LONGEST)}
     here = Path(__file__).parent
@@ -105,7 +105,8 @@ def pytest_collection_modifyitems(items):
     def place(item):
         return places.get(item.path.relative_to(here).with_suffix("").as_posix(), len(places))
 
-    items.sort(key=place)
+    if hasattr(config, "workerinput"):
+        items.sort(key=place)
     # The process of the shared campaign, and all that is compared with it, compile alike.
     shared = {item.path for item in items if "small" in item.fixturenames}
     for item in items:

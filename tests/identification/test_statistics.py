@@ -2,10 +2,11 @@
 
 import numpy as np
 import pytest
-from scipy.stats import chi2, kstest
+from scipy.stats import chi2, f, kstest
 
 from gyrostat.identification.fit.loss import Huber, Quadratic
 from gyrostat.identification.read.statistics import (
+    Whiteness,
     autocorrelation,
     block_tests,
     correlation_length,
@@ -154,6 +155,36 @@ def test_probabilities_of_block_means_are_uniform_for_white_residuals():
     found = [block_tests(random.standard_normal(500)) for _ in range(300)]
     for length in (2, 8, 32):
         assert kstest([each[length] for each in found], "uniform").pvalue > 0.01
+
+
+def test_block_tests_are_those_of_the_f_distribution():
+    """Degrees of freedom as traces of projectors, written out as matrices; SciPy's distribution."""
+    random, count = np.random.default_rng(8), 64
+    rows = np.column_stack([np.ones(count), np.linspace(-1.0, 1.0, count)])
+    residual_space = np.eye(count) - rows @ np.linalg.pinv(rows)
+    for level in (0.0, 0.3, 0.6):
+        noise = random.standard_normal(count) + level * np.sin(np.arange(count) / 4.0)
+        residual = residual_space @ noise
+        found = block_tests(residual, rows)
+        assert [*found] == [2, 4, 8]
+        for length, probability in found.items():
+            blocks = np.kron(np.eye(count // length), np.full((length, length), 1.0 / length))
+            between, freedom = residual @ blocks @ residual, np.trace(blocks @ residual_space)
+            rest = count - 2 - freedom
+            ratio = (between / freedom) / ((residual @ residual - between) / rest)
+            tail = f.sf(ratio, freedom, rest)
+            assert probability == pytest.approx(2.0 * min(tail, 1.0 - tail), abs=3e-3)
+
+
+def test_the_probability_of_all_tests_is_that_of_bonferroni_and_one_at_most():
+    parts = {"runs": 3, "runs_expected": 3.0, "lags": 2, "ljung_box": 1.0}
+    parts |= {"block_lengths": (2, 4), "ljung_box_probability": 0.4}
+    found = Whiteness(**parts, runs_probability=0.3, block_probabilities=(0.02, 0.5))
+    assert found.probability == pytest.approx(4 * 0.02)
+    assert found.worst_block == (2, 0.02)
+    assert (
+        Whiteness(**parts, runs_probability=0.3, block_probabilities=(0.9, 0.5)).probability == 1.0
+    )
 
 
 def test_block_means_see_what_twenty_lags_do_not():
