@@ -98,11 +98,11 @@ def content(made):
     Executed in the kernel.
     """
     from gyrostat.core.errors import InputError
-    from gyrostat.scenario_files.python.objects import own_object
+    from gyrostat.scenario_files.python.objects import user_object
 
     answer = {"live": float(made()(None, None, 0.0)[0])}
     try:
-        kind, sources, values, _ = own_object(SECTION, made())
+        kind, sources, values, _ = user_object(SECTION, made())
         answer["text"] = [kind, [(each.path, each.text) for each in sources], values]
     except InputError as error:
         answer["refused"] = str(error)
@@ -165,11 +165,11 @@ def recorded(run, count):
 def loaded(texts):
     """Number of each part in a process that has only the scenario; executed in a fresh one."""
     from gyrostat.core.user_modules import Source
-    from gyrostat.scenario.user.parts import own_part
+    from gyrostat.scenario.user.parts import user_part
 
     found = []
     for kind, sources, values in texts:
-        part = own_part(SECTION, kind, tuple(Source(*each) for each in sources))
+        part = user_part(SECTION, kind, tuple(Source(*each) for each in sources))
         found.append(float(part.build(values)(None, None, 0.0)[0]))
     return found
 

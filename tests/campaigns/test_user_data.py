@@ -20,7 +20,7 @@ from gyrostat.core.user_data import LARGEST_DATA
 from gyrostat.core.user_modules import Source, folder_of, package_of
 from gyrostat.runs.user import packages
 from gyrostat.scenario.scenario import Scenario
-from gyrostat.scenario.user.parts import own_part
+from gyrostat.scenario.user.parts import user_part
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
 SCENARIO = """
@@ -209,7 +209,7 @@ def small(tmp_path):
 
 
 def torque(scenario, kind="own.py:P"):
-    made = own_part("environment.torque", kind, scenario.sources).build({"size": 1.0})
+    made = user_part("environment.torque", kind, scenario.sources).build({"size": 1.0})
     return made(None, None, 0.0)[0]
 
 
@@ -242,7 +242,7 @@ def test_a_private_copy_that_was_changed_is_refused(small, tmp_path):
     (folder / "w.csv").chmod(0o600)
     (folder / "w.csv").write_text("3e-7")
     with pytest.raises(InputError, match=r"w\.csv: found a private copy .* that was changed"):
-        own_part("environment.torque", "own.py:P", (*scenario.sources, Source("x.py", "")))
+        user_part("environment.torque", "own.py:P", (*scenario.sources, Source("x.py", "")))
     (folder / "w.csv").unlink()
     assert torque(scenario) == 1e-7
 

@@ -10,7 +10,7 @@ import pytest
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.user_modules import Source
-from gyrostat.scenario.user.parts import own_part
+from gyrostat.scenario.user.parts import user_part
 
 SECTION = "environment.torque"
 PART = """
@@ -79,9 +79,9 @@ HONEST = {
 def refused(*texts, build=False):
     """Message of the refusal of a part."""
     sources = tuple(Source(path, text) for path, text in texts)
-    made = own_part(SECTION, "own.py:P", sources) if build else None
+    made = user_part(SECTION, "own.py:P", sources) if build else None
     with pytest.raises(InputError) as caught:
-        own_part(SECTION, "own.py:P", sources) if made is None else made.build({"size": 1.0})
+        user_part(SECTION, "own.py:P", sources) if made is None else made.build({"size": 1.0})
     message = str(caught.value)
     assert "\n" not in message
     assert message.startswith(f"{SECTION} own.py:P,")
@@ -185,14 +185,14 @@ def test_what_is_no_read_of_the_user_is_accepted(head):
         Source("own.py", f"{head}\n" + PART.format(value="0.0")),
         Source("parts/inner.py", ""),
     )
-    assert own_part(SECTION, "own.py:P", sources).keys
+    assert user_part(SECTION, "own.py:P", sources).keys
 
 
 FIRST = """
 from gyrostat.core.user_modules import Source
-from gyrostat.scenario.user.parts import own_part
+from gyrostat.scenario.user.parts import user_part
 text = "import jax.numpy as jnp\\nA = jnp.asarray([0.0, 1.0])\\n" + {part!r}
-print(sorted(own_part({section!r}, "own.py:P", (Source("own.py", text),)).keys))
+print(sorted(user_part({section!r}, "own.py:P", (Source("own.py", text),)).keys))
 """
 
 
@@ -204,7 +204,7 @@ def test_the_first_array_of_a_process_may_be_that_of_a_part():
 
 def test_nothing_is_watched_afterwards(file):
     before = importlib.import_module, [*sys.meta_path]
-    own_part(SECTION, "own.py:P", (Source("own.py", PART.format(value="open(self.size)")),))
+    user_part(SECTION, "own.py:P", (Source("own.py", PART.format(value="open(self.size)")),))
     assert (importlib.import_module, [*sys.meta_path]) == before
     np.fromfile(file, np.uint8)
     namespace = {}
@@ -222,4 +222,4 @@ def test_a_fresh_process_watches_readers_that_a_part_imports_first(file):
         "with reported('part own.py:P', package_of(sources)):\n    load(sources, 'own.py:P')\n"
     )
     made = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True)
-    assert "OwnError: part own.py:P, line 2: found `W = h5py.File(" in made.stderr
+    assert "UserPartError: part own.py:P, line 2: found `W = h5py.File(" in made.stderr

@@ -9,7 +9,7 @@ import numpy as np
 import pytest
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.user_errors import OwnError
+from gyrostat.core.user_errors import UserPartError
 from gyrostat.scenario import Scenario
 from gyrostat.scenario_files.python.script_source import extracted
 
@@ -154,7 +154,7 @@ def test_named_tuples_and_functions_made_by_a_call_are_extracted(notebook):
 )
 def test_what_cannot_be_extracted_is_refused(notebook, cell, expected):
     cells = notebook(cell, "class P:\n    def __call__(self):\n        return table")
-    with pytest.raises(OwnError) as caught:
+    with pytest.raises(UserPartError) as caught:
         extracted("controller P", cells.P)
     assert expected in str(caught.value)
 

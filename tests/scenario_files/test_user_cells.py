@@ -33,12 +33,12 @@ CELLS = {
     ),
 }
 ASK = """
-from gyrostat.scenario_files.python.objects import own_object
-from gyrostat.scenario.user.parts import own_part
+from gyrostat.scenario_files.python.objects import user_object
+from gyrostat.scenario.user.parts import user_part
 from gyrostat.core.errors import InputError
 try:
-    found = own_object("environment.torque", P)
-    part = own_part("environment.torque", found.kind, found.sources)
+    found = user_object("environment.torque", P)
+    part = user_part("environment.torque", found.kind, found.sources)
     print(part.build(found.values)(None, None, 0.0)[0], "runs")
 except InputError as error:
     print("refused", error)

@@ -11,8 +11,8 @@ import pytest
 from gyrostat.core.errors import InputError
 from gyrostat.reports.write import law_source
 from gyrostat.scenario.user.live_calls import compare_live, comparing
-from gyrostat.scenario.user.parts import own_part
-from gyrostat.scenario_files.python.objects import own_object
+from gyrostat.scenario.user.parts import user_part
+from gyrostat.scenario_files.python.objects import user_object
 from gyrostat.scenario_files.scenario_file import read_scenario
 from gyrostat.wheel.friction_laws import loaded_law
 
@@ -52,8 +52,8 @@ def torque(part):
 
 def loaded(given):
     """The object as another process makes it."""
-    found = own_object(SECTION, given)
-    part = own_part(SECTION, found.kind, found.sources)
+    found = user_object(SECTION, given)
+    part = user_part(SECTION, found.kind, found.sources)
     return part.build(found.values)
 
 
@@ -221,14 +221,14 @@ def test_what_the_text_does_not_give_is_refused(notebook, monkeypatch, cells):
     monkeypatch.setattr(np, "cos", np.cos)  # restored, if a cell replaces it
     expected = r"expected (the same: execute its|the value of the library: other)"
     with pytest.raises(InputError, match=rf"found .* in memory, .*{expected}"):
-        own_object(SECTION, notebook(*cells).P())
+        user_object(SECTION, notebook(*cells).P())
 
 
 def test_an_attribute_that_is_no_field_is_refused(notebook):
     made = notebook("def law(): return 1.0", P).P()
     made.extra = 2.0
     with pytest.raises(InputError, match=r"found P\.extra: 2\.0 in memory"):
-        own_object(SECTION, made)
+        user_object(SECTION, made)
 
 
 def test_a_module_that_was_edited_after_its_import_is_refused(tmp_path, monkeypatch):
@@ -241,22 +241,22 @@ def test_a_module_that_was_edited_after_its_import_is_refused(tmp_path, monkeypa
         np.testing.assert_array_equal(torque(loaded(edited_law.P())), torque(edited_law.P()))
         path.write_text(path.read_text().replace("GAIN = 2.0", "GAIN = 3.0"))
         with pytest.raises(InputError, match=r"found GAIN: 2\.0 in memory, 3\.0 from the text of"):
-            own_object(SECTION, edited_law.P())
+            user_object(SECTION, edited_law.P())
     finally:
         del sys.modules["edited_law"]
 
 
 def test_the_digest_stays_if_something_else_changes(notebook):
     cells = "def law(): return 2.0", P
-    one = own_object(SECTION, notebook(*cells).P)
-    other = own_object(SECTION, notebook("x = 1", *cells, "def unused(): return 3.0").P)
+    one = user_object(SECTION, notebook(*cells).P)
+    other = user_object(SECTION, notebook("x = 1", *cells, "def unused(): return 3.0").P)
     assert one[:3] == other[:3]
 
 
 def test_comments_and_blank_lines_leave_the_digest(notebook):
     bare = "def law():\n    text = '''a # b\n\n  c'''\n    return len(text) + 1.0"
     full = bare.replace("():", "():  # comment\n\n    # comment").replace("1.0", "1.0  # c")
-    one, other = (own_object(SECTION, notebook(cell, P).P) for cell in (bare, full))
+    one, other = (user_object(SECTION, notebook(cell, P).P) for cell in (bare, full))
     assert one[:3] == other[:3]
     assert "a # b\n\n  c" in other.sources[0].text
 
@@ -282,8 +282,8 @@ STALE = {
 
 def compare_calls(given):
     """Compare a call of the object with one of its text."""
-    found = own_object(SECTION, given)
-    inner = own_part(SECTION, found.kind, found.sources).build(found.values)
+    found = user_object(SECTION, given)
+    inner = user_part(SECTION, found.kind, found.sources).build(found.values)
     arguments = None, None, 0.0
     with comparing({found.kind: given}):
         compare_live(
@@ -339,8 +339,8 @@ RAISING = """class P:
 def test_an_object_that_fails_in_memory_only_is_refused(notebook):
     given = notebook("SEEN = [1.0]\ndef law(): return SEEN[0]", RAISING).P()
     compare_calls(given)
-    found = own_object(SECTION, given)
-    inner = own_part(SECTION, found.kind, found.sources).build(found.values)
+    found = user_object(SECTION, given)
+    inner = user_part(SECTION, found.kind, found.sources).build(found.values)
     type(given).__call__ = lambda *_: 1 / 0
     with (
         comparing({found.kind: given}),
@@ -368,11 +368,11 @@ def test_a_value_that_was_set_in_a_library_is_refused(notebook, monkeypatch, nam
     short = f"{module.__name__}.{attribute}" if form.startswith("import") else "g"
     cells = cells, f"def law(): return {short} if isinstance({short}, float) else 1.0", P
     if attribute != "extra":
-        own_object(SECTION, notebook(*cells).P())
+        user_object(SECTION, notebook(*cells).P())
     monkeypatch.setattr(module, attribute, value, raising=False)
     given = notebook(*cells).P()
     with pytest.raises(InputError, match=rf"{attribute}: .*expected the value of the library"):
-        own_object(SECTION, given)
+        user_object(SECTION, given)
 
 
 def test_attributes_of_a_metaclass_are_not_those_of_the_class(notebook):
@@ -386,6 +386,6 @@ def test_attributes_of_a_metaclass_are_not_those_of_the_class(notebook):
 
 
 def test_a_class_is_used_again_after_many_others(notebook):
-    found = own_object(SECTION, notebook("def law(): return 2.0", P).P)
-    own_part.cache_clear()  # as the parts of many other cells do
-    assert own_part(SECTION, found.kind, found.sources).fields == ("size",)
+    found = user_object(SECTION, notebook("def law(): return 2.0", P).P)
+    user_part.cache_clear()  # as the parts of many other cells do
+    assert user_part(SECTION, found.kind, found.sources).fields == ("size",)

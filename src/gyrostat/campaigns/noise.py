@@ -51,9 +51,13 @@ def noise_of(
     rows, columns = (place.ravel() for place in np.indices(source.shape))
     current = np.repeat(numbers, parts)
     while len(rows):
-        is_own = (parents[current] < 0) | _is_replaced(seed, current, columns, shares[current])
-        source[rows[is_own], columns[is_own]] = current[is_own]
-        rows, columns, current = rows[~is_own], columns[~is_own], parents[current[~is_own]]
+        is_drawn = (parents[current] < 0) | _is_replaced(seed, current, columns, shares[current])
+        source[rows[is_drawn], columns[is_drawn]] = current[is_drawn]
+        rows, columns, current = (
+            rows[~is_drawn],
+            columns[~is_drawn],
+            parents[current[~is_drawn]],
+        )
     return noise_keys(seed, source)
 
 

@@ -75,11 +75,11 @@ def structure_text(value: Any, *, is_data: bool = True) -> str | None:
     """
     try:
         return _described(value, is_data)
-    except _OwnCodeError:
+    except _UserCodeError:
         return None
 
 
-class _OwnCodeError(Exception):
+class _UserCodeError(Exception):
     """The tree contains something that is not of this package."""
 
 
@@ -109,20 +109,20 @@ def _described(value: Any, is_data: bool) -> str:
         return f"{_named(kind)}({', '.join(parts)})"
     if isinstance(value, tuple) and hasattr(kind, "_fields"):
         return f"{_named(kind)}({', '.join(_described(each, is_data) for each in value)})"
-    raise _OwnCodeError
+    raise _UserCodeError
 
 
 def _named(value: Any) -> str:
     """Module and name of a class or function of this package."""
     home, name = value.__module__, value.__qualname__
     if not home.startswith("gyrostat.") or "<" in name:
-        raise _OwnCodeError
+        raise _UserCodeError
     try:
         found = attrgetter(name)(sys.modules[home])
     except (AttributeError, KeyError):
         found = None
     if found is not value:
-        raise _OwnCodeError
+        raise _UserCodeError
     return f"{home}.{name}"
 
 

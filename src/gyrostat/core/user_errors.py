@@ -52,7 +52,7 @@ NO_KEY = (
 """What to write instead of a random key in the memory."""
 
 
-class OwnError(InputError):
+class UserPartError(InputError):
     """Mistake in a user-defined part; its message names the part."""
 
 
@@ -68,30 +68,30 @@ def reported(part: str, package: str = "") -> Iterator[None]:
             their paths.
 
     Raises:
-        OwnError: An exception was raised inside, or something was read that is not declared.
+        UserPartError: An exception was raised inside, or something was read that is not declared.
     """
     try:
         with contextlib.redirect_stdout(sys.stderr), watched_reads(package):
             yield
-    except OwnError:
+    except UserPartError:
         raise
     except UndeclaredReadError as error:
         file = "" if f" {error.read.file}:" in part else f" {error.read.file}"
         message = str(error).removeprefix(error.read.file)
-        raise OwnError(f"{part},{file}{message}") from None
+        raise UserPartError(f"{part},{file}{message}") from None
     except InputError as error:
-        raise OwnError(f"{part}: {error}") from error
+        raise UserPartError(f"{part}: {error}") from error
     except (Exception, SystemExit) as error:
         raise _mistake(part, error) from error
 
 
-def _mistake(part: str, error: BaseException) -> OwnError:
+def _mistake(part: str, error: BaseException) -> UserPartError:
     """Error with the place of an exception in a user's Python, and what to write instead."""
     place, code = _place(part, error)
     for kind, found, expected in ADVICE:
         if isinstance(error, kind):
             shown = f" in `{code}`" if code else ""
-            return OwnError(f"{part}{place}: found {found}{shown}, expected {expected}")
+            return UserPartError(f"{part}{place}: found {found}{shown}, expected {expected}")
     text = str(error).strip().partition("\n")[0][:200]
     name = type(error).__name__
     if isinstance(error, SyntaxError):
@@ -100,7 +100,7 @@ def _mistake(part: str, error: BaseException) -> OwnError:
     expected = "Python that runs without an exception"
     if isinstance(error, FileNotFoundError):
         expected = 'a file of the scenario: data = ["FILE", ...] beside python'
-    return OwnError(f"{part}{place}: found {found}, expected {expected}")
+    return UserPartError(f"{part}{place}: found {found}, expected {expected}")
 
 
 def _place(part: str, error: BaseException) -> tuple[str, str]:
@@ -130,21 +130,21 @@ def numbers(part: str, what: str, value: Any, shape: tuple[int, ...] | None = No
         shape: Expected shape; None for any.
 
     Raises:
-        OwnError: The value is not an array of numbers, or has another shape.
+        UserPartError: The value is not an array of numbers, or has another shape.
     """
     if is_random_key(value):
-        raise OwnError(f"{part}: found a random key of JAX as {what}, expected {NO_KEY}")
+        raise UserPartError(f"{part}: found a random key of JAX as {what}, expected {NO_KEY}")
     expected = "numbers" if shape is None else f"shape {shape}"
     try:
         found = None if isinstance(value, str | bytes) else jnp.asarray(value)
     except (TypeError, ValueError):
         found = None
     if found is None:
-        raise OwnError(f"{part}: found {type(value).__name__} as {what}, expected {expected}")
+        raise UserPartError(f"{part}: found {type(value).__name__} as {what}, expected {expected}")
     if jnp.iscomplexobj(found):
-        raise OwnError(f"{part}: found complex numbers as {what}, expected real {expected}")
+        raise UserPartError(f"{part}: found complex numbers as {what}, expected real {expected}")
     if shape is not None and found.shape != shape:
-        raise OwnError(f"{part}: found shape {found.shape} of {what}, expected shape {shape}")
+        raise UserPartError(f"{part}: found shape {found.shape} of {what}, expected shape {shape}")
     return found if shape is None else found.astype(float)
 
 
@@ -152,19 +152,21 @@ def same_memory(part: str, before: Any, after: Any) -> Any:
     """Memory that a call returned, validated against the memory before the call.
 
     Raises:
-        OwnError: Their structures, shapes or types differ.
+        UserPartError: Their structures, shapes or types differ.
     """
     old, _ = jax.tree_util.tree_flatten_with_path(before)
     new, _ = jax.tree_util.tree_flatten_with_path(after)
     if jax.tree.structure(before) != jax.tree.structure(after):
         found, expected = (described(tree) for tree in (after, before))
-        raise OwnError(f"{part}: found a memory {found}, expected {expected}, as start returned")
+        raise UserPartError(
+            f"{part}: found a memory {found}, expected {expected}, as start returned"
+        )
     for (path, one), (_, other) in zip(old, new, strict=True):
         place = f"memory{jax.tree_util.keystr(path)}"
         other = numbers(part, place, other)
         if (one.shape, one.dtype) != (other.shape, other.dtype):
             hint = "" if one.dtype == other.dtype else " (write 0.0 for a real number)"
-            raise OwnError(
+            raise UserPartError(
                 f"{part}: found {place} of shape {other.shape} and type {other.dtype}, expected "
                 f"{one.shape} and {one.dtype}, as start returned{hint}"
             )

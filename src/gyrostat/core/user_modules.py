@@ -95,7 +95,7 @@ _PACKAGES: dict[str, _Package] = {}
 _NUMBERS = count(1)
 
 
-def is_own(kind: str) -> bool:
+def is_user_kind(kind: str) -> bool:
     """Whether a kind names a class or function of a user's Python file."""
     return ":" in kind
 

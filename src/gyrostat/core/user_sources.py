@@ -23,7 +23,7 @@ def sources_below(
         texts: Path -> text, for files that are not read.
 
     Raises:
-        InputError: See `own_sources`.
+        InputError: See `user_sources`.
     """
     texts = texts or {}
     waiting, found = {**named, **dict.fromkeys(texts, "")}, {}

@@ -181,14 +181,14 @@ def driver_rows(metric: dict[str, Any]) -> list[dict[str, Any]]:
     rows = []
     for keys in [*named, *([key] for key in beyond if key not in listed)][:SHOWN]:
         own = alike.get(keys[0])
-        is_own = own is not None and own["keys"] == keys
+        is_user_kind = own is not None and own["keys"] == keys
         rows.append(
             {
                 "keys": keys,
                 "rank_correlation": rho.get(keys[0]) if len(keys) == 1 else None,
                 "beyond_chance": keys[0] in beyond,
-                "first": own["first"] if own is not None and is_own else None,
-                "total": own["total"] if own is not None and is_own else None,
+                "first": own["first"] if own is not None and is_user_kind else None,
+                "total": own["total"] if own is not None and is_user_kind else None,
             }
         )
     return rows

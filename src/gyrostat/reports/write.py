@@ -12,7 +12,7 @@ from gyrostat.identification.result.fit_text import table
 from gyrostat.reports.page import fit_page
 from gyrostat.runs.user.elsewhere import check_law_elsewhere
 from gyrostat.scenario.user.live_calls import compare_live_law
-from gyrostat.scenario_files.python.objects import own_object
+from gyrostat.scenario_files.python.objects import user_object
 from gyrostat.wheel import write_model
 from gyrostat.wheel.friction import Friction
 from gyrostat.wheel.friction_laws import digest, law_texts, loaded_law, write_texts
@@ -28,7 +28,7 @@ def law_source(law: type[Friction]) -> tuple[str, tuple[Source, ...]] | None:
         return None
     texts = law_texts(law)
     if texts is None:
-        kind, sources, *_ = own_object("friction", law.of(**dict.fromkeys(law.dimensions(), 1.0)))
+        kind, sources, *_ = user_object("friction", law.of(**dict.fromkeys(law.dimensions(), 1.0)))
         compare_live_law(f"friction {kind}", law, loaded_law(kind, sources))
         texts = kind, sources
     return texts

@@ -5,7 +5,7 @@ from typing import Any
 
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.rotations import from_rotation_vector, product
-from gyrostat.core.user_modules import is_own
+from gyrostat.core.user_modules import is_user_kind
 from gyrostat.runs.assembly import Assembly, context_of
 from gyrostat.runs.build_parts import modes_of_run, named_parts
 from gyrostat.scenario.build_spacecraft import (
@@ -110,7 +110,7 @@ def add_changes(run: Assembly) -> dict[str, Any]:
     """Changes of the plant by user-defined events."""
     changes = []
     for event in run.structure.events:
-        if is_own(event.kind):
+        if is_user_kind(event.kind):
             place = f"event.{event.name}"
             kind = component("event", event.kind, run.structure.sources)
             made = kind.of(arrays_of(run.values, place, kind.keys()))

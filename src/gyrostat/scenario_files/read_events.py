@@ -8,10 +8,10 @@ from gyrostat.core.errors import InputError
 from gyrostat.scenario.controller_kind import NOTIFIED
 from gyrostat.scenario.event_kind import FrictionChange
 from gyrostat.scenario.kinds.events import EVENTS, kind_of
-from gyrostat.scenario.kinds.registry import own_event_keys
+from gyrostat.scenario.kinds.registry import user_event_keys
 from gyrostat.scenario.scenario import AXES, Event, Source
 from gyrostat.scenario.schema import Measured
-from gyrostat.scenario_files.read_user_parts import OWN_KEYS, own_kind
+from gyrostat.scenario_files.read_user_parts import USER_KEYS, user_kind
 from gyrostat.scenario_files.tables import Table
 from gyrostat.spacecraft import SpacecraftFile
 
@@ -42,7 +42,7 @@ def read_events(
         name = row.unique_name(str(number + 1), [event.name for event in found])
         row = Table(top.path, f"event[{name}].", row.row)
         if "python" in row.row:
-            found.append(_own_event(row, name, values, sources))
+            found.append(_user_event(row, name, values, sources))
             continue
         event = _event(row, name, craft, values, controller, fields)
         if event.wheel is not None and any(_affects(event) == _affects(other) for other in found):
@@ -54,12 +54,12 @@ def read_events(
     return found
 
 
-def _own_event(
+def _user_event(
     row: Table, name: str, values: dict[str, float], sources: tuple[Source, ...]
 ) -> Event:
-    event = Event(name, own_kind(row))
-    keys = own_event_keys(event.kind, sources)
-    row.known(("name", *OWN_KEYS, *keys))
+    event = Event(name, user_kind(row))
+    keys = user_event_keys(event.kind, sources)
+    row.known(("name", *USER_KEYS, *keys))
     values |= row.numbers(keys, f"event.{name}.")
     return event
 

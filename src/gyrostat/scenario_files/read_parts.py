@@ -9,8 +9,8 @@ from gyrostat.core.errors import InputError
 from gyrostat.scenario.kinds.registry import PARTS, component
 from gyrostat.scenario.metrics.kinds import RUN_METRICS
 from gyrostat.scenario.scenario import Part, Source
-from gyrostat.scenario.user.kinds import OWN
-from gyrostat.scenario_files.read_user_parts import OWN_KEYS, own_kind
+from gyrostat.scenario.user.kinds import USER_KINDS
+from gyrostat.scenario_files.read_user_parts import USER_KEYS, user_kind
 from gyrostat.scenario_files.tables import Table
 from gyrostat.spacecraft import SpacecraftMeasurement, TrackerGyroMeasurement
 
@@ -75,16 +75,16 @@ def part_values(
     values: dict[str, float] = {}
     for part, row in parts:
         made = component(part.section, part.kind, sources)
-        own = OWN_KEYS if "python" in row.row and part.section in OWN else ()
+        own = USER_KEYS if "python" in row.row and part.section in USER_KINDS else ()
         row.known(("name", "kind", *own, *made.keys(), *made.texts))
         place = f"{part.section}.{part.name}."
         values |= completed(row, made, before).numbers(made.keys(), place)
     return values
 
 
-def own_tables(top: Table) -> Iterator[Table]:
+def user_tables(top: Table) -> Iterator[Table]:
     """Table of each user-defined part of a list and of each user-defined event."""
-    for section in (section for section in (*PARTS, "event") if section in OWN):
+    for section in (section for section in (*PARTS, "event") if section in USER_KINDS):
         for row in _tables(top, section):
             if "python" in row.row:
                 yield row
@@ -102,8 +102,8 @@ def _tables(top: Table, section: str) -> list[Table]:
 
 def _part(section: str, row: Table, others: Collection[str]) -> Part:
     kinds = PARTS[section]
-    if "python" in row.row and section in OWN:
-        kind = own_kind(row)
+    if "python" in row.row and section in USER_KINDS:
+        kind = user_kind(row)
     elif not kinds:
         found = sorted(row.row) or "none"
         raise InputError(

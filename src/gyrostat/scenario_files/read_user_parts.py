@@ -7,11 +7,11 @@ from gyrostat.core.user_modules import Source, kind_from
 from gyrostat.core.user_sources import sources_below
 from gyrostat.scenario_files.tables import Table
 
-OWN_KEYS = ("python", "data")
+USER_KEYS = ("python", "data")
 """Keys of the table of a user-defined part that are none of its numbers."""
 
 
-def own_kind(table: Table) -> str:
+def user_kind(table: Table) -> str:
     """Kind of a user-defined part from the key `python` of a table, "FILE.py:NAME".
 
     Raises:
@@ -26,7 +26,7 @@ def own_kind(table: Table) -> str:
     return kind
 
 
-def own_sources(top: Table, tables: Collection[Table]) -> tuple[Source, ...]:
+def user_sources(top: Table, tables: Collection[Table]) -> tuple[Source, ...]:
     """Files that the user-defined parts of a scenario name, and the local modules that they import.
 
     Args:
@@ -37,7 +37,7 @@ def own_sources(top: Table, tables: Collection[Table]) -> tuple[Source, ...]:
         InputError: A file cannot be read, or is not below the folder of the scenario; or it imports
             a local module that is not.
     """
-    kinds = {table.place("python"): own_kind(table) for table in tables}
+    kinds = {table.place("python"): user_kind(table) for table in tables}
     named = {kind.partition(":")[0]: place for place, kind in kinds.items()}
     sources, data = sources_below(top.path.parent, named), {}
     for table in tables:

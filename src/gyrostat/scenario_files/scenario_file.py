@@ -13,8 +13,8 @@ import numpy as np
 from gyrostat.control.measurement_guard import ON_BAD
 from gyrostat.core.errors import InputError, placed, printable
 from gyrostat.core.toml_file import LONGEST_NAME
-from gyrostat.core.user_errors import OwnError
-from gyrostat.core.user_modules import is_own, joined_sources
+from gyrostat.core.user_errors import UserPartError
+from gyrostat.core.user_modules import is_user_kind, joined_sources
 from gyrostat.core.validation import MOST_PERIODS, require_period
 from gyrostat.runs.plans import designs_of, plans_of
 from gyrostat.runs.user.packages import with_packages
@@ -28,19 +28,19 @@ from gyrostat.scenario.scenario import Part, Scenario
 from gyrostat.scenario.schema import RUN, START, guard_keys
 from gyrostat.scenario.spacecraft_values import spacecraft_values, surface_rows
 from gyrostat.scenario.timeline import check_times, check_windows
-from gyrostat.scenario.user.kinds import OWN
+from gyrostat.scenario.user.kinds import USER_KINDS
 from gyrostat.scenario_files.read_dispersions import read_dispersions
 from gyrostat.scenario_files.read_events import read_events
 from gyrostat.scenario_files.read_metrics import read_metrics
 from gyrostat.scenario_files.read_orbit import read_orbit
-from gyrostat.scenario_files.read_parts import completed, own_tables, part_values, read_parts
+from gyrostat.scenario_files.read_parts import completed, part_values, read_parts, user_tables
 from gyrostat.scenario_files.read_reference import (
     check_reference,
     position_error,
     read_tables,
 )
 from gyrostat.scenario_files.read_requirements import check_requirements, read_requirements
-from gyrostat.scenario_files.read_user_parts import OWN_KEYS, own_kind, own_sources
+from gyrostat.scenario_files.read_user_parts import USER_KEYS, user_kind, user_sources
 from gyrostat.scenario_files.tables import Table, opened
 from gyrostat.spacecraft import SpacecraftFile, read_spacecraft
 from gyrostat.wheel.friction_laws import law_texts
@@ -92,7 +92,7 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
     path = Path(path)
     try:
         scenario = _read(path, force=force)
-    except OwnError as error:
+    except UserPartError as error:
         raise InputError(f"{path}: {error}") from None
     with placed(str(path)):
         return validated(scenario)
@@ -109,8 +109,8 @@ def _read(path: Path, *, force: bool) -> Scenario:
     start = top.table("start", (*START, "attitude", "wheel_speed"))
     values |= start.numbers(START) | _wheel_values(top, start, craft)
     chosen, parts = _kinds(top), read_parts(top)
-    own = [top.table(section, None) for section, kind in chosen.items() if is_own(kind)]
-    sources = own_sources(top, [*own, *own_tables(top)])
+    own = [top.table(section, None) for section, kind in chosen.items() if is_user_kind(kind)]
+    sources = user_sources(top, [*own, *user_tables(top)])
     law = type(craft.spacecraft.wheels.friction)
     friction, texts = law_texts(law) or (law.name, ())
     sources = joined_sources(top.name("name", printable(path.stem)), sources, texts)
@@ -118,7 +118,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
     # the defaults of a controller depend on the sensors
     for section, kind in sorted(chosen.items(), key=lambda each: each[0] == "controller"):
         made = component(section, kind, sources)
-        extra = ("kind", *OWN_KEYS) if is_own(kind) else ("kind",)
+        extra = ("kind", *USER_KEYS) if is_user_kind(kind) else ("kind",)
         extra = (*extra, *made.texts, *BESIDE.get(section, ()))
         table = completed(top.table(section, (*made.keys(), *extra)), made, values)
         if section == "reference":
@@ -201,8 +201,8 @@ def _kinds(top: Table) -> dict[str, str]:
         default = DEFAULTS.get(section)
         if section == "estimator":
             default = KINDS["sensors"][chosen["sensors"]].estimator
-        if section in OWN and "python" in table.row:
-            chosen[section] = own_kind(table)
+        if section in USER_KINDS and "python" in table.row:
+            chosen[section] = user_kind(table)
         else:
             chosen[section] = table.one_of("kind", kinds, default)
     needed = fitting_estimator(chosen)

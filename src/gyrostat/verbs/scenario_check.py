@@ -54,7 +54,7 @@ def check(
             what was found and what was expected.
     """
     from gyrostat.campaigns.pointing.text import requirement_lines
-    from gyrostat.core.user_modules import is_own
+    from gyrostat.core.user_modules import is_user_kind
     from gyrostat.runs.plans import designs_of
     from gyrostat.runs.user.trial import supports_of
     from gyrostat.scenario.kinds.registry import kinds_of
@@ -71,12 +71,12 @@ def check(
         own = [
             f"{key.removeprefix(start)} = {value:g}"
             for key, value in found.values.items()
-            if key.startswith(start) and is_own(kind)
+            if key.startswith(start) and is_user_kind(kind)
         ]
         say(", ".join([f"{section}: {kind}", *own]))
         if section in named.parts:
             say(f"  {named.parts[section]}")
-    if is_own(found.friction):
+    if is_user_kind(found.friction):
         say(f"friction: {found.friction}{friction_at_rest(found)}")
         if "friction" in named.parts:
             say(f"  {named.parts['friction']}")

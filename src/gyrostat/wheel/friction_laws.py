@@ -9,7 +9,7 @@ from typing import Any
 from gyrostat.core.errors import InputError
 from gyrostat.core.user_data import data_names, with_data
 from gyrostat.core.user_errors import reported
-from gyrostat.core.user_modules import Source, is_own, kind_from, load, package_of, packaged
+from gyrostat.core.user_modules import Source, is_user_kind, kind_from, load, package_of, packaged
 from gyrostat.core.user_sources import sources_below
 from gyrostat.wheel.friction import FRICTION_MODELS, WHEEL_FRICTION, AnyFriction, Bristles, Friction
 from gyrostat.wheel.friction.contract import check_law
@@ -32,7 +32,7 @@ def friction_law(
     Raises:
         InputError: There is no such law, or it breaks the contract of `gyrostat.wheel.friction`.
     """
-    if isinstance(law, str) and is_own(law):
+    if isinstance(law, str) and is_user_kind(law):
         path, _, name = law.rpartition(":")
         kind = kind_from(f"{Path(path).name}:{name}")
         if kind is None:
@@ -162,7 +162,7 @@ def loaded_law(kind: str, sources: tuple[Source, ...], where: str = "friction") 
 
 def law_of(name: str, sources: tuple[Source, ...]) -> Law:
     """Law of a scenario: by its name, or from the texts of the scenario."""
-    return loaded_law(name, sources) if is_own(name) else WHEEL_FRICTION[name]
+    return loaded_law(name, sources) if is_user_kind(name) else WHEEL_FRICTION[name]
 
 
 def law_texts(law: Law) -> tuple[str, tuple[Source, ...]] | None:

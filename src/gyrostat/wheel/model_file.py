@@ -43,7 +43,7 @@ from gyrostat.core.files import write_whole
 from gyrostat.core.toml_file import number, read_toml, refuse_unknown
 from gyrostat.core.types import Matrix
 from gyrostat.core.units import si_unit
-from gyrostat.core.user_modules import Source, is_own
+from gyrostat.core.user_modules import Source, is_user_kind
 from gyrostat.wheel.friction import Friction
 from gyrostat.wheel.friction.base import check_concrete
 from gyrostat.wheel.friction_laws import (
@@ -215,7 +215,7 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
             raise InputError(f"{path}: key {section}: found a value, expected a table")
     friction = dict(table.get("friction", {}))
     named = {"model": friction.pop("model", None)}
-    if is_own(str(named["model"])) and "data" in friction:
+    if is_user_kind(str(named["model"])) and "data" in friction:
         named["data"] = friction.pop("data")
     model = read_law(path, "friction.model", named, table.get("sources"))
     dimensions = {**_WHEEL, **model.dimensions()}

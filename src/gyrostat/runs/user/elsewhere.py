@@ -24,7 +24,7 @@ from typing import Any
 from gyrostat.codegen.comparison import Outline, difference_of, outline_of
 from gyrostat.core.errors import InputError
 from gyrostat.core.stored_texts import stored_texts
-from gyrostat.core.user_errors import OwnError, reported
+from gyrostat.core.user_errors import UserPartError, reported
 from gyrostat.core.user_modules import Source, package_of
 from gyrostat.runs.user.unordered import without_order
 from gyrostat.scenario.user.lines import silent
@@ -77,7 +77,7 @@ def check_elsewhere(part: str, sources: tuple[Source, ...], traced: Traced, here
         here: Outline of the trace of this process.
 
     Raises:
-        OwnError: A constant or an operation differs, or the parts cannot be traced there.
+        UserPartError: A constant or an operation differs, or the parts cannot be traced there.
     """
     if not any(map(depends_on_process, sources)):
         return
@@ -102,7 +102,7 @@ def check_law_elsewhere(kind: str, sources: tuple[Source, ...]) -> None:
         sources: Texts of the file and its local imports.
 
     Raises:
-        OwnError: A constant or an operation of its curve differs.
+        UserPartError: A constant or an operation of its curve differs.
     """
     traced = partial(_curve, kind)
     check_elsewhere(f"friction {kind}", sources, traced, outline_of(traced(sources)))
@@ -147,7 +147,7 @@ def answer() -> None:
     try:
         with reported("parts"):
             found: Outline | str = outline_of(traced(sources), equations=False)
-    except OwnError as error:
+    except UserPartError as error:
         found = str(error)
     sys.stdout.buffer.write(pickle.dumps(found))
 

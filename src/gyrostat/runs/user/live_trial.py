@@ -18,7 +18,7 @@ def require_same_traces(scenario: Scenario, live: Mapping[str, Any]) -> None:
         live: Kind of a part -> its object in memory.
 
     Raises:
-        OwnError: A call differs.
+        UserPartError: A call differs.
     """
     if live:
         with comparing(live):

@@ -6,11 +6,11 @@ from typing import Any
 import numpy as np
 
 from gyrostat.core.jax64 import jax
-from gyrostat.core.user_modules import Source, is_own
+from gyrostat.core.user_modules import Source, is_user_kind
 from gyrostat.runs.run_loop import Drawn, loop_of
 from gyrostat.scenario.kinds.registry import named_components
 from gyrostat.scenario.structure import Structure
-from gyrostat.scenario.user.kinds import own_component
+from gyrostat.scenario.user.kinds import user_component
 
 
 def traced_period(structure: Structure, plans: Any) -> Any:
@@ -42,6 +42,6 @@ def loaded_with(structure: Structure, sources: tuple[Source, ...]) -> Structure:
     """
     structure = replace(structure, sources=sources)
     for _, section, kind in named_components(structure):
-        if is_own(kind):
-            own_component(section, kind, structure.sources)
+        if is_user_kind(kind):
+            user_component(section, kind, structure.sources)
     return structure

@@ -7,7 +7,7 @@ from typing import Any
 
 from gyrostat.codegen.comparison import difference_of, outline_of
 from gyrostat.core.jax64 import jax
-from gyrostat.core.user_errors import OwnError
+from gyrostat.core.user_errors import UserPartError
 from gyrostat.core.user_modules import package_of
 from gyrostat.runs.run_loop import loop_of
 from gyrostat.runs.user.elsewhere import check_elsewhere
@@ -60,8 +60,8 @@ def try_parts(structure: Structure, plans: Any, own: str) -> tuple[Call, ...]:
         The calls of user-defined parts.
 
     Raises:
-        OwnError: A part cannot be traced, keeps something outside its memory, or differs from one
-            trace to the next.
+        UserPartError: A part cannot be traced, keeps something outside its memory, or differs from
+            one trace to the next.
     """
     return _tried(structure, _Shapes(plans), own)
 
@@ -97,7 +97,7 @@ def _tried(structure: Structure, shapes: _Shapes, own: str) -> tuple[Call, ...]:
     outline = outline_of(first)
     difference = difference_of(outline, outline_of(second))
     if difference is not None:
-        with silent(), contextlib.suppress(OwnError):
+        with silent(), contextlib.suppress(UserPartError):
             again()  # loads the modules
         line = line_that_differs(again, again) or line_that_differs(anew, anew)
         raise differing(own, difference, line)

@@ -7,8 +7,8 @@ import numpy as np
 
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jax
-from gyrostat.core.user_errors import OwnError
-from gyrostat.core.user_modules import is_own
+from gyrostat.core.user_errors import UserPartError
+from gyrostat.core.user_modules import is_user_kind
 from gyrostat.runs.build import Setup, build
 from gyrostat.runs.designs import Plans
 from gyrostat.runs.user.repeated import try_parts
@@ -19,7 +19,7 @@ from gyrostat.scenario.sensing import Values, first_measurement
 from gyrostat.scenario.structure import Structure, structure_of
 from gyrostat.scenario.user.live_calls import traced_law
 from gyrostat.scenario.user.recording import Call
-from gyrostat.scenario.user.world import OwnActuator, OwnTorque
+from gyrostat.scenario.user.world import UserActuator, UserTorque
 from gyrostat.simulation import Status
 from gyrostat.spacecraft import Gyrostat
 from gyrostat.spacecraft.torque_models import commanded_torques
@@ -40,7 +40,7 @@ def try_shapes(scenario: Scenario, plans: Plans) -> tuple[Call, ...]:
         InputError: A user-defined part cannot be traced, is not pure, or returns something else
             than expected.
     """
-    own = [f"{name} {kind}" for name, kind in kinds_of(scenario).items() if is_own(kind)]
+    own = [f"{name} {kind}" for name, kind in kinds_of(scenario).items() if is_user_kind(kind)]
     return try_parts(structure_of(scenario), plans, ", ".join(own))
 
 
@@ -52,12 +52,12 @@ def supports_of(scenario: Scenario, plans: Plans) -> dict[str, Support]:
     """
     calls, found = try_shapes(scenario, plans), {}
     for name, kind in kinds_of(scenario).items():
-        if is_own(kind):
+        if is_user_kind(kind):
             section = next(s for s in (*EXPORTED[::-1], name) if f"{name}.".startswith(f"{s}."))
             places = f"{name} {kind}", f"{section} {kind}"
             own = [call for call in calls if call.part in places]
             found[name] = support_of(own, exported=section in EXPORTED)
-    if is_own(scenario.friction):
+    if is_user_kind(scenario.friction):
         law = law_of(scenario.friction, scenario.sources)
         if issubclass(law, Friction):
             call = Call(f"friction {scenario.friction}", "torque", traced_law(law), simulated=True)
@@ -77,22 +77,22 @@ def first_sample(structure: Structure, values: Values, plans: Plans) -> tuple[Se
     made = setup.controller(setup.controller.start(period), measurement)
     bodies = jax.tree.leaves(setup.plant, is_leaf=lambda part: isinstance(part, Gyrostat))
     body = next(part for part in bodies if isinstance(part, Gyrostat))
-    torques = _own_torques(setup, body, made[1])
+    torques = _user_torques(setup, body, made[1])
     states = {
         each.name: _divided(each, getattr(made[1], name), period)
         for name, each in body.actuators.items()
-        if isinstance(each, OwnActuator)
+        if isinstance(each, UserActuator)
     }
     return setup, made, torques, states
 
 
-def _own_torques(setup: Setup, body: Gyrostat, command: Any) -> dict[str, Vector3]:
+def _user_torques(setup: Setup, body: Gyrostat, command: Any) -> dict[str, Vector3]:
     """Name of each own environment torque and actuator -> its torque at the first command."""
     attitude = setup.start.attitude
     found = {
         item.name: item(body.spacecraft, attitude, 0.0)
         for item in body.environment
-        if isinstance(item, OwnTorque)
+        if isinstance(item, UserTorque)
     }
     states = getattr(setup.start, "actuators", None)
     for item in commanded_torques(body.actuators, command, states, 0.0):
@@ -100,7 +100,7 @@ def _own_torques(setup: Setup, body: Gyrostat, command: Any) -> dict[str, Vector
     return found
 
 
-def _divided(actuator: OwnActuator, value: Any, period: Scalar) -> tuple[Any, Any]:
+def _divided(actuator: UserActuator, value: Any, period: Scalar) -> tuple[Any, Any]:
     """State of an actuator after a period of another command, and after two parts of it in turn."""
     value = jax.tree.map(lambda leaf: leaf + 1, value)
     start = actuator.start()
@@ -127,21 +127,21 @@ def check_first_sample(
             no time and after two parts of a period in turn.
 
     Raises:
-        OwnError: A number is not finite, or the states differ.
+        UserPartError: A number is not finite, or the states differ.
     """
     memory, command = made
-    own = _own_names(scenario)
+    own = _user_names(scenario)
     named = {f"command.{n}": v for n, v in zip(command._fields, command, strict=True)}
     for place, value in {**named, "memory": memory}.items():
         for leaf in jax.tree.leaves(value):
             if not np.all(np.isfinite(leaf)) and own:
-                raise OwnError(
+                raise UserPartError(
                     f"{own}: found {place} with NaN or an infinite number at the first "
                     "sample, expected finite numbers"
                 )
     for name, torque in torques.items():
         if not np.all(np.isfinite(torque)):
-            raise OwnError(
+            raise UserPartError(
                 f"{name}: found the torque {np.asarray(torque)} at the first sample, expected "
                 "finite numbers, N·m"
             )
@@ -152,7 +152,7 @@ def _check_divided(states: Mapping[str, Any]) -> None:
     for name, (once, in_turn) in states.items():
         for one, other in zip(jax.tree.leaves(once), jax.tree.leaves(in_turn), strict=True):
             if not np.allclose(one, other, rtol=1e-6, atol=1e-9 * np.max(np.abs(one), initial=0.0)):
-                raise OwnError(
+                raise UserPartError(
                     f"{name}: found the state {np.asarray(other)} after no time or after two times "
                     f"in turn, expected {np.asarray(one)} as after their sum: advanced(state, "
                     "value, elapsed) is the motion in time at a constant command"
@@ -173,15 +173,15 @@ def say_bad_commands(
     if len(bad):
         run, time = (np.asarray(columns[name])[bad[0]] for name in ("run", "ended"))
         say(
-            f"{_own_names(scenario) or scenario.controller}: found a command with NaN or an "
+            f"{_user_names(scenario) or scenario.controller}: found a command with NaN or an "
             f"infinite number in {len(bad)} of {len(columns['status'])} runs, first after "
             f"{time:g} s in run {run}, expected finite numbers"
         )
 
 
-def _own_names(scenario: Scenario) -> str:
+def _user_names(scenario: Scenario) -> str:
     """Names of the user-defined parts that compute the command."""
     named = {name: getattr(scenario, name) for name in LOOP}
     modes = [part for part in scenario.parts if part.section == "reference.mode"]
     named |= {f"{part.section}.{part.name}": part.kind for part in modes}
-    return ", ".join(f"{name} {kind}" for name, kind in named.items() if is_own(kind))
+    return ", ".join(f"{name} {kind}" for name, kind in named.items() if is_user_kind(kind))

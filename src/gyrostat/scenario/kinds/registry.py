@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 
 from gyrostat.core.classes_of import classes_of
 from gyrostat.core.errors import InputError
-from gyrostat.core.user_modules import is_own
+from gyrostat.core.user_modules import is_user_kind
 from gyrostat.scenario.appendage_kind import AppendageKind
 from gyrostat.scenario.component import NULL_SPACE, SURFACES, Kind
 from gyrostat.scenario.kinds.events import EVENTS
@@ -26,7 +26,7 @@ from gyrostat.scenario.schema import (
     guard_keys,
 )
 from gyrostat.scenario.schema import INERTIA as INERTIA_KEY
-from gyrostat.scenario.user.kinds import own_component
+from gyrostat.scenario.user.kinds import user_component
 from gyrostat.wheel.friction import WHEEL_FRICTION
 from gyrostat.wheel.friction_laws import law_of
 
@@ -75,7 +75,7 @@ def component(section: str, kind: str, sources: tuple[Source, ...] = ()) -> Any:
 
     Args:
         section: Key of `KINDS`, `PARTS` or `APPENDAGES`, or of
-            `gyrostat.scenario.user.parts.OWN`.
+            `gyrostat.scenario.user.kinds.USER_KINDS`.
         kind: Name of a component of this package, or "FILE.py:NAME" for a class or function of a
             user's Python file.
         sources: Python files of the scenario.
@@ -83,8 +83,8 @@ def component(section: str, kind: str, sources: tuple[Source, ...] = ()) -> Any:
     Raises:
         InputError: The file has no such class or function, or it cannot be used in this section.
     """
-    if is_own(kind):
-        return own_component(section, kind, sources)
+    if is_user_kind(kind):
+        return user_component(section, kind, sources)
     if section in APPENDAGES:
         return APPENDAGES[section]
     return (KINDS.get(section) or PARTS[section])[kind]
@@ -116,7 +116,7 @@ def named_components(scenario: Components) -> Iterator[Named]:
     for part in scenario.parts:
         yield Named(f"{part.section}.{part.name}", part.section, part.kind)
     for event in scenario.events:
-        if is_own(event.kind):
+        if is_user_kind(event.kind):
             yield Named(f"event.{event.name}", "event", event.kind)
 
 
@@ -134,8 +134,8 @@ def fitting_estimator(kinds: Mapping[str, str]) -> str:
         kinds: Section -> kind.
     """
     given = kinds["estimator"]
-    alone = given == "none" and is_own(kinds["controller"])
-    return given if is_own(given) or alone else KINDS["sensors"][kinds["sensors"]].estimator
+    alone = given == "none" and is_user_kind(kinds["controller"])
+    return given if is_user_kind(given) or alone else KINDS["sensors"][kinds["sensors"]].estimator
 
 
 def check_needs(scenario: Scenario) -> None:
@@ -208,7 +208,7 @@ def measured(
     return found
 
 
-def own_event_keys(kind: str, sources: tuple[Source, ...]) -> dict[str, Key]:
+def user_event_keys(kind: str, sources: tuple[Source, ...]) -> dict[str, Key]:
     """Keys of a user-defined event.
 
     Args:
@@ -240,8 +240,8 @@ def numbers_of(scenario: Scenario) -> dict[str, Key]:
         **{section: chosen(scenario, section).keys() for section in KINDS},
         **{f"{part.section}.{part.name}": keys_of(part) for part in scenario.parts},
         **{
-            f"event.{e.name}": own_event_keys(e.kind, scenario.sources)
-            if is_own(e.kind)
+            f"event.{e.name}": user_event_keys(e.kind, scenario.sources)
+            if is_user_kind(e.kind)
             else EVENTS[e.kind].keys_of(friction, e.sensor, fields)
             for e in scenario.events
         },

@@ -35,7 +35,7 @@ def metrics_of(scenario: Scenario) -> dict[str, Metric]:
         own |= window_metrics(window_start(scenario, window))
         found |= {f"{window.name}.{name}": metric for name, metric in own.items()}
     found |= {each.metric: Metric(each.unit, each.meaning) for each in scenario.requirements}
-    return found | _own_metrics(scenario) | _budget(scenario)
+    return found | _user_metrics(scenario) | _budget(scenario)
 
 
 def _budget(scenario: Scenario) -> dict[str, Metric]:
@@ -51,7 +51,7 @@ def _budget(scenario: Scenario) -> dict[str, Metric]:
     return {gained(name): Metric(BUDGET.unit, BUDGET.meaning) for name in names}
 
 
-def _own_metrics(scenario: Scenario) -> dict[str, Metric]:
+def _user_metrics(scenario: Scenario) -> dict[str, Metric]:
     parts = [part for part in scenario.parts if part.section == "metric"]
     if not parts:
         return {}

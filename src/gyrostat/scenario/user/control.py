@@ -10,9 +10,9 @@ from gyrostat.control.guidance import Guide
 from gyrostat.control.recorded import recorded_with
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.user_errors import OwnError, described, numbers, reported, same_memory
+from gyrostat.core.user_errors import UserPartError, described, numbers, reported, same_memory
 from gyrostat.core.validation import check_period
-from gyrostat.scenario.user.wrapper import Own
+from gyrostat.scenario.user.wrapper import UserWrapper
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 
 
@@ -26,7 +26,7 @@ class SampleTime(NamedTuple):
     time: Annotated[Scalar, "s"]
 
 
-class OwnMemory(NamedTuple):
+class UserMemory(NamedTuple):
     """Memory between samples.
 
     Attributes:
@@ -40,7 +40,7 @@ class OwnMemory(NamedTuple):
     period: Scalar
 
 
-class OwnControl(Own):
+class UserControl(UserWrapper):
     """Controller, compensator or estimator of a user.
 
     It adds the field `time`, s, to the measurements, and validates what the part returns.
@@ -56,14 +56,14 @@ class OwnControl(Own):
         with reported(self.name, self._module):
             check_period(period, self.inner)
 
-    def toward(self, guide: Guide) -> "OwnControl":
+    def toward(self, guide: Guide) -> "UserControl":
         """Part whose field `reference`, if it has one, is the reference as a function of time."""
         if not self.takes_reference:
             return self
         inner = dataclasses.replace(self.inner, reference=guide.at)
         return dataclasses.replace(self, inner=inner)
 
-    def in_orbit(self, orbit: OrbitEnvironment) -> "OwnControl":
+    def in_orbit(self, orbit: OrbitEnvironment) -> "UserControl":
         """Part whose field `orbit`, if it has one, is the orbit of the run."""
         if not self._has("orbit"):
             return self
@@ -77,12 +77,12 @@ class OwnControl(Own):
         """Whether the part has a field `reference`."""
         return self._has("reference")
 
-    def start(self, period: Scalar) -> OwnMemory:
+    def start(self, period: Scalar) -> UserMemory:
         """Memory before the first sample."""
         period = jnp.asarray(period, dtype=float)
-        return OwnMemory(self.begun(period), jnp.zeros(()), period)
+        return UserMemory(self.begun(period), jnp.zeros(()), period)
 
-    def predicted(self, memory: OwnMemory, measurement: Any, command: Any) -> OwnMemory:
+    def predicted(self, memory: UserMemory, measurement: Any, command: Any) -> UserMemory:
         """Memory after a period without a sample; see `gyrostat.control.missing_sample`."""
         inner = memory.inner
         if hasattr(self.inner, "predicted"):
@@ -90,7 +90,7 @@ class OwnControl(Own):
         inner = same_memory(self.name, memory.inner, inner)
         return memory._replace(inner=inner, sample=memory.sample + 1.0)
 
-    def __call__(self, memory: OwnMemory, measurement: Any) -> tuple[OwnMemory, Any]:
+    def __call__(self, memory: UserMemory, measurement: Any) -> tuple[UserMemory, Any]:
         """Compute the command by the part of the user.
 
         Raises:
@@ -100,7 +100,7 @@ class OwnControl(Own):
         sample = timed(measurement, memory)
         made = self.called("__call__", memory.inner, sample)
         if not isinstance(made, tuple) or len(made) != 2 or hasattr(made, "_fields"):
-            raise OwnError(
+            raise UserPartError(
                 f"{self.name}: found {described(made)} as result, expected (memory, command)"
             )
         inner = same_memory(self.name, memory.inner, made[0])
@@ -114,7 +114,7 @@ class OwnControl(Own):
         fields = getattr(command, "_fields", None)
         if fields is None or "torque" not in fields:
             found = described(command) if fields is None else f"fields {', '.join(fields)}"
-            raise OwnError(
+            raise UserPartError(
                 f"{self.name}: found {found} as command, expected a named tuple with the field "
                 f"torque ({self.wheels},), N·m, one number for each wheel"
             )
@@ -127,7 +127,7 @@ class OwnControl(Own):
         )
 
 
-def timed(measurement: Any, memory: OwnMemory) -> Any:
+def timed(measurement: Any, memory: UserMemory) -> Any:
     """Measurement with the time of the sample, s."""
     if "time" in measurement._fields:
         return measurement

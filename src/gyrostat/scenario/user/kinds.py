@@ -12,15 +12,21 @@ from gyrostat.scenario.controller_kind import IGNORED, Beginning, DesignCase
 from gyrostat.scenario.reference_kind import Mode, PlannedReference, ReferenceCase
 from gyrostat.scenario.scenario import Scenario, Source
 from gyrostat.scenario.schema import Key
-from gyrostat.scenario.user.control import OwnControl
-from gyrostat.scenario.user.metric import OwnMetric
-from gyrostat.scenario.user.parts import OwnPart, own_part
-from gyrostat.scenario.user.world import OwnActuator, OwnChange, OwnProfile, OwnSensor, OwnTorque
+from gyrostat.scenario.user.control import UserControl
+from gyrostat.scenario.user.metric import UserMetric
+from gyrostat.scenario.user.parts import UserPart, user_part
+from gyrostat.scenario.user.world import (
+    UserActuator,
+    UserChange,
+    UserProfile,
+    UserSensor,
+    UserTorque,
+)
 from gyrostat.spacecraft import Spacecraft
 
 
 @dataclass(frozen=True)
-class OwnKind:
+class UserKind:
     """Component of a user's class or function, used as a `gyrostat.scenario.component.Kind` is.
 
     Attributes:
@@ -28,7 +34,7 @@ class OwnKind:
         values: Values of its keys, SI.
     """
 
-    part: OwnPart
+    part: UserPart
     values: Options = field(default_factory=dict)
     texts: ClassVar[tuple[str, ...]] = ()
     provides: ClassVar[frozenset[Need]] = frozenset()
@@ -73,7 +79,7 @@ class OwnKind:
         return replace(self, values=options)
 
 
-class OwnController(OwnKind):
+class UserControllerKind(UserKind):
     """Controller of a user; see `gyrostat.scenario.controller_kind.ControllerKind`."""
 
     losses = IGNORED
@@ -83,30 +89,30 @@ class OwnController(OwnKind):
         """See `ControllerKind.plan`."""
         return case.spacecraft
 
-    def controller(self, design: Spacecraft, beginning: Beginning) -> OwnControl:
+    def controller(self, design: Spacecraft, beginning: Beginning) -> UserControl:
         """See `ControllerKind.controller`."""
         made = self.part.build(self.values, spacecraft=design, reference=None, orbit=None)
-        return OwnControl(made, self.part.name, design.wheels.count)
+        return UserControl(made, self.part.name, design.wheels.count)
 
     def body(self, plant: Any) -> Any:
         """See `ControllerKind.body`."""
         return plant
 
 
-class OwnWrapping(OwnKind):
+class UserWrappingKind(UserKind):
     """Compensator or estimator of a user."""
 
-    def make(self, context: Context) -> OwnControl:
+    def make(self, context: Context) -> UserControl:
         """Part around the controller."""
         known = context.spacecraft
         assert known is not None
         given = {"controller": context.controller, "spacecraft": known, "orbit": None}
         made = self.part.build(self.values, **given)
-        return OwnControl(made, self.part.name, known.wheels.count)
+        return UserControl(made, self.part.name, known.wheels.count)
 
 
 @dataclass(frozen=True)
-class OwnInWorld(OwnKind):
+class UserWorldKind(UserKind):
     """Torque, sensor, actuator, event or metric of a user.
 
     Attributes:
@@ -125,15 +131,15 @@ class OwnInWorld(OwnKind):
         return self.wrapper(self.part.build(self.values, **world), f"{context.place} {self.name}")
 
 
-class OwnAttitude(OwnKind):
+class UserAttitudeKind(UserKind):
     """Attitude over time of a user; see `gyrostat.scenario.reference_kind.ProfileKind`."""
 
     tables = ""
     moves = True
 
-    def profile(self, planned: PlannedReference, place: str) -> OwnProfile:
+    def profile(self, planned: PlannedReference, place: str) -> UserProfile:
         """See `ProfileKind.profile`."""
-        return OwnProfile(self.part.build(self.values, orbit=planned.orbit), self.part.name)
+        return UserProfile(self.part.build(self.values, orbit=planned.orbit), self.part.name)
 
     def reference(self, case: ReferenceCase) -> Reference:
         """See `ReferenceKind.reference`."""
@@ -143,16 +149,16 @@ class OwnAttitude(OwnKind):
 TORQUE = "which returns a torque in body axes (3,), N·m"
 
 
-def _controller(part: OwnPart) -> OwnController:
-    return OwnController(part.with_methods(**CONTROL))
+def _controller(part: UserPart) -> UserControllerKind:
+    return UserControllerKind(part.with_methods(**CONTROL))
 
 
-def _wrapping(part: OwnPart) -> OwnWrapping:
+def _wrapping(part: UserPart) -> UserWrappingKind:
     """Compensator or estimator."""
     part = part.with_methods(**CONTROL)
     if "controller" not in part.fields:
         raise part.refuse("no field controller", "it, for the controller that the part wraps")
-    return OwnWrapping(part)
+    return UserWrappingKind(part)
 
 
 CONTROL = {
@@ -166,25 +172,25 @@ def _in_world(wrapper: Callable[[Any, str], Any], call: str, **methods: str) -> 
     """Function that makes the component of a torque, sensor, actuator, event or metric.
 
     Args:
-        wrapper: See `OwnInWorld`.
+        wrapper: See `UserWorldKind`.
         call: Arguments and result of the part.
         methods: Other methods of the part; without any, it can be a function.
     """
 
-    def component(part: OwnPart) -> OwnInWorld:
+    def component(part: UserPart) -> UserWorldKind:
         if methods or inspect.isclass(part.made):
             part = part.with_methods(**methods, __call__=call)
-        return OwnInWorld(part, wrapper=wrapper)
+        return UserWorldKind(part, wrapper=wrapper)
 
     return component
 
 
-def _actuator(part: OwnPart) -> OwnInWorld:
+def _actuator(part: UserPart) -> UserWorldKind:
     """Actuator, with a state if its class has a method `start`."""
     if not hasattr(part.made, "start"):
-        return _in_world(OwnTorque, f"(value, attitude, time), {TORQUE}")(part)
+        return _in_world(UserTorque, f"(value, attitude, time), {TORQUE}")(part)
     made = _in_world(
-        OwnActuator,
+        UserActuator,
         f"(state, value, attitude, time), {TORQUE}",
         start="(), which returns the state",
         advanced="(state, value, elapsed), which returns the state",
@@ -192,28 +198,28 @@ def _actuator(part: OwnPart) -> OwnInWorld:
     return made(part)
 
 
-def _attitude(part: OwnPart) -> OwnAttitude:
+def _attitude(part: UserPart) -> UserAttitudeKind:
     if inspect.isclass(part.made):
         part = part.with_methods(__call__="(time), which returns a quaternion (4,)")
-    return OwnAttitude(part)
+    return UserAttitudeKind(part)
 
 
-OWN: dict[str, Callable[[OwnPart], Any]] = {
+USER_KINDS: dict[str, Callable[[UserPart], Any]] = {
     "controller": _controller,
     "compensator": _wrapping,
     "estimator": _wrapping,
     "reference": _attitude,
     "reference.mode": lambda part: Mode(_attitude(part)),
-    "environment.torque": _in_world(OwnTorque, f"(spacecraft, attitude, time), {TORQUE}"),
+    "environment.torque": _in_world(UserTorque, f"(spacecraft, attitude, time), {TORQUE}"),
     "actuator": _actuator,
-    "event": _in_world(OwnChange, "(plant), which returns the plant with other numbers"),
+    "event": _in_world(UserChange, "(plant), which returns the plant with other numbers"),
     "sensor": _in_world(
-        OwnSensor,
+        UserSensor,
         "(memory, state, key), which returns (memory, value)",
         start="(state, period), which returns the memory",
     ),
     "metric": _in_world(
-        OwnMetric,
+        UserMetric,
         "(memory, sample), which returns the memory",
         result="(memory), which returns a number",
     ),
@@ -222,10 +228,10 @@ OWN: dict[str, Callable[[OwnPart], Any]] = {
 
 
 @lru_cache(maxsize=64)
-def own_component(section: str, kind: str, sources: tuple[Source, ...]) -> Any:
+def user_component(section: str, kind: str, sources: tuple[Source, ...]) -> Any:
     """Component of a section from a user's Python file.
 
     Raises:
-        InputError: See `own_part`.
+        InputError: See `user_part`.
     """
-    return OWN[section](own_part(section, kind, sources))
+    return USER_KINDS[section](user_part(section, kind, sources))

@@ -14,7 +14,7 @@ from typing import Any
 
 from gyrostat.codegen.comparison import Difference, first_difference
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.user_errors import OwnError
+from gyrostat.core.user_errors import UserPartError
 from gyrostat.scenario.user.lines import line_in, silent
 from gyrostat.scenario.user.recording import traced
 from gyrostat.wheel.friction_laws import Law
@@ -52,7 +52,7 @@ def compare_live(
         call: The call.
 
     Raises:
-        OwnError: Their operations or constants differ.
+        UserPartError: Their operations or constants differ.
     """
     kind = part.rpartition(" ")[2]
     given = (_live.get() or {}).get(kind)
@@ -70,7 +70,7 @@ def compare_live(
             if UNREGISTERED in str(error):
                 return  # JAX knows only the class from the text; the objects were compared
             message = " ".join(str(error).split())[:200]
-            raise OwnError(
+            raise UserPartError(
                 f"{part}: found {type(error).__name__} ({message}) from {method} in memory, and a "
                 "result from the text, expected the same: execute the definitions again"
             ) from None
@@ -88,7 +88,7 @@ def compare_live_law(part: str, live: Law, loaded: Law) -> None:
         loaded: Class that the text gives.
 
     Raises:
-        OwnError: Their operations or constants differ.
+        UserPartError: Their operations or constants differ.
     """
     with silent():
         difference = first_difference(traced_law(loaded), traced_law(live))
@@ -110,12 +110,12 @@ def traced_law(law: Law) -> Any:
     )
 
 
-def _differing(part: str, difference: Difference) -> OwnError:
+def _differing(part: str, difference: Difference) -> UserPartError:
     line = line_in(difference.equation)
     place, code = ("", "a call") if line is None else (f", line {line.number}", f"`{line.text}`")
     if line is not None and f" {line.file}:" not in part:
         place = f", {line.file} line {line.number}"
-    return OwnError(
+    return UserPartError(
         f"{part}{place}: found {code}, which gives {difference.found} from the text and "
         f"{difference.other} in memory, expected the same: execute the definitions again, because "
         "jax.jit, jax.lax and functools.cache keep what they computed before a change; and compare "

@@ -8,7 +8,7 @@ from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.user_errors import numbers, same_memory
 from gyrostat.scenario.metrics.sample import Sample
-from gyrostat.scenario.user.wrapper import Own
+from gyrostat.scenario.user.wrapper import UserWrapper
 
 
 class RunMetric(Protocol):
@@ -27,7 +27,7 @@ class RunMetric(Protocol):
         ...
 
 
-class OwnMetric(Own):
+class UserMetric(UserWrapper):
     """Metric of a user, a `RunMetric`, in the loop of a run."""
 
     def start(self) -> tuple[Any, Scalar]:

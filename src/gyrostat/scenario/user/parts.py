@@ -19,7 +19,7 @@ from gyrostat.core.any_unit import ANY_UNIT
 from gyrostat.core.arrays import Vector3
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import SI_UNIT
-from gyrostat.core.user_errors import OwnError, reported
+from gyrostat.core.user_errors import UserPartError, reported
 from gyrostat.core.user_modules import load, package_of
 from gyrostat.scenario.component import Options
 from gyrostat.scenario.scenario import Source
@@ -35,7 +35,7 @@ the wrapped controller of a compensator or an estimator, the plant of a sensor, 
 
 
 @dataclass(frozen=True)
-class OwnPart:
+class UserPart:
     """Class or function of a user's Python file.
 
     Attributes:
@@ -63,9 +63,9 @@ class OwnPart:
         with reported(self.name, self.made.__module__):
             return self.made(**numbers, **{n: v for n, v in given.items() if n in self.fields})
 
-    def refuse(self, found: str, expected: str) -> OwnError:
+    def refuse(self, found: str, expected: str) -> UserPartError:
         """Error for a class that cannot be used."""
-        return OwnError(f"{self.name}: found {found}, expected {expected}")
+        return UserPartError(f"{self.name}: found {found}, expected {expected}")
 
     def with_methods(self, **methods: str) -> Self:
         """Return the part itself if it is a class with these methods.
@@ -74,7 +74,7 @@ class OwnPart:
             methods: Name of a method -> its arguments and result, for the message.
 
         Raises:
-            OwnError: It is a function, or has no such method.
+            UserPartError: It is a function, or has no such method.
         """
         if not inspect.isclass(self.made):
             raise self.refuse("a function", "a class")
@@ -86,13 +86,13 @@ class OwnPart:
 
 
 @lru_cache(maxsize=64)
-def own_part(section: str, kind: str, sources: tuple[Source, ...]) -> OwnPart:
+def user_part(section: str, kind: str, sources: tuple[Source, ...]) -> UserPart:
     """Class or function of a user's Python file with its keys.
 
     Raises:
         InputError: It cannot be loaded, or a field of the class is not a number.
     """
-    part = OwnPart(f"{section} {kind}", None, (), {})
+    part = UserPart(f"{section} {kind}", None, (), {})
     with reported(part.name, package_of(sources)):
         found = load(sources, kind)
     if not inspect.isclass(found):
@@ -107,11 +107,11 @@ def own_part(section: str, kind: str, sources: tuple[Source, ...]) -> OwnPart:
     return replace(part, made=made, fields=tuple(f.name for f in fields), keys=keys)
 
 
-def as_tree(part: OwnPart, found: type) -> type:
+def as_tree(part: UserPart, found: type) -> type:
     """The class, with its fields as leaves of a tree for JAX.
 
     Raises:
-        OwnError: It is no class with fields.
+        UserPartError: It is no class with fields.
     """
     if issubclass(found, eqx.Module):
         return found
@@ -133,7 +133,7 @@ def _registered(found: type) -> type:
     return jax.tree_util.register_dataclass(made, names, [])
 
 
-def _key(part: OwnPart, field: Any, hint: Any) -> Key:
+def _key(part: UserPart, field: Any, hint: Any) -> Key:
     """Key of a field: a number, or an array if its default or its annotation is one."""
     if field.name in TAKEN:
         raise part.refuse(f"a field {field.name}", "another name: it is a key of the section")

@@ -9,7 +9,7 @@ import numpy as np
 
 from gyrostat.codegen.comparison import Difference, first_difference
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.user_errors import OwnError
+from gyrostat.core.user_errors import UserPartError
 from gyrostat.scenario.user.lines import Line, line_in, line_that_differs, silent
 from gyrostat.scenario.user.state import SHARED, kept_tracers, state_of
 
@@ -43,14 +43,14 @@ class Call(NamedTuple):
     simulated: bool
 
 
-class ImpureError(OwnError):
+class ImpureError(UserPartError):
     """User-defined part that keeps something outside its memory; the line is not known yet.
 
     Attributes:
         at_line: Function that gives the error that names the line.
     """
 
-    def __init__(self, at_line: Callable[[Line | None], OwnError]):
+    def __init__(self, at_line: Callable[[Line | None], UserPartError]):
         super().__init__(str(at_line(None)))
         self.at_line = at_line
 
@@ -82,7 +82,7 @@ def record(
         simulated: See `Call`.
 
     Raises:
-        OwnError: The part keeps something outside its memory, or its second trace differs.
+        UserPartError: The part keeps something outside its memory, or its second trace differs.
     """
     calls = _calls.get()
     if calls is None:
@@ -129,27 +129,27 @@ def refuse_changed(part: str, before: dict[str, Any], after: dict[str, Any]) -> 
         raise ImpureError(lambda line: _placed(part, line, f"changes {changed[0]}", expected))
 
 
-def differing(part: str, difference: Difference, line: Line | None) -> OwnError:
+def differing(part: str, difference: Difference, line: Line | None) -> UserPartError:
     """Error for two traces that differ."""
     line = line or line_in(difference.equation)
     what = f"gives {difference.found} in one trace and {difference.other} in another"
     return _placed(part, line, what, FROZEN)
 
 
-def differing_elsewhere(part: str, difference: Difference) -> OwnError:
+def differing_elsewhere(part: str, difference: Difference) -> UserPartError:
     """Error for a trace of another process that differs."""
     what = f"gives {difference.found} here and {difference.other} in another process"
     return _placed(part, line_in(difference.equation), what, OF_NO_PROCESS)
 
 
-def _placed(part: str, line: Line | None, found: str, expected: str) -> OwnError:
+def _placed(part: str, line: Line | None, found: str, expected: str) -> UserPartError:
     if line is None:
-        return OwnError(f"{part}: found a line that {found}, expected {expected}")
+        return UserPartError(f"{part}: found a line that {found}, expected {expected}")
     # of several parts, the one whose file it is
     part = next((each for each in part.split(", ") if f" {line.file}:" in each), part)
     file = "" if f" {line.file}:" in part else f" {line.file}"
     place = f"{part},{file} line {line.number}"
-    return OwnError(f"{place}: found `{line.text}`, which {found}, expected {expected}")
+    return UserPartError(f"{place}: found `{line.text}`, which {found}, expected {expected}")
 
 
 def traced(call: Callable[[], Any]) -> Any:

@@ -9,12 +9,12 @@ from jaxtyping import PRNGKeyArray
 
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jax
-from gyrostat.core.user_errors import OwnError, numbers, reported, same_memory
+from gyrostat.core.user_errors import UserPartError, numbers, reported, same_memory
 from gyrostat.core.validation import require
-from gyrostat.scenario.user.wrapper import Own
+from gyrostat.scenario.user.wrapper import UserWrapper
 
 
-class OwnTorque(Own):
+class UserTorque(UserWrapper):
     """Environment torque or actuator of a user.
 
     See `gyrostat.spacecraft.TorqueModel`, whose first argument is the spacecraft, and
@@ -27,7 +27,7 @@ class OwnTorque(Own):
         return numbers(self.name, "torque, N·m in body axes", torque, (3,))
 
 
-class OwnActuator(Own):
+class UserActuator(UserWrapper):
     """Actuator of a user with a state; see `gyrostat.spacecraft.ActuatorWithState`."""
 
     def check(self) -> None:
@@ -35,7 +35,7 @@ class OwnActuator(Own):
         super().check()
         longest = getattr(self.inner, "longest_step", None)
         if longest is None:
-            raise OwnError(
+            raise UserPartError(
                 f"{self.name}: found no longest_step, expected it: the longest time over which a "
                 "cubic function represents the torque, s"
             )
@@ -62,7 +62,7 @@ class OwnActuator(Own):
         return numbers(self.name, "torque, N·m in body axes", torque, (3,))
 
 
-class OwnProfile(Own):
+class UserProfile(UserWrapper):
     """Attitude over time of a user; see `gyrostat.control.guidance.Profile`."""
 
     def __call__(self, time: Scalar) -> Quaternion:
@@ -71,7 +71,7 @@ class OwnProfile(Own):
         return numbers(self.name, "attitude, a quaternion", attitude, (4,))
 
 
-class OwnChange(Own):
+class UserChange(UserWrapper):
     """Event of a user; see `gyrostat.spacecraft.Change`."""
 
     def __call__(self, plant: Any) -> Any:
@@ -79,7 +79,7 @@ class OwnChange(Own):
         return self.called("__call__", plant)
 
 
-class OwnSensor(Own):
+class UserSensor(UserWrapper):
     """Sensor of a user; see `gyrostat.spacecraft.AddedSensor`."""
 
     @property
@@ -101,6 +101,6 @@ class OwnSensor(Own):
         made = self.called("__call__", memory, state, key)
         if not isinstance(made, tuple) or len(made) != 2:
             found = "an array" if isinstance(made, jax.Array) else type(made).__name__
-            raise OwnError(f"{self.name}: found {found} as result, expected (memory, value)")
+            raise UserPartError(f"{self.name}: found {found} as result, expected (memory, value)")
         after = same_memory(self.name, memory, made[0])
         return after, numbers(self.name, "value", made[1])

@@ -11,7 +11,7 @@ from gyrostat.scenario.user.live_calls import compare_live
 from gyrostat.scenario.user.recording import record
 
 
-class Own(eqx.Module):
+class UserWrapper(eqx.Module):
     """Part of a user in a run.
 
     Attributes:

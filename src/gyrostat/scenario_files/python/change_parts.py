@@ -6,11 +6,11 @@ from pathlib import Path
 from typing import Any
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.user_modules import is_own
+from gyrostat.core.user_modules import is_user_kind
 from gyrostat.scenario.kinds.registry import KINDS, measured
 from gyrostat.scenario.scenario import Event, Part, Scenario
 from gyrostat.scenario.schema import EVENT_TIME, guard_keys
-from gyrostat.scenario_files.python.objects import OwnObject, own_object
+from gyrostat.scenario_files.python.objects import UserObject, user_object
 from gyrostat.scenario_files.read_parts import part_name
 from gyrostat.scenario_files.tables import Table
 
@@ -29,7 +29,7 @@ def is_list(argument: str, given: object) -> bool:
     return argument in LISTS and not (argument == "environment" and isinstance(given, str))
 
 
-def own_list(scenario: Scenario, argument: str, given: Any) -> dict[str, OwnObject]:
+def user_list(scenario: Scenario, argument: str, given: Any) -> dict[str, UserObject]:
     """Own parts from objects, by name.
 
     Args:
@@ -50,7 +50,7 @@ def own_list(scenario: Scenario, argument: str, given: Any) -> dict[str, OwnObje
         forms = '{"name": (time, object)}' if argument == "event" else f"a tuple, ({shown}(...),)"
         kinds = f", or one of {', '.join(KINDS[argument])}" if argument in KINDS else ""
         raise InputError(f"{scenario.name}: {argument}: found {shown}, expected {forms}{kinds}")
-    found: dict[str, OwnObject] = {}
+    found: dict[str, UserObject] = {}
     for number, (row, own) in enumerate(rows):
         table = Table(Path(scenario.name), f"{section}[{number}].", row)
         time: dict[str, float] = {}
@@ -59,13 +59,13 @@ def own_list(scenario: Scenario, argument: str, given: Any) -> dict[str, OwnObje
                 raise table.refuse("time", own, "(time, object)")
             time["time"] = table.allowed("time", own[0], EVENT_TIME)
             own = own[1]
-        made = own_object(section, own)
+        made = user_object(section, own)
         name = part_name(section, table, made.kind, found)
         found[name] = made._replace(values={**made.values, **time})
     return found
 
 
-def with_list(scenario: Scenario, argument: str, found: Mapping[str, OwnObject]) -> Scenario:
+def with_list(scenario: Scenario, argument: str, found: Mapping[str, UserObject]) -> Scenario:
     """Scenario with another list of user-defined parts, which replaces all parts of this section.
 
     Events of this package stay.
@@ -78,7 +78,7 @@ def with_list(scenario: Scenario, argument: str, found: Mapping[str, OwnObject])
     section = LISTS[argument]
     old = [part.name for part in scenario.parts if part.section == section]
     if argument == "event":
-        old = [event.name for event in scenario.events if is_own(event.kind)]
+        old = [event.name for event in scenario.events if is_user_kind(event.kind)]
     gone = tuple(f"{section}.{name}." for name in old)
     ends = ("lower", "upper", "change")
     gone += tuple(f"guard.{name}_{end}" for name in old for end in ends if section == "sensor")
@@ -92,7 +92,7 @@ def with_list(scenario: Scenario, argument: str, found: Mapping[str, OwnObject])
         values = {**defaults, **values}
     values = dict(sorted(values.items()))
     if argument == "event":
-        events = [event for event in scenario.events if not is_own(event.kind)]
+        events = [event for event in scenario.events if not is_user_kind(event.kind)]
         for name, part in found.items():
             if name in [event.name for event in events]:
                 raise InputError(

@@ -9,7 +9,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError, placed
 from gyrostat.core.toml_file import refuse_unknown
-from gyrostat.core.user_modules import is_own, joined_sources
+from gyrostat.core.user_modules import is_user_kind, joined_sources
 from gyrostat.core.validation import MOST_PERIODS
 from gyrostat.runs.user.live_trial import require_same_traces
 from gyrostat.runs.user.packages import with_packages
@@ -22,9 +22,9 @@ from gyrostat.scenario.kinds.registry import (
     numbers_of,
 )
 from gyrostat.scenario.scenario import Scenario, Source
-from gyrostat.scenario.user.kinds import OWN
-from gyrostat.scenario_files.python.change_parts import LISTS, is_list, own_list, with_list
-from gyrostat.scenario_files.python.objects import own_object
+from gyrostat.scenario.user.kinds import USER_KINDS
+from gyrostat.scenario_files.python.change_parts import LISTS, is_list, user_list, with_list
+from gyrostat.scenario_files.python.objects import user_object
 from gyrostat.scenario_files.read_metrics import with_windows
 from gyrostat.scenario_files.read_requirements import with_requirements
 from gyrostat.scenario_files.scenario_file import validated
@@ -89,18 +89,18 @@ def _with_component(
     """
     sources, values = scenario.sources, None
     if isinstance(given, str):
-        if given not in KINDS[section] and not (is_own(given) and section in OWN):
+        if given not in KINDS[section] and not (is_user_kind(given) and section in USER_KINDS):
             raise Table(Path(scenario.name), "", {}).refuse(
                 section, given, f"one of {', '.join(KINDS[section])}, or an object of your class"
             )
         kind = given
     else:
-        if section not in OWN:
+        if section not in USER_KINDS:
             raise InputError(
                 f"{scenario.name}: found {type(given).__name__} as {section}, expected one of "
                 f"{', '.join(KINDS[section])}"
             )
-        kind, found, values, live_object = own_object(section, given)
+        kind, found, values, live_object = user_object(section, given)
         live[kind] = live_object
         sources = joined_sources(scenario.name, _kept(scenario, section), found)
     made = component(section, kind, sources)
@@ -128,7 +128,7 @@ def _with_component(
 
 def _with_list(scenario: Scenario, argument: str, given: Any, live: dict[str, Any]) -> Scenario:
     """Scenario with another list of user-defined parts, added to `live` by their kinds."""
-    found = own_list(scenario, argument, given)
+    found = user_list(scenario, argument, given)
     sources = _kept(scenario, LISTS[argument])
     for part in found.values():
         sources = joined_sources(scenario.name, sources, part.sources)
@@ -139,7 +139,7 @@ def _with_list(scenario: Scenario, argument: str, given: Any, live: dict[str, An
 def _kept(scenario: Scenario, section: str) -> tuple[Source, ...]:
     """Files of a scenario, if user-defined parts of other sections need them."""
     kinds = [named.kind for named in named_components(scenario) if named.section != section]
-    return scenario.sources if any(map(is_own, [*kinds, scenario.friction])) else ()
+    return scenario.sources if any(map(is_user_kind, [*kinds, scenario.friction])) else ()
 
 
 def _with_values(scenario: Scenario, given: Mapping[str, Any]) -> Scenario:

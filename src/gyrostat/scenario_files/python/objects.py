@@ -19,11 +19,11 @@ import numpy as np
 
 from gyrostat.core.local_modules import is_library_file
 from gyrostat.core.user_data import with_data
-from gyrostat.core.user_errors import OwnError, reported
+from gyrostat.core.user_errors import UserPartError, reported
 from gyrostat.core.user_modules import loaded_again, module_name, package_of, packaged
 from gyrostat.core.user_sources import sources_below
 from gyrostat.scenario.scenario import Source
-from gyrostat.scenario.user.parts import RESERVED, OwnPart, as_tree, own_part
+from gyrostat.scenario.user.parts import RESERVED, UserPart, as_tree, user_part
 from gyrostat.scenario_files.python.comparison import Comparison
 from gyrostat.scenario_files.python.difference import DifferentError, PatchedError, Place
 from gyrostat.scenario_files.python.library_names import imported_names
@@ -33,7 +33,7 @@ MOST_CHOICES = 50
 """Most combinations of definitions of a script that are tried."""
 
 
-class OwnObject(NamedTuple):
+class UserObject(NamedTuple):
     """Own part from a Python object.
 
     Attributes:
@@ -65,7 +65,7 @@ class _Text(NamedTuple):
     module: str
 
 
-def own_object(section: str, given: Any) -> OwnObject:
+def user_object(section: str, given: Any) -> UserObject:
     """Kind, sources and values of an object.
 
     Args:
@@ -81,11 +81,11 @@ def own_object(section: str, given: Any) -> OwnObject:
     place = f"{section} {getattr(made, '__qualname__', type(made).__name__)}"
     with reported(place):  # comparing asks objects of the user for their attributes
         kind, sources = _source(section, place, made, given)
-    part = own_part(section, kind, sources)
+    part = user_part(section, kind, sources)
     values: dict[str, float] = {}
     for name, key in part.keys.items():
         if given is made and key.default is None:
-            raise OwnError(f"{place}: found no value of {name}, expected an object with one")
+            raise UserPartError(f"{place}: found no value of {name}, expected an object with one")
         if given is made:
             value = key.defaults()
         else:
@@ -93,10 +93,10 @@ def own_object(section: str, given: Any) -> OwnObject:
         values |= dict(zip(key.ends(name), value, strict=True))
     for name in RESERVED:
         if given is not made and getattr(given, name, None) is not None:
-            raise OwnError(
+            raise UserPartError(
                 f"{place}: found a value of {name}, expected None: the scenario gives it"
             )
-    return OwnObject(kind, sources, values, given)
+    return UserObject(kind, sources, values, given)
 
 
 def _numbers(place: str, name: str, value: Any, shape: tuple[int, ...]) -> tuple[float, ...]:
@@ -106,19 +106,19 @@ def _numbers(place: str, name: str, value: Any, shape: tuple[int, ...]) -> tuple
         found = None
     if found is None or found.shape != shape:
         expected = "a number" if shape == () else f"numbers of shape {shape}"
-        raise OwnError(f"{place}: found {name} = {value!r}, expected {expected}")
+        raise UserPartError(f"{place}: found {name} = {value!r}, expected {expected}")
     return tuple(found.ravel().tolist())
 
 
 def _source(section: str, place: str, made: Any, given: Any) -> tuple[str, tuple[Source, ...]]:
     """Kind and sources of a class or function, which were compared with the object."""
     if "." in made.__qualname__ or not made.__name__.isidentifier():
-        raise OwnError(
+        raise UserPartError(
             f"{place}: found a lambda, or a definition inside another, expected a class or "
             "function of a module"
         )
     if getattr(sys.modules.get(made.__module__), made.__name__, made) is not made:
-        raise OwnError(
+        raise UserPartError(
             f"{place}: found an earlier definition of {made.__name__}, expected an object of the "
             "present one"
         )
@@ -156,15 +156,15 @@ def _source(section: str, place: str, made: Any, given: Any) -> tuple[str, tuple
     raise _refused(place, *first, remedy)
 
 
-def _refused(place: str, text: _Text, different: DifferentError, remedy: str) -> OwnError:
+def _refused(place: str, text: _Text, different: DifferentError, remedy: str) -> UserPartError:
     file = text.kind.partition(":")[0]
     if isinstance(different, PatchedError):
-        return OwnError(
+        return UserPartError(
             f"{place}: found {different.place.text}: {different.live} in memory, expected "
             f"{different.loaded}: other processes do not have the change; restore it, and give the "
             "value a name of your own"
         )
-    return OwnError(
+    return UserPartError(
         f"{place}: found {different.place.text}: {different.live} in memory, {different.loaded} "
         f"from the text of {file}, expected the same: {remedy}"
     )
@@ -175,11 +175,11 @@ def _of_file(place: str, made: Any) -> _Text:
     module = sys.modules.get(made.__module__)
     path = Path(getattr(module, "__file__", None) or "")
     if made.__module__.partition(".")[0] == "gyrostat":
-        raise OwnError(
+        raise UserPartError(
             f"{place}: found a class of gyrostat, expected a class of yours, or a kind by its name"
         )
     if path.suffix != ".py" or is_library_file(str(path.resolve())):
-        raise OwnError(
+        raise UserPartError(
             f"{place}: found {made.__qualname__} of {made.__module__}, which is no local file, "
             "expected an object of a class of your own"
         )
@@ -198,7 +198,7 @@ def _require_equal(section: str, place: str, text: _Text, made: Any, given: Any)
         DifferentError: They differ.
         InputError: The text raises an exception.
     """
-    part = OwnPart(f"{section} {text.kind}", None, (), {})
+    part = UserPart(f"{section} {text.kind}", None, (), {})
     with contextlib.ExitStack() as stack:
         with reported(part.name, package_of(text.sources)):
             again = stack.enter_context(loaded_again(text.sources, text.kind))

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gyrostat.core.jax64 import jax
-from gyrostat.core.user_errors import OwnError
+from gyrostat.core.user_errors import UserPartError
 from gyrostat.scenario_files.python.definitions import Definition, Definitions, bound, text_of
 from gyrostat.scenario_files.python.literals import LARGEST, PLAIN, NoLiteralError, literal
 
@@ -62,7 +62,7 @@ def extracted(place: str, made: Any, chosen: Mapping[str, int] | None = None) ->
         chosen: Name -> number of its definition, if it has several.
 
     Raises:
-        OwnError: The definition, or a name that it uses, cannot be extracted.
+        UserPartError: The definition, or a name that it uses, cannot be extracted.
     """
     script = _Script(place, vars(sys.modules["__main__"]), chosen or {})
     script.take(made.__name__)
@@ -96,7 +96,7 @@ class _Script:
         """Add a name, after the names that it needs.
 
         Raises:
-            OwnError: It cannot be extracted.
+            UserPartError: It cannot be extracted.
         """
         if name in self._taken:
             return
@@ -151,7 +151,7 @@ class _Script:
         except NoLiteralError:
             del self.lines[count:]
             if not is_text or type(value).__module__.startswith(RESULTS):
-                raise OwnError(
+                raise UserPartError(
                     f"{self._place}: found {name}, a {type(value).__name__} of the script, expected"
                     f" numbers, arrays of at most {LARGEST} numbers or of one statement, functions"
                     ", classes and imports; or put the class into a file of its own and import it"
