@@ -137,14 +137,14 @@ def _check_together(scenario: Scenario, numbers: range, values: Matrix) -> None:
     if not inertia and not events:
         return
     for number, row in zip(numbers, values.tolist(), strict=True):
-        own = {**scenario.values, **dict(zip(scenario.dispersed, row, strict=True))}
+        of_run = {**scenario.values, **dict(zip(scenario.dispersed, row, strict=True))}
         if inertia:
-            xx, yy, zz, xy, xz, yz = (own[f"body.inertia.{end}"] for end in INERTIA)
+            xx, yy, zz, xy, xz, yz = (of_run[f"body.inertia.{end}"] for end in INERTIA)
             try:
                 check_inertia(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
             except InputError as error:
                 raise InputError(f"dispersion of body.inertia in run {number}: {error}") from None
-        starts = phase_starts(structure, own)
+        starts = phase_starts(structure, of_run)
         if starts != sorted(starts):
             raise InputError(
                 f"dispersion of event times: found events in another order in run {number}, "

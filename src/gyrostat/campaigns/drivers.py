@@ -134,10 +134,10 @@ def _critical(drawn: Matrix, metrics: Matrix) -> float:
             # a permutation of all runs also permutes the runs that have the metric
             place = np.full(runs, -1)
             place[group.has] = np.arange(len(group.metrics))
-            own = place[order]
-            own = own[own >= 0].reshape(count, -1).T
+            ordered = place[order]
+            ordered = ordered[ordered >= 0].reshape(count, -1).T
             # one matrix product for all permutations
-            shuffled = group.metrics[own].reshape(len(own), -1)
+            shuffled = group.metrics[ordered].reshape(len(ordered), -1)
             sizes = np.abs(group.keys.T @ shuffled).reshape(-1, count, len(group.columns))
             part = largest[first : first + count]
             np.maximum(part, np.max(sizes, axis=(0, 2)) / _spread(group), out=part)

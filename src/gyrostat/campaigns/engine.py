@@ -88,7 +88,7 @@ class _Ready:
 @lru_cache(maxsize=8)
 def _begin(structure: Structure) -> Callable[..., Any]:
     make = loop_of(structure)
-    axes = tuple(0 if own else None for own in OWN)
+    axes = tuple(0 if is_drawn else None for is_drawn in OWN)
     return jax.jit(jax.vmap(lambda *given: make(*given).begin(), axes))
 
 
@@ -194,8 +194,8 @@ def _group(
     flown = runs if native else runs[0] // LANES * LANES + np.arange(LANES)
     picked = np.arange(len(runs)) if native else runs % LANES
     if nominal:
-        own = [scenario.values[key] for key in scenario.dispersed]
-        values, keys = np.tile(own, (len(flown), 1)), noise_keys(seed, 0 * flown)
+        means = [scenario.values[key] for key in scenario.dispersed]
+        values, keys = np.tile(means, (len(flown), 1)), noise_keys(seed, 0 * flown)
     else:
         values, keys = draw(scenario, seed, flown)
     return _flown(ready, runs, picked, values, keys, keep, lists=not nominal)
@@ -234,8 +234,8 @@ def _flown(
     kept, last = [], None
     for seen, (counted, vectors), rows in fly_chunks(*given, asked):
         budget.add(counted, vectors)
-        for collected, own in zip(errors, counted, strict=True):
-            collected.add(own)
+        for collected, vectors_of_run in zip(errors, counted, strict=True):
+            collected.add(vectors_of_run)
         if asked:
             kept.append(rows)
         last = seen
@@ -259,8 +259,8 @@ def _flown(
         lambda *leaves: np.concatenate(leaves, axis=1)[:, : scenario.count + 1], *kept
     )
     histories = labelled(rows, period)
-    own = {"run": runs[is_kept], "wheel": np.array(scenario.wheels)}
-    named = {name: Signal((name,), values) for name, values in own.items()}
+    coordinates = {"run": runs[is_kept], "wheel": np.array(scenario.wheels)}
+    named = {name: Signal((name,), values) for name, values in coordinates.items()}
     fine = rows.status == Status.COMPLETE
     shown = Signal(("run", "time"), np.where(fine, error, np.nan), ERROR)
     return Flown(

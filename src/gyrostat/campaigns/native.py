@@ -177,10 +177,10 @@ def _trace(
         return make(*given).scan(carry, first, length)
 
     key = jax.ShapeDtypeStruct((1, parts) if parts else (1,), jax.random.key(0).dtype)
-    own = plans.orbit if has_own_orbits(structure.dispersed) else None
+    orbit = plans.orbit if has_own_orbits(structure.dispersed) else None
     drawn = Drawn(
         np.zeros((1, len(structure.dispersed))),
-        jax.tree.map(lambda leaf: np.zeros((1, *np.shape(leaf))), own),
+        jax.tree.map(lambda leaf: np.zeros((1, *np.shape(leaf))), orbit),
     )
     given = (np.zeros(len(structure.keys)), drawn, plans, key)
     one = traced(begin, OWN, given)

@@ -51,13 +51,9 @@ def noise_of(
     rows, columns = (place.ravel() for place in np.indices(source.shape))
     current = np.repeat(numbers, parts)
     while len(rows):
-        is_drawn = (parents[current] < 0) | _is_replaced(seed, current, columns, shares[current])
-        source[rows[is_drawn], columns[is_drawn]] = current[is_drawn]
-        rows, columns, current = (
-            rows[~is_drawn],
-            columns[~is_drawn],
-            parents[current[~is_drawn]],
-        )
+        is_new = (parents[current] < 0) | _is_replaced(seed, current, columns, shares[current])
+        source[rows[is_new], columns[is_new]] = current[is_new]
+        rows, columns, current = rows[~is_new], columns[~is_new], parents[current[~is_new]]
     return noise_keys(seed, source)
 
 

@@ -97,11 +97,11 @@ class Lowering:
     ) -> Scalars | Sequence[Scalars | Data]:
         inner, name = called(build.equation), build.equation.primitive.name
         if inner is not None:
-            own = None if self._scope.in_place else own_function(build.equation, inner)
+            function = None if self._scope.in_place else own_function(build.equation, inner)
             # C has no arrays as arguments of internal functions
-            if own is None or any(isinstance(array, Data) for array in given):
+            if function is None or any(isinstance(array, Data) for array in given):
                 return self._graph(inner, given, build.block, build.where)
-            return self._call(own, inner, [build.scalars(array) for array in given], build)
+            return self._call(function, inner, [build.scalars(array) for array in given], build)
         if _stays_data(build.equation, given):
             data: Any = given[0]
             return moved(MOVES[name], build.params, data) if name in MOVES else [data]

@@ -13,5 +13,5 @@ def predicted(controller: Any, memory: Any, measurement: Any, command: Any) -> A
         measurement: Last accepted measurement.
         command: Safe command that is sent.
     """
-    own = getattr(controller, "predicted", None)
-    return memory if own is None else own(memory, measurement, command)
+    method = getattr(controller, "predicted", None)
+    return memory if method is None else method(memory, measurement, command)

@@ -55,8 +55,8 @@ class Cache:
             handle = os.open(path, os.O_RDONLY | os.O_NOFOLLOW | os.O_NONBLOCK)
             with open(handle, "rb") as stream:
                 status = os.fstat(handle)
-                own = stat.S_ISREG(status.st_mode) and status.st_uid == os.geteuid()
-                if own and not status.st_mode & 0o022 and status.st_size <= _LARGEST:
+                is_private = stat.S_ISREG(status.st_mode) and status.st_uid == os.geteuid()
+                if is_private and not status.st_mode & 0o022 and status.st_size <= _LARGEST:
                     found = stream.read()
                     content = found[_HEADER:]
                     if found[:_HEADER] == _header(name, content):
@@ -143,9 +143,9 @@ def private_cache(say: Callable[[str], None] = warnings.warn) -> Cache | None:
 
 def named_folder() -> Path | None:
     """Cache folder that the environment selects, absolute; None without a home folder."""
-    own = os.environ.get("GYROSTAT_CACHE")
-    if own:
-        return Path(own).absolute()
+    folder = os.environ.get("GYROSTAT_CACHE")
+    if folder:
+        return Path(folder).absolute()
     try:
         root = os.environ.get("XDG_CACHE_HOME") or Path.home() / ".cache"
     except RuntimeError:
@@ -246,8 +246,8 @@ def _sweep(path: Path) -> None:
 def _remove_if_left(path: Path) -> None:
     """Remove a temporary cache whose process was killed."""
     with contextlib.suppress(OSError):
-        own = path.lstat().st_uid == os.geteuid() and stat.S_ISDIR(path.lstat().st_mode)
-        if own and (path / _LOCK).exists():
+        is_private = path.lstat().st_uid == os.geteuid() and stat.S_ISDIR(path.lstat().st_mode)
+        if is_private and (path / _LOCK).exists():
             with _locked(path, fcntl.LOCK_EX | fcntl.LOCK_NB):
                 shutil.rmtree(path, ignore_errors=True)
 

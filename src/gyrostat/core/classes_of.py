@@ -16,8 +16,8 @@ def classes_of(folder: ModuleType, base: type[Kind]) -> tuple[type[Kind], ...]:
     found: list[type[Kind]] = []
     for file in iter_modules(folder.__path__):
         module = import_module(f"{folder.__name__}.{file.name}")
-        own = (each for each in vars(module).values() if isinstance(each, type))
+        classes = (each for each in vars(module).values() if isinstance(each, type))
         # not those that the file imports
-        own = (each for each in own if each.__module__ == module.__name__)
-        found += [each for each in own if issubclass(each, base) and each is not base]
+        classes = (each for each in classes if each.__module__ == module.__name__)
+        found += [each for each in classes if issubclass(each, base) and each is not base]
     return tuple(found)

@@ -39,12 +39,12 @@ def _extended(
     made.UNITS = declared_units(kind) | dict(units)
     made.EXTENDS = kind
     # the type is made when it is needed, so that pickle cannot find it by its name
-    made.__reduce__ = lambda own: (
+    made.__reduce__ = lambda row: (
         with_fields,
         (
             prefix,
-            without_fields(own),
-            dict(zip(names, own[-len(names) :], strict=True)),
+            without_fields(row),
+            dict(zip(names, row[-len(names) :], strict=True)),
             dict(units),
         ),
     )

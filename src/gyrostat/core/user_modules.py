@@ -172,9 +172,9 @@ def _named(package: str, kind: str) -> Any:
     module = f"{package}.{module_name(file)}"
     found = importlib.import_module(module)
     if not hasattr(found, name):
-        own = [n for n, v in vars(found).items() if getattr(v, "__module__", None) == module]
+        names = [n for n, v in vars(found).items() if getattr(v, "__module__", None) == module]
         raise InputError(
-            f"{file}: found no {name}, expected one of {', '.join(own) or 'its names'}"
+            f"{file}: found no {name}, expected one of {', '.join(names) or 'its names'}"
         )
     return getattr(found, name)
 

@@ -124,10 +124,10 @@ class AttitudeFilter(Checked):
         integral = period * (rate - estimate.bias)
         turn = integral + self.coning / 12.0 * jnp.cross(estimate.turn, integral)
         step = rotations.from_rotation_vector(turn)
-        own, unit = cross_matrix(turn), jnp.eye(3)
+        skew, unit = cross_matrix(turn), jnp.eye(3)
         # mean of exp(-[turn]x s) over the period; first neglected term below 1e-6 for 0.3 rad
         squared = turn @ turn
-        mean = unit - (0.5 - squared / 24.0) * own + (1.0 - squared / 20.0) / 6.0 * (own @ own)
+        mean = unit - (0.5 - squared / 24.0) * skew + (1.0 - squared / 20.0) / 6.0 * (skew @ skew)
         forward = jnp.block(
             [[rotations.rotation_matrix(step).T, -period * mean], [jnp.zeros((3, 3)), unit]]
         )

@@ -150,12 +150,12 @@ class MomentumAttitudeFilter(Checked):
         matrix = rotations.rotation_matrix(rotations.product(estimate.attitude, middle))
         body = matrix.T @ estimate.momentum
         rate = inverse @ (body - held)
-        own = period * (inverse @ cross_matrix(body) - cross_matrix(rate))
+        by_rate = period * (inverse @ cross_matrix(body) - cross_matrix(rate))
         unit = jnp.eye(len(estimate.covariance))
         forward = unit.at[:3].set(
             jnp.concatenate(
                 [
-                    jnp.eye(3) + own + 0.5 * own @ own,
+                    jnp.eye(3) + by_rate + 0.5 * by_rate @ by_rate,
                     period * inverse @ matrix.T,
                     -period * inverse @ rotors,
                 ],

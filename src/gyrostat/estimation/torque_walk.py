@@ -40,11 +40,11 @@ def predict(walk: TorqueWalk, drift: Scalar, period: Scalar, impulse: Scalar = 0
         impulse: Impulse of the known torque, N·m·s.
     """
     spread = drift**2 * period
-    _, _, own, both, torque = walk
+    _, _, variance, both, torque = walk
     return TorqueWalk(
         momentum=walk.momentum + impulse + period * walk.torque,
         torque=walk.torque,
-        momentum_variance=own + period * (2.0 * both + period * (torque + spread / 3.0)),
+        momentum_variance=variance + period * (2.0 * both + period * (torque + spread / 3.0)),
         covariance=both + period * (torque + 0.5 * spread),
         torque_variance=torque + spread,
     )
@@ -62,13 +62,13 @@ def correct(walk: TorqueWalk, measured: Scalar, noise: Scalar) -> tuple[TorqueWa
         Updated state, innovation and innovation variance. Rounding cannot make a variance negative:
             the momentum variance is a product, the torque variance is bounded from below.
     """
-    _, _, own, both, torque = walk
-    total = own + noise
+    _, _, variance, both, torque = walk
+    total = variance + noise
     innovation = measured - walk.momentum
     corrected = TorqueWalk(
-        momentum=walk.momentum + own / total * innovation,
+        momentum=walk.momentum + variance / total * innovation,
         torque=walk.torque + both / total * innovation,
-        momentum_variance=own / total * noise,
+        momentum_variance=variance / total * noise,
         covariance=noise / total * both,
         torque_variance=jnp.maximum(torque - both**2 / total, torque * noise / total),
     )

@@ -77,8 +77,8 @@ def _scales(trees: Sequence[Any], share: float) -> Iterator[float]:
     for arrays in zip(*map(jax.tree.leaves, trees), strict=True):
         every = np.abs(np.array(arrays, dtype=float)).reshape(len(arrays), -1)
         tiny = float(np.finfo(np.float32).tiny)
-        own = np.max(every, axis=0, where=np.isfinite(every), initial=tiny)
-        yield from np.maximum(own, share * np.max(own, initial=tiny)).tolist()
+        largest = np.max(every, axis=0, where=np.isfinite(every), initial=tiny)
+        yield from np.maximum(largest, share * np.max(largest, initial=tiny)).tolist()
 
 
 def _row(inputs: Any, step: int) -> list[float]:

@@ -76,10 +76,10 @@ class EstimatorGuard(eqx.Module):
                 raise InputError(
                     f"limits of a measurement: found {name}, expected current or measured"
                 )
-        own = [{n: given[n]} if n in given else {} for n in ("current", "measured")]
+        checked = [{n: given[n]} if n in given else {} for n in ("current", "measured")]
         return cls(
-            MeasurementGuard.of(AppliedCurrent(0.0), own[0], on_bad),
-            MeasurementGuard.of(MeasuredSpeed(0.0), own[1], on_bad),
+            MeasurementGuard.of(AppliedCurrent(0.0), checked[0], on_bad),
+            MeasurementGuard.of(MeasuredSpeed(0.0), checked[1], on_bad),
         )
 
     def start(self) -> EstimatorCheck:
@@ -117,7 +117,7 @@ def guard_of(
                 f"limits of a measurement: found {name}, expected one of {', '.join(read)}"
             )
     guard = MeasurementGuard.of(measurement, limits, on_bad)
-    kept = {name: own for name, own in guard.limits.items() if name in read}
+    kept = {name: limit for name, limit in guard.limits.items() if name in read}
     return MeasurementGuard(kept, on_bad, guard.sample)
 
 

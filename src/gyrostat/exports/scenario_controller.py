@@ -37,7 +37,7 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     Raises:
         InputError: A part refuses its parameters.
     """
-    own = options_of(scenario.values, "guard")
+    options = options_of(scenario.values, "guard")
     # the error of the position belongs to the run, not to the controller
     dropped = (POSITION_ERROR, *(f"event.{event.name}." for event in scenario.events))
     alone = replace(
@@ -57,10 +57,10 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
         for name in measured_names(scenario):
             if not jnp.issubdtype(getattr(first, name).dtype, jnp.floating):
                 continue
-            rate = own.get(f"{name}_change", np.inf)
+            rate = options.get(f"{name}_change", np.inf)
             limits[name] = FieldLimits(
-                max(own[f"{name}_lower"], -UNLIMITED),
-                min(own[f"{name}_upper"], UNLIMITED),
+                max(options[f"{name}_lower"], -UNLIMITED),
+                min(options[f"{name}_upper"], UNLIMITED),
                 rate if np.isfinite(rate) else None,
             )
     guard = MeasurementGuard.of(first, limits, scenario.guard or on_bad)

@@ -43,8 +43,8 @@ class Loss:
     @property
     def decay_rate(self) -> float:
         """Rate of the exponential decay of the wheel speed, 1/s; 0 if there is none."""
-        own = 1.0 / self.time_constant if self.kind == "rundown" else 0.0
-        return own + (0.0 if self.brake_time is None else 1.0 / self.brake_time)
+        rate = 1.0 / self.time_constant if self.kind == "rundown" else 0.0
+        return rate + (0.0 if self.brake_time is None else 1.0 / self.brake_time)
 
     @property
     def is_braked(self) -> bool:

@@ -188,7 +188,7 @@ def conclude(
             problem.include,
             problem.ripple,
         )
-    own = widened(best.covariance, np.sqrt(np.diag(formal)))
+    wider = widened(best.covariance, np.sqrt(np.diag(formal)))
     counts = [int(r.valid.sum()) for r in records]
     everything = dict(zip(prediction.names, best.values.tolist(), strict=True))
     crossings = sum(
@@ -201,7 +201,7 @@ def conclude(
         names=selection.free,
         dimensions=prediction.dimensions,
         values=best.values[index],
-        covariance=own,
+        covariance=wider,
         noise_sigma=np.sqrt(np.diag(formal)),
         least_squares=outcome.values[index],
         held={n: v for n, v in everything.items() if n not in selection.free},
@@ -211,7 +211,7 @@ def conclude(
             everything,
             solution,
             deterministic,
-            _widening(prediction.model, selection.free, own, formal),
+            _widening(prediction.model, selection.free, wider, formal),
         ),
         converged=solution.converged,
         iterations=solution.iterations,
@@ -222,7 +222,7 @@ def conclude(
         records=records,
         predicted=best.predicted,
         predicted_sigma=tuple(
-            np.sqrt(np.einsum("mi,ij,mj->m", rows, own, rows))
+            np.sqrt(np.einsum("mi,ij,mj->m", rows, wider, rows))
             for rows in (each.jacobian[:, index] for each in best.linear)
         ),
         whiteness=whiteness(solution.residual, solution.jacobian)
@@ -242,14 +242,14 @@ def conclude(
             tolerances,
         )
     left = [record.speed - speed for record, speed in zip(records, plain.predicted, strict=True)]
-    used = [own[record.valid] for own, record in zip(left, records, strict=True)]
+    used = [each[record.valid] for each, record in zip(left, records, strict=True)]
     levels = residual_levels(used, len(selection.free), loss)
     stated = speed_sigmas if sigma_given else [None] * len(records)
     parts = zip(records, levels, stated, noise, strict=True)
-    scatter = [Scatter(r.name, level, given, own) for r, level, given, own in parts]
+    scatter = [Scatter(r.name, level, given, each) for r, level, given, each in parts]
     silent = bool(best.effects) or white_noise or not solution.converged
     faults = [
-        f for record, own in zip(records, left, strict=True) for f in found_in(record, own, loss)
+        f for record, each in zip(records, left, strict=True) for f in found_in(record, each, loss)
     ]
     refused = () if silent else (UNJUDGED,)
     return judged(fit, solution.reason, scatter, faults=faults, refused=refused)

@@ -81,16 +81,16 @@ def _explains(outcome: Outcome, measure: Measurements, loss: Loss, noise: Sequen
 def _starts(selection: Selection, prediction: SpeedPrediction) -> Iterator[Selection]:
     """The requested start, the start values from the records, and variations of them."""
     yield selection
-    own = replace(selection, values=selection.fallback, told=frozenset())
-    if not np.array_equal(selection.values, own.values):
-        yield own
+    fallback = replace(selection, values=selection.fallback, told=frozenset())
+    if not np.array_equal(selection.values, fallback.values):
+        yield fallback
     for motor, torque in RESTARTS:
         factor = {"motor_constant": motor, "torque": torque}
         factors = [
             factor.get(dimension, 1.0) if name in selection.free else 1.0
             for name, dimension in prediction.dimensions.items()
         ]
-        yield replace(own, values=own.values * factors)
+        yield replace(fallback, values=fallback.values * factors)
 
 
 def _search(
@@ -190,12 +190,12 @@ def solve(
     )
     if not (problem.posterior and fit.converged):
         return fit
-    own = [fit.names.index(name) for name in selection.free]
+    places = [fit.names.index(name) for name in selection.free]
     found = sample_posterior(
         prediction,
         selection.free,
         fit.parameters,
-        fit.covariance[np.ix_(own, own)],
+        fit.covariance[np.ix_(places, places)],
         selection.prior,
         measure.sigmas,
         () if problem.white_noise else fit.effects,

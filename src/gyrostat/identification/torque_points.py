@@ -118,8 +118,8 @@ def torque_regression(fit: Fit) -> list[Regression]:
     scatter = np.sum((right - rows @ solved) ** 2) / (len(right) - len(free))
     found = []
     for value, variance, k in zip(solved, scatter * np.diag(inverse), free, strict=True):
-        own = fit.sigma[fit.names.index(names[k])]
-        apart = (value - known[names[k]]) / np.hypot(own, np.sqrt(variance))
+        sigma = fit.sigma[fit.names.index(names[k])]
+        apart = (value - known[names[k]]) / np.hypot(sigma, np.sqrt(variance))
         found.append(Regression(names[k], float(value), float(np.sqrt(variance)), float(apart)))
     return found
 
@@ -132,9 +132,9 @@ def _binned(speed: Vector, torque: Vector, when: Vector) -> FrictionPoints | Non
     place = np.floor(speed / width)
     rows = []
     for k in np.unique(place):
-        own = place == k
-        count = int(own.sum())
+        in_bin = place == k
+        count = int(in_bin.sum())
         if count >= FEWEST:
-            error = float(np.std(torque[own], ddof=1)) / np.sqrt(count)
-            rows.append((speed[own].mean(), torque[own].mean(), error, when[own].mean()))
+            error = float(np.std(torque[in_bin], ddof=1)) / np.sqrt(count)
+            rows.append((speed[in_bin].mean(), torque[in_bin].mean(), error, when[in_bin].mean()))
     return FrictionPoints(*map(np.array, zip(*rows, strict=True))) if rows else None

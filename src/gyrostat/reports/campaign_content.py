@@ -119,11 +119,11 @@ def headline(scenario: Scenario) -> list[str]:
 
 def _effects(inputs: Inputs, found: Effects) -> dict[str, Any]:
     """Sobol indices of a metric, the largest total index first."""
-    own = {"q2": or_none(found.q2), "runs": found.runs, "runs_without_values": found.without}
+    content = {"q2": or_none(found.q2), "runs": found.runs, "runs_without_values": found.without}
     order = [] if found.why else np.argsort(-found.total[:, 0], kind="stable").tolist()
     names = ("value", "low", "high")
     return {
-        **own,
+        **content,
         "why": found.why or None,
         "inputs": [
             {
@@ -180,15 +180,15 @@ def driver_rows(metric: dict[str, Any]) -> list[dict[str, Any]]:
     beyond = [each["key"] for each in metric["drivers"] if each["beyond_chance"]]
     rows = []
     for keys in [*named, *([key] for key in beyond if key not in listed)][:SHOWN]:
-        own = alike.get(keys[0])
-        is_user_kind = own is not None and own["keys"] == keys
+        driver = alike.get(keys[0])
+        is_same = driver is not None and driver["keys"] == keys
         rows.append(
             {
                 "keys": keys,
                 "rank_correlation": rho.get(keys[0]) if len(keys) == 1 else None,
                 "beyond_chance": keys[0] in beyond,
-                "first": own["first"] if own is not None and is_user_kind else None,
-                "total": own["total"] if own is not None and is_user_kind else None,
+                "first": driver["first"] if driver is not None and is_same else None,
+                "total": driver["total"] if driver is not None and is_same else None,
             }
         )
     return rows

@@ -47,8 +47,8 @@ class Axis(NamedTuple):
         """Places of values between 0 and 1000."""
         low, high = (math.log10(v) if self.is_log else v for v in (self.low, self.high))
         # what is not above zero has no place on a logarithmic axis; it is far below it
-        own = np.log10(np.maximum(values, 1e-300)) if self.is_log else np.asarray(values)
-        return 1000.0 * (own - low) / (high - low)
+        scaled = np.log10(np.maximum(values, 1e-300)) if self.is_log else np.asarray(values)
+        return 1000.0 * (scaled - low) / (high - low)
 
     def ticks(self, most: int = 7) -> list[float]:
         """Values of the ticks; on a linear axis about `most`."""

@@ -69,17 +69,17 @@ def _parameter_axes(axes: Axes, comparison: Comparison, name: str, *, over_time:
     for k, (label, fit) in enumerate(zip(comparison.labels, comparison.fits, strict=True)):
         if name not in fit.names:
             continue
-        own = fit.names.index(name)
-        unit = fit.units[own]
+        number = fit.names.index(name)
+        unit = fit.units[number]
         place = fit.date if over_time else k
-        variance = fit.covariance[own, own]
+        variance = fit.covariance[number, number]
         shared = [fit.tolerances[n] for n in comparison.shared if n in fit.tolerances]
-        common = sum(float(tolerance.errors[own]) ** 2 for tolerance in shared)
+        common = sum(float(tolerance.errors[number]) ** 2 for tolerance in shared)
         color = MARK if label in marked else MODEL
         for part, line in ((variance, 0.9), (max(variance - common, 0.0), 2.5)):
             axes.errorbar(
                 [place],  # pyright: ignore[reportArgumentType]
-                [fit.values[own]],
+                [fit.values[number]],
                 2.0 * np.sqrt(part),
                 fmt="o",
                 ms=4,

@@ -21,15 +21,15 @@ def posterior_figure(fit: Fit) -> Figure:
     marginals = fit.posterior.marginals
     rows = -(-len(marginals) // COLUMNS)
     with panels(rows, COLUMNS, height=2.2 * rows, squeeze=False) as (figure, grid):
-        for axes, own in zip(grid.flat, marginals, strict=False):
-            heights, edges = np.histogram(own.draws, bins=40, density=True)
+        for axes, marginal in zip(grid.flat, marginals, strict=False):
+            heights, edges = np.histogram(marginal.draws, bins=40, density=True)
             axes.stairs(heights, edges, fill=True, color=BAND)
-            value, sigma, unit = estimate_of(fit, own.name)
+            value, sigma, unit = estimate_of(fit, marginal.name)
             x = np.linspace(edges[0], edges[-1], 200)
             density = np.exp(-0.5 * ((x - value) / sigma) ** 2) / (sigma * np.sqrt(2.0 * np.pi))
             axes.plot(x, density, color=MODEL, lw=1.2)
             axes.set_yticks([])
-            axes.set_xlabel(f"{own.name} ({unit})")
+            axes.set_xlabel(f"{marginal.name} ({unit})")
         for axes in grid.flat[len(marginals) :]:
             axes.set_visible(False)
     return figure

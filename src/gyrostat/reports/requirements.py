@@ -148,8 +148,8 @@ def _is_error_of(each: Requirement, scenario: Scenario, window: str) -> bool:
     """Whether the index of a requirement is the pointing error of the run, or of a window."""
     if not window:
         return is_of_error(each, scenario)
-    own = next(w.boresight for w in scenario.windows if w.name == window)
-    boresight = own or scenario.boresight
+    axis = next(w.boresight for w in scenario.windows if w.name == window)
+    boresight = axis or scenario.boresight
     whole = "full" if boresight is None else "half_cone"
     return each.index == "APE" and each.axis == whole and each.boresight == boresight
 
@@ -173,7 +173,7 @@ def over_time_charts(scenario: Scenario, store: Store) -> list[Markup]:
         labels[profile_name(each.metric)] = (text, [(each.value, "")])
     with store.open_table() as file:
         parts = {name: [*list_parts(file, name, PROFILED)] for name in labels}
-    found = {name: np.concatenate(own) for name, own in parts.items() if own}
+    found = {name: np.concatenate(series) for name, series in parts.items() if series}
     if not found:
         return []
     times = scenario.values["run.control_period"] * instants(scenario.count + 1).astype(float)

@@ -66,8 +66,8 @@ def run_table(
     kept = _kept(columns, names, MOST_BYTES // (4 * max(len(names) + len(driving), 1)))
     for name in (*names, *driving):
         is_metric = name in metrics
-        own = metrics[name].unit if is_metric else numbers[name].unit
-        scale, unit = page_unit(name, own)
+        own_unit = metrics[name].unit if is_metric else numbers[name].unit
+        scale, unit = page_unit(name, own_unit)
         told.append({"name": name, "unit": unit, "metric": is_metric})
         parts.append(packed(scale * columns[name][kept]))
     runs = None if len(kept) == count else kept.tolist()

@@ -58,16 +58,16 @@ def failures_of(structure: Structure, values: Values) -> WheelFailures | None:
     failures = WheelFailures.none(len(structure.wheels))
     as_before = {"torque_share": 1.0, "stuck_torque": 0.0, "sensor_lost": False}
     for event, kind in failing:
-        own = options_of(values, f"event.{event.name}")
+        options = options_of(values, f"event.{event.name}")
         index = jnp.arange(len(structure.wheels)) == event.wheel
         changed = WheelFailures(
-            time=own["time"],
+            time=options["time"],
             seized=kind.stops_rotor,
-            added_viscous=own.get("added_viscous", 0.0),
-            **(as_before | kind.effect(own)),
+            added_viscous=options.get("added_viscous", 0.0),
+            **(as_before | kind.effect(options)),
         )
         failures = jax.tree.map(
-            lambda new, old, own=index: jnp.where(own, new, old), changed, failures
+            lambda new, old, which=index: jnp.where(which, new, old), changed, failures
         )
     return failures
 
@@ -83,11 +83,11 @@ def friction_steps_of(
     length = jnp.zeros(time.shape)
     after = before.parameters()
     for event, kind in stepping:
-        own = options_of(values, f"event.{event.name}")
+        options = options_of(values, f"event.{event.name}")
         index = jnp.arange(len(structure.wheels)) == event.wheel
-        time = jnp.where(index, own["time"], time)
-        length = jnp.where(index, own.get("rise_time", 0.0), length)
+        time = jnp.where(index, options["time"], time)
+        length = jnp.where(index, options.get("rise_time", 0.0), length)
         for name, dimension in dimensions.items():
-            value = kind.after(name, dimension, after[name], own)
+            value = kind.after(name, dimension, after[name], options)
             after[name] = jnp.where(index, value, after[name])
     return FrictionSteps(time, type(before).of(**after), length)

@@ -194,8 +194,8 @@ class Mode:
     def make(self, context: Context) -> tuple[Profile, Condition]:
         """Attitude over time and its end."""
         assert self.values is not None
-        own = {name: value for name, value in self.values.items() if name not in UNTIL}
-        profile = self.attitude.of(own).profile(context.reference, context.place)
+        options = {name: value for name, value in self.values.items() if name not in UNTIL}
+        profile = self.attitude.of(options).profile(context.reference, context.place)
         return profile, _condition(self.values)
 
 

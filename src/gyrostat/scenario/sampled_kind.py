@@ -42,6 +42,6 @@ class SampledKind(Kind):
     def make(self, context: Context) -> Sampled:
         """Sensor with its sampling."""
         assert context.orbit is not None
-        own = self.options()
-        periods, latency = jnp.round(own.pop("periods")), jnp.round(own.pop("latency"))
-        return Sampled(self.sensor(context.orbit, own), periods, latency)
+        options = self.options()
+        periods, latency = jnp.round(options.pop("periods")), jnp.round(options.pop("latency"))
+        return Sampled(self.sensor(context.orbit, options), periods, latency)

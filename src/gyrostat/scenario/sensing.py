@@ -76,14 +76,14 @@ def guarded(structure: Structure, values: Values, controller: Any, sensor: Any, 
     """
     if structure.guard is None:
         return controller
-    own = options_of(values, "guard")
+    options = options_of(values, "guard")
     shapes = jax.eval_shape(lambda: first_measurement(sensor, start, values["run.control_period"]))
     limits = {}
     for name in measured_names(structure):
         if not jnp.issubdtype(getattr(shapes, name).dtype, jnp.floating):
             continue
-        rate = own[f"{name}_change"] if name in structure.limited else None
-        limits[name] = FieldLimits(own[f"{name}_lower"], own[f"{name}_upper"], rate)
+        rate = options[f"{name}_change"] if name in structure.limited else None
+        limits[name] = FieldLimits(options[f"{name}_lower"], options[f"{name}_upper"], rate)
     guard = MeasurementGuard.of(shapes, limits, structure.guard)
     actuators = tuple(part.name for part in structure.parts if part.section == "actuator")
     return Guarded(controller, guard, actuators)

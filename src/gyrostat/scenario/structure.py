@@ -57,11 +57,11 @@ def structure_of(scenario: Scenario) -> Structure:
 
 def measured_names(scenario: Components) -> tuple[str, ...]:
     """Names of the measured fields whose values can have limits and faults."""
-    own = KINDS["sensors"][scenario.sensors].measured
-    return (*own, *(part.name for part in scenario.parts if part.section == "sensor"))
+    fields = KINDS["sensors"][scenario.sensors].measured
+    return (*fields, *(part.name for part in scenario.parts if part.section == "sensor"))
 
 
 def notified(event: Event, values: Mapping[str, Any]) -> Any:
     """Time at which the controller is notified of an event, s."""
-    own = f"event.{event.name}"
-    return values[f"{own}.time"] + values.get(f"{own}.detected_after", 0.0)
+    place = f"event.{event.name}"
+    return values[f"{place}.time"] + values.get(f"{place}.detected_after", 0.0)

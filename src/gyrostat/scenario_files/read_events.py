@@ -79,9 +79,9 @@ def _event(
 ) -> Event:
     kind = EVENTS[row.one_of("kind", EVENTS)]
     sensor = row.one_of("sensor", fields) if kind.affects == "sensor" else None
-    own = (kind.affects,)
+    keys_of_kind = (kind.affects,)
     if sensor is not None:
-        own = ("sensor", *{"rate": ("axis",), "wheel_speed": ("wheel",)}.get(sensor, ()))
+        keys_of_kind = ("sensor", *{"rate": ("axis",), "wheel_speed": ("wheel",)}.get(sensor, ()))
     law = type(craft.spacecraft.wheels.friction)
     keys = kind.keys_of(law, sensor, fields)
     if "detected_after" in keys and controller.losses != NOTIFIED:
@@ -92,7 +92,7 @@ def _event(
                 "none: this controller is not notified of failures",
             )
         del keys["detected_after"]
-    row.known(("name", "kind", *own, *keys))
+    row.known(("name", "kind", *keys_of_kind, *keys))
     missing = kind.missing(row.row, law)
     if missing is not None:
         raise InputError(f"{row.place(missing[0])}: found none, expected {missing[1]}")
@@ -102,9 +102,9 @@ def _event(
     time, end = values[f"event.{name}.time"], values.get(f"event.{name}.until", inf)
     if end <= time:
         raise row.refuse("until", end, f"a time after its start, {time:g} s")
-    target = row.unit("target", 4, None) if "target" in own else None
+    target = row.unit("target", 4, None) if "target" in keys_of_kind else None
     wheel = element = None
-    if "wheel" in own and (sensor is None or "wheel" in row.row):
+    if "wheel" in keys_of_kind and (sensor is None or "wheel" in row.row):
         wheel = craft.wheel_number(row.text("wheel", None), row.place("wheel"))
     elif "axis" in row.row:
         element = AXES.index(row.one_of("axis", AXES))

@@ -119,7 +119,7 @@ def _window(
     for kind in WINDOW_METRICS:
         if kind.asked_by in given:
             given |= {key: each for key, each in kind.keys.items() if each.default is not None}
-    own = row.numbers(given, "")
+    span = row.numbers(given, "")
     event, mode = (_origin(row, kind, known) for kind, known in origins.items())
     if event is not None and mode is not None:
         raise row.refuse("mode", mode, "none beside an event")
@@ -131,11 +131,11 @@ def _window(
         row.text("propellant", None) if "propellant" in row.row else None,
     )
     key = None if event is None else origins["event"][event]
-    length = _length(row, own, 0.0 if key is None else values[key], values)
-    of = WindowStart(window, (), window.boresight or boresight, own, values["run.control_period"])
+    length = _length(row, span, 0.0 if key is None else values[key], values)
+    of = WindowStart(window, (), window.boresight or boresight, span, values["run.control_period"])
     for kind in WINDOW_METRICS:
         kind.check(of, length, row)
-    values |= {f"window.{name}.{key}": value for key, value in own.items()}
+    values |= {f"window.{name}.{key}": value for key, value in span.items()}
     return window
 
 
@@ -155,16 +155,16 @@ def _within_run(table: Table, key: str, time: float, values: Mapping[str, float]
         raise table.refuse(key, time, f"a time before the end of the run, {duration:g} s")
 
 
-def _length(row: Table, own: dict[str, float], origin: float, values: dict[str, float]) -> float:
+def _length(row: Table, span: dict[str, float], origin: float, values: dict[str, float]) -> float:
     """Length of a window, s.
 
     Raises:
         InputError: It ends before its start, or is not within the run.
     """
-    _within_run(row, "from", origin + own["from"], values)
+    _within_run(row, "from", origin + span["from"], values)
     left = values["run.duration"] - origin
-    if own["until"] < own["from"]:
-        raise row.refuse("until", own["until"], f"a time after its start, {own['from']:g} s")
-    if left < own["until"] < inf:
-        raise row.refuse("until", own["until"], f"at most {left:g} s, the end of the run")
-    return min(own["until"], left) - own["from"]
+    if span["until"] < span["from"]:
+        raise row.refuse("until", span["until"], f"a time after its start, {span['from']:g} s")
+    if left < span["until"] < inf:
+        raise row.refuse("until", span["until"], f"at most {left:g} s, the end of the run")
+    return min(span["until"], left) - span["from"]

@@ -75,8 +75,8 @@ def part_values(
     values: dict[str, float] = {}
     for part, row in parts:
         made = component(part.section, part.kind, sources)
-        own = USER_KEYS if "python" in row.row and part.section in USER_KINDS else ()
-        row.known(("name", "kind", *own, *made.keys(), *made.texts))
+        extra = USER_KEYS if "python" in row.row and part.section in USER_KINDS else ()
+        row.known(("name", "kind", *extra, *made.keys(), *made.texts))
         place = f"{part.section}.{part.name}."
         values |= completed(row, made, before).numbers(made.keys(), place)
     return values

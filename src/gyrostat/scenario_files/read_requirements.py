@@ -102,7 +102,7 @@ def _requirement(
             "interpretation", interpretation, "ensemble or mixed: PRE has no distribution over time"
         )
     during = _during(row, windows)
-    axis, own = _axis(row, boresight, [each for each in windows if each.name in during])
+    axis, aim = _axis(row, boresight, [each for each in windows if each.name in during])
     used = {
         "window": operation != "absolute",
         "stability": operation == "drift",
@@ -120,7 +120,7 @@ def _requirement(
         index=index,
         interpretation=interpretation,
         axis=axis,
-        boresight=own,
+        boresight=aim,
         instant=row.one_of("instant", INSTANTS, "any"),
         during=during,
         estimate=row.text("estimate", None) if "estimate" in row.row else None,

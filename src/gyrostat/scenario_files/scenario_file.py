@@ -109,8 +109,8 @@ def _read(path: Path, *, force: bool) -> Scenario:
     start = top.table("start", (*START, "attitude", "wheel_speed"))
     values |= start.numbers(START) | _wheel_values(top, start, craft)
     chosen, parts = _kinds(top), read_parts(top)
-    own = [top.table(section, None) for section, kind in chosen.items() if is_user_kind(kind)]
-    sources = user_sources(top, [*own, *user_tables(top)])
+    tables = [top.table(section, None) for section, kind in chosen.items() if is_user_kind(kind)]
+    sources = user_sources(top, [*tables, *user_tables(top)])
     law = type(craft.spacecraft.wheels.friction)
     friction, texts = law_texts(law) or (law.name, ())
     sources = joined_sources(top.name("name", printable(path.stem)), sources, texts)
@@ -246,9 +246,9 @@ def _wheel_values(top: Table, start: Table, craft: SpacecraftFile) -> dict[str, 
         if section in top.row:
             table = top.table(section, (*keys, *BESIDE.get(section, ())))
             known = {
-                name: [own[name] for own in craft.wheel_values]
+                name: [wheel[name] for wheel in craft.wheel_values]
                 for name in keys
-                if all(name in own for own in craft.wheel_values)
+                if all(name in wheel for wheel in craft.wheel_values)
             }
             table = Table(table.path, table.prefix, {**known, **table.row})
             for name, entry in keys.items():

@@ -136,7 +136,7 @@ def _unfinished(replications: Sequence[Replication]) -> list[str]:
 def _disagreement(replications: Sequence[Replication], low: float, high: float) -> list[str]:
     """Whether the replications disagree more than their own chains explain."""
     logs = np.log([each.probability for each in replications])
-    own, count = _explained(replications), len(logs)
+    explained, count = _explained(replications), len(logs)
     limit = chdtri(count - 1, DOUBT) / (count - 1)
     if high / low > WIDEST:
         return [
@@ -144,7 +144,7 @@ def _disagreement(replications: Sequence[Replication], low: float, high: float) 
             "some may have missed a failure region: give more runs"
         ]
     # the chains of a replication have common ancestors, so that their own estimate is too small
-    if np.var(logs, ddof=1) > 2.0 * limit * max(own, 1e-12):
+    if np.var(logs, ddof=1) > 2.0 * limit * max(explained, 1e-12):
         return [
             "the replications differ by more than their chains explain: a failure region may have "
             "been missed"

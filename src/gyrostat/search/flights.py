@@ -171,8 +171,8 @@ class Flights:
         scenario, seed = self._scenario, self._campaign.seed
         keys = noise_of(piece.runs, self._parents, self._shares, seed, parts_of(scenario))
         columns = fly_given(scenario, piece.runs, piece.values, keys).columns
-        own = {PARENT: self._parents[piece.runs], REPLACED: self._shares[piece.runs]}
-        return {**columns, **own}
+        added = {PARENT: self._parents[piece.runs], REPLACED: self._shares[piece.runs]}
+        return {**columns, **added}
 
 
 def allowed(scenario: Scenario, values: Matrix) -> NDArray[np.bool_]:

@@ -75,7 +75,7 @@ class AddedSensors(Checked):
 
     def start(self, state: Any, period: Scalar) -> _Memory:
         """Memory before the first sample."""
-        added = {name: own.start(state, period) for name, own in self.added.items()}
+        added = {name: sensor.start(state, period) for name, sensor in self.added.items()}
         return _Memory(self.sensor.start(state, period), added)
 
     def __call__(self, memory: _Memory, state: Any, key: PRNGKeyArray) -> tuple[_Memory, Any]:
@@ -89,8 +89,8 @@ class AddedSensors(Checked):
         memories, values, units = {}, {}, {}
         for name in sorted(self.added):
             _check_name(name, seen._fields)
-            own = jax.random.fold_in(jax.random.fold_in(key, _KEYS), crc32(name.encode()))
-            memories[name], value = self.added[name](memory.added[name], state, own)
+            sensor_key = jax.random.fold_in(jax.random.fold_in(key, _KEYS), crc32(name.encode()))
+            memories[name], value = self.added[name](memory.added[name], state, sensor_key)
             values[name] = jnp.asarray(value)
             unit = getattr(self.added[name], "unit", None)
             if isinstance(unit, str):

@@ -85,8 +85,8 @@ class WheelFailures(Checked):
             )
         share = 0.0 if stuck_torque or seized else torque_share
         failure = type(self)(time, share, stuck_torque, seized, added_viscous, sensor_lost)
-        own = np.arange(count) == wheel
-        return jax.tree.map(lambda new, old: np.where(own, new, old), failure, self)
+        is_failed = np.arange(count) == wheel
+        return jax.tree.map(lambda new, old: np.where(is_failed, new, old), failure, self)
 
     def torque_lost(self, wheel: int, time: float, *, added_viscous: float = 0.0) -> Self:
         """Add a loss of motor torque; friction and `added_viscous` slow the rotor down."""

@@ -120,8 +120,8 @@ class Imbalance(Checked):
         number, phase = jnp.ones(1), jnp.zeros((1, np.shape(self.static)[-1]))
         if self.harmonics is None:
             return number, phase
-        own = self.harmonics
-        return jnp.concatenate([number, own.number]), jnp.concatenate([phase, own.phase])
+        tones = self.harmonics
+        return jnp.concatenate([number, tones.number]), jnp.concatenate([phase, tones.phase])
 
     def _loads(self, axes: Any, speed: PerWheel) -> tuple[Phasor, Phasor]:
         """Force and torque about the centre of mass over the squared wheel speed."""
@@ -131,10 +131,10 @@ class Imbalance(Checked):
         force, torque = (jnp.asarray(x)[None, :] for x in (self.static, self.dynamic))
         along = jnp.zeros_like(force)
         if self.harmonics is not None:
-            own = self.harmonics
+            tones = self.harmonics
             force, torque, along = (
                 jnp.concatenate([a, b])
-                for a, b in ((force, own.force), (torque, own.torque), (along, own.axial))
+                for a, b in ((force, tones.force), (torque, tones.torque), (along, tones.axial))
             )
         pushed, tilted = Gain(force, 0.0 * force), Gain(0.0 * torque, -torque)
         if self.structure is not None:

@@ -83,13 +83,13 @@ def _deflection(modes: FlexibleModes, mass: Any, frequency: Any, real: Any, imag
 
     Elimination without pivoting: the damping keeps every pivot away from zero.
     """
-    own = jnp.asarray(modes.frequency)
+    mode = jnp.asarray(modes.frequency)
     one, many = frequency[..., None, None], jnp.eye(modes.count)
     rows = (
-        jnp.concatenate([own**2 * many - one**2 * mass, jnp.swapaxes(real, 1, 2)[..., None]], -1),
+        jnp.concatenate([mode**2 * many - one**2 * mass, jnp.swapaxes(real, 1, 2)[..., None]], -1),
         jnp.concatenate(
             [
-                2.0 * one * jnp.asarray(modes.damping) * own * many,
+                2.0 * one * jnp.asarray(modes.damping) * mode * many,
                 jnp.swapaxes(imaginary, 1, 2)[..., None],
             ],
             -1,

@@ -75,11 +75,11 @@ class PlantChange(Checked):
                 f"replaced by one of another kind), {expected}"
             )
         old = jax.tree.leaves(before)
-        for (path, new), own in zip(jax.tree.leaves_with_path(after), old, strict=True):
-            if eqx.is_array_like(own) and np.shape(new) != np.shape(own):
+        for (path, new), leaf in zip(jax.tree.leaves_with_path(after), old, strict=True):
+            if eqx.is_array_like(leaf) and np.shape(new) != np.shape(leaf):
                 raise InputError(
                     f"event {self.name}: found plant{jax.tree_util.keystr(path)} of shape "
-                    f"{np.shape(new)}, expected {np.shape(own)} as before"
+                    f"{np.shape(new)}, expected {np.shape(leaf)} as before"
                 )
 
 

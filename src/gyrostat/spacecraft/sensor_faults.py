@@ -115,8 +115,8 @@ class FaultySensor(Checked):
             value = getattr(seen, fault.field)
             last = jnp.where(memory.samples == 0.0, value, last)
             # another key than that of the sensor noise
-            own = jax.random.fold_in(jax.random.fold_in(key, 0x5EED), number)
-            made = fault(value, last, time, own)
+            fault_key = jax.random.fold_in(jax.random.fold_in(key, 0x5EED), number)
+            made = fault(value, last, time, fault_key)
             before.append(jnp.where(fault.time <= time + 1e-9, last, value))
             seen = seen._replace(**{fault.field: made})
         return _Memory(inner, memory.samples + 1.0, memory.period, tuple(before)), seen

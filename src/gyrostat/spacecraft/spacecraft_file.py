@@ -182,13 +182,13 @@ def _wheel(path: Path, prefix: str, row: dict[str, Any], force: bool) -> dict[st
         found["model"] = model = read_model(
             path.parent / _text(path, f"{prefix}model", row["model"]), force=force
         )
-        own = model.values.get("inertia", inertia)
-        if inertia is not None and own is not None and abs(own - inertia) > SAME * inertia:
+        rotor = model.values.get("inertia", inertia)
+        if inertia is not None and rotor is not None and abs(rotor - inertia) > SAME * inertia:
             raise InputError(
-                f"{path}: key {prefix}inertia: found {inertia:g} kg·m², expected the {own:g} "
+                f"{path}: key {prefix}inertia: found {inertia:g} kg·m², expected the {rotor:g} "
                 f"kg·m² of {row['model']}"
             )
-        inertia = own if inertia is None else inertia
+        inertia = rotor if inertia is None else inertia
     if "friction" in row:
         found["model"] = _own_friction(path, prefix, row)
     inertia = known.get("inertia") if inertia is None else inertia
@@ -216,11 +216,11 @@ def _own_friction(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel:
     if lacking:
         unit = si_unit(law.dimensions()[lacking[0]])
         raise InputError(f"{path}: key {key}.{lacking[0]}: found none, expected it, in {unit}")
-    own = {
+    numbers = {
         name: quantity(path, f"{key}.{name}", values[name], dimension, positive=False)
         for name, dimension in law.dimensions().items()
     }
-    return WheelModel(law, own)
+    return WheelModel(law, numbers)
 
 
 def _sheet(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel | None:

@@ -184,9 +184,9 @@ class SpeedLoopSpacecraft(Checked):
         drift = to_body(attitude, change) - jnp.cross(rate, momentum)
         # linear speeds; at zero the wheel sticks or accelerates against the breakaway torque
         given = axes.T @ (inverse @ (axes @ (torque - friction) - drift))
-        own = jnp.sum(axes * (inverse @ axes), axis=0)
-        free = torque / wheels.inertia + given + own * friction
-        brake = (1.0 / wheels.inertia + own) * coulomb
+        mobility = jnp.sum(axes * (inverse @ axes), axis=0)
+        free = torque / wheels.inertia + given + mobility * friction
+        brake = (1.0 / wheels.inertia + mobility) * coulomb
         speed = state.wheel_speed
         sliding = free - before * brake
         passes = before * (speed + length * sliding) <= 0.0

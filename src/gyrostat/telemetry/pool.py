@@ -72,7 +72,7 @@ def pool(record: Record) -> tuple[Record, int]:
             weight = 0.5 * (weight + _means(present[inside], size))
             total = 0.5 * (total + _means(known[inside], size))
         valid = np.append(False, weight > 0.5)
-        own = {
+        columns = {
             "time": record.time[edges],
             "current": np.append(
                 _means((record.current[inside] * np.diff(record.time)[inside]), size)
@@ -87,8 +87,8 @@ def pool(record: Record) -> tuple[Record, int]:
         for name in CHANNELS:
             series = getattr(record, name)
             if series is not None:
-                own[name] = series[edges]
-        for name, values in own.items():
+                columns[name] = series[edges]
+        for name, values in columns.items():
             parts.setdefault(name, []).append(values)
     if not parts:
         return record, 1

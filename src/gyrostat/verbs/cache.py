@@ -29,8 +29,8 @@ def cache(*, clear: bool = False, say: Say = silent) -> dict[str, object]:
     found = entries(opened.path)
     content: dict[str, dict[str, int]] = {}
     for kind in KINDS.values():
-        own = [entry.size for entry in found if entry.kind == kind]
-        content[kind] = {"count": len(own), "size": sum(own)}
+        sizes = [entry.size for entry in found if entry.kind == kind]
+        content[kind] = {"count": len(sizes), "size": sum(sizes)}
     size, largest = sum(entry.size for entry in found), limit()
     say(f"folder {opened.path}")
     if removed is not None:

@@ -68,12 +68,12 @@ def check(
     named.parts = supports_of(found, designs_of(found)) if found.sources else {}
     for section, kind in named.items():
         start = f"{section}."
-        own = [
+        parts = [
             f"{key.removeprefix(start)} = {value:g}"
             for key, value in found.values.items()
             if key.startswith(start) and is_user_kind(kind)
         ]
-        say(", ".join([f"{section}: {kind}", *own]))
+        say(", ".join([f"{section}: {kind}", *parts]))
         if section in named.parts:
             say(f"  {named.parts[section]}")
     if is_user_kind(found.friction):

@@ -51,8 +51,8 @@ class TelemetryOptions:
     @property
     def is_given(self) -> bool:
         """Whether any telemetry is given."""
-        own = (self.attitude, self.attitude_euler, self.rate, self.wheels, self.telemetry)
-        return any(value is not None for value in own)
+        options = (self.attitude, self.attitude_euler, self.rate, self.wheels, self.telemetry)
+        return any(value is not None for value in options)
 
     def read(self, file: "SpacecraftFile") -> "tuple[Telemetry, list[str]]":
         """Read and validate the telemetry.
@@ -129,7 +129,7 @@ def speeds_of(values: str | Iterable[Quantity], file: "SpacecraftFile") -> "Vect
             "all, or for none: momenta in N·m·s"
         )
     inertia = np.broadcast_to(np.asarray(file.spacecraft.wheels.inertia), (count,))
-    return np.array([_speed(part, own) for part, own in zip(parts, inertia.tolist(), strict=True)])
+    return np.array([_speed(*each) for each in zip(parts, inertia.tolist(), strict=True)])
 
 
 def _speed(value: Quantity, inertia: float) -> float:

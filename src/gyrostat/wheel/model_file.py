@@ -96,8 +96,8 @@ class WheelModel:
         if self.correlation is not None:
             known, matrix = self.correlation
             places = [k for k, n in enumerate(names) if n in known]
-            own = [known.index(names[k]) for k in places]
-            correlation[np.ix_(places, places)] = matrix[np.ix_(own, own)]
+            columns = [known.index(names[k]) for k in places]
+            correlation[np.ix_(places, places)] = matrix[np.ix_(columns, columns)]
         return names, correlation * np.outer(sigma, sigma)
 
     def static_friction(self) -> type[Friction]:
@@ -129,10 +129,10 @@ class WheelModel:
             InputError: A parameter has the wrong sign, or the friction drives the wheel.
         """
         if not self.impossible:
-            own = self._friction_values()
+            values = self._friction_values()
             # an estimate may be negative by chance, which its identification does not refuse
-            near = {n: 0.0 for n, v in own.items() if -2.0 * self.sigma.get(n, 0.0) <= v < 0.0}
-            check_concrete(self.friction.of(**{**own, **near}))
+            near = {n: 0.0 for n, v in values.items() if -2.0 * self.sigma.get(n, 0.0) <= v < 0.0}
+            check_concrete(self.friction.of(**{**values, **near}))
 
     def _friction_values(self) -> dict[str, float]:
         return {name: self.values[name] for name in self.friction.dimensions()}

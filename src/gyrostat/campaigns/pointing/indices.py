@@ -146,10 +146,10 @@ class ReproducibilityIndex:
 
 def differences(means: list[list[NDArray[np.float64]]]) -> Part:
     """Sizes of the differences of all pairs of means of each run."""
-    pairs = [[float(_length(value)) for value in _pairs(own)] for own in means]
+    pairs = [[float(_length(value)) for value in _pairs(run_means)] for run_means in means]
     sizes = np.full((len(pairs), max(map(len, pairs))), np.inf)
-    for row, own in zip(sizes, pairs, strict=True):
-        row[: len(own)] = own
+    for row, row_pairs in zip(sizes, pairs, strict=True):
+        row[: len(row_pairs)] = row_pairs
     return Part(0, sizes)
 
 

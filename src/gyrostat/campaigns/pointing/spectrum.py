@@ -100,7 +100,7 @@ def size_from_spectrum(
     from scipy.optimize import brentq  # slow to import
 
     def beyond(size: float) -> float:
-        shares = [_share_within(size, *own.tolist()) for own in sigmas / largest]
+        shares = [_share_within(size, *ratios.tolist()) for ratios in sigmas / largest]
         return float(weights @ shares) - requirement.level
 
     # two equal components have the largest quantile

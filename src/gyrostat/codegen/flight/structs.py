@@ -77,8 +77,8 @@ class Structs:
             return None
         if not _is_node(tree):
             return _leaf(tree, name)
-        own = type(tree).__name__
-        named = own if own not in ("tuple", "list", "dict") else name
+        title = type(tree).__name__
+        named = title if title not in ("tuple", "list", "dict") else name
         self.enums |= {e.__name__: e for e in getattr(tree, "ENUMS", {}).values()}
         units, meanings = declared_units(type(tree)), documented(type(tree))
         members = []
@@ -88,7 +88,7 @@ class Structs:
                 continue
             unit = units.get(field) or SI_UNIT.get(metadata.get("dimension", ""), "")
             members.append(Member(identifier(field), content, meanings.get(field) or unit))
-        meaning = (inspect.getdoc(type(tree)) or "").partition("\n")[0] if named == own else ""
+        meaning = (inspect.getdoc(type(tree)) or "").partition("\n")[0] if named == title else ""
         struct = Struct(identifier(named), tuple(members), comment(meaning + _compiled_in(tree)))
         return self._known(struct)
 

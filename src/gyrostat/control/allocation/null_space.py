@@ -108,15 +108,15 @@ class NullSpaceControl(Checked):
         def free(value: PerWheel) -> PerWheel:
             return works * value - across @ (axes @ (works * value))
 
-        own = free(momentum)
+        free_momentum = free(momentum)
         direction = free(self.pattern)
         square = direction @ direction
         exists = square > NOTHING
-        now = direction @ own / jnp.where(exists, square, 1.0)
+        now = direction @ free_momentum / jnp.where(exists, square, 1.0)
         # wheels that the direction does not move are ignored
         moved = works & (jnp.abs(direction) > jnp.sqrt(NOTHING))
         scale = jnp.where(moved, direction, 1.0)
-        zero = -(works * momentum - own) / scale
+        zero = -(works * momentum - free_momentum) / scale
         place = _Place(
             now,
             zero,
@@ -134,7 +134,7 @@ class NullSpaceControl(Checked):
         level, crosses = place.level(starts, ends, self.clearance)
         wanted = jnp.where(exists, level, 0.0) * direction
         torque = jnp.where(crosses & (self.gain > 0.0), self.crossing_gain, self.gain) * (
-            wanted - own
+            wanted - free_momentum
         )
         share = jnp.max(jnp.abs(torque) / jnp.maximum(room, 1e-30))
         return jnp.where(exists, torque / jnp.maximum(share, 1.0), 0.0)

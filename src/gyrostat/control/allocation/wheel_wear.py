@@ -54,8 +54,8 @@ class WheelWear(Checked):
             period: Time since the last sample, s.
         """
         sense = jnp.where(speed < 0.0, -1.0, 1.0)
-        own = sense * model.torque(speed, sense)
-        known = used & (own > 0.0)
-        ratio = jnp.maximum(sense * friction / jnp.where(known, own, 1.0), 1.0)
+        drag = sense * model.torque(speed, sense)
+        known = used & (drag > 0.0)
+        ratio = jnp.maximum(sense * friction / jnp.where(known, drag, 1.0), 1.0)
         share = period / (self.time + period)
         return wear + share * jnp.where(known, ratio - wear, 0.0)

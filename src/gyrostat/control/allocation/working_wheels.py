@@ -44,9 +44,9 @@ class WorkingWheels(NamedTuple):
         wheels = spacecraft.wheels
         works = np.broadcast_to(np.asarray(working, dtype=bool), (wheels.count,))
         every = np.asarray(wheels.axes, dtype=float)
-        own = np.asarray(wheels.inertia, dtype=float) * np.ones(wheels.count)
+        rotors = np.asarray(wheels.inertia, dtype=float) * np.ones(wheels.count)
         fixed = np.zeros(wheels.count) if seized is None else np.asarray(seized, dtype=float)
-        inertia = np.asarray(spacecraft.inertia, dtype=float) + (every * own * fixed) @ every.T
+        inertia = np.asarray(spacecraft.inertia, dtype=float) + (every * rotors * fixed) @ every.T
         axes = every * works
         directions, sizes, _ = np.linalg.svd(axes)
-        return cls(works, axes, own, inertia, directions, int(np.sum(sizes > SPAN)))
+        return cls(works, axes, rotors, inertia, directions, int(np.sum(sizes > SPAN)))

@@ -31,9 +31,9 @@ def toward(controller: Any, guide: Guide) -> Any:
     Raises:
         InputError: The controller has neither.
     """
-    own = getattr(controller, "toward", None)
-    if own is not None:
-        return own(guide)
+    method = getattr(controller, "toward", None)
+    if method is not None:
+        return method(guide)
     if "reference" not in {field.name for field in fields(controller)}:
         raise InputError(
             f"{type(controller).__name__}: found a controller that cannot follow a reference, "

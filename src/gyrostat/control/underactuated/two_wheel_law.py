@@ -169,12 +169,12 @@ class TwoWheelLaw(Checked):
     def _geometry(self, body: Vector3) -> _Geometry:
         coupling = jnp.asarray(self.wheels.inertia) @ self.normal
         size, frame = jnp.sqrt(body @ body), momentum_frame(self.normal, body)
-        own, by_roll = self.normal @ coupling, coupling @ body / size
+        by_normal, by_roll = self.normal @ coupling, coupling @ body / size
         # a roll with this spin rate does not change the lag
-        roll_axis = body / size - self.normal * by_roll / own
+        roll_axis = body / size - self.normal * by_roll / by_normal
         turn = jnp.sqrt(roll_axis @ roll_axis + 1e-12)
         tilt = coupling @ frame.tangent
-        return _Geometry(body, size, frame, own, by_roll, tilt, roll_axis, turn)
+        return _Geometry(body, size, frame, by_normal, by_roll, tilt, roll_axis, turn)
 
     def _authority(self, at: _Geometry, held: Scalar, momentum: PerWheel) -> _Authority:
         wheels = self.wheels

@@ -73,7 +73,7 @@ def _switched_off(record: Record) -> list[NDArray[np.intp]]:
     level = max(least, ZERO * noise, 0.6 * (quantum(record.current) or 0.0))
     off = np.abs(record.current) <= level
     stretches = [np.arange(first, last) for first, last in runs(off)]
-    # a small current may be hidden by the noise of single samples, but not in the mean
+    # a small current may be hidden by the noise of separate samples, but not in the mean
     return [
         s
         for s in stretches
@@ -116,9 +116,9 @@ def _start(coasts: Sequence[Coast]) -> Vector:
     """Ratios b/J and c/J and initial speeds, by regression on the integrated equation of motion."""
     rows, right = [], []
     for k, coast in enumerate(coasts):
-        own = np.zeros((len(coast.time), len(coasts)))
-        own[:, k] = 1.0
-        rows.append(np.column_stack([-trapezoidal(coast.speed, coast.time), -coast.time, own]))
+        columns = np.zeros((len(coast.time), len(coasts)))
+        columns[:, k] = 1.0
+        rows.append(np.column_stack([-trapezoidal(coast.speed, coast.time), -coast.time, columns]))
         right.append(coast.speed)
     start = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0]
     return np.concatenate([np.maximum(start[:2], 0.0), start[2:]])
@@ -165,7 +165,9 @@ def identify_coast(
     start = _start(coasts)
     estimates, outcome = fit_stretches(
         [c.speed for c in coasts],
-        lambda k, common, own: coasting_speed(coasts[k].time, own[0], common[0], common[1]),
+        lambda k, common, separate: coasting_speed(
+            coasts[k].time, separate[0], common[0], common[1]
+        ),
         start[:2],
         list(start[2:, None]),
         records=records,

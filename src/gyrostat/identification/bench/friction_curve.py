@@ -78,8 +78,8 @@ def _own_sigma(plateaus: Sequence[Plateau], held: Mapping[str, float]) -> tuple[
     """Standard deviations of speeds, rad/s, and torques, N·m, from the scatter of the plateaus."""
     count = np.array([p.count for p in plateaus], dtype=float)
 
-    def settled(own: Vector) -> Vector:
-        one = own**2 * count
+    def settled(values: Vector) -> Vector:
+        one = values**2 * count
         common = float(np.average(one, weights=count))
         return np.sqrt((count * one + COMMON_SCATTER * common) / (count + COMMON_SCATTER) / count)
 

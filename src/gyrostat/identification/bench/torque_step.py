@@ -76,7 +76,7 @@ def find_steps(record: Record, noise: float) -> list[Step]:
         noise: Standard deviation of a measured speed, rad/s.
     """
     edges = [(0, 0), *_edges(record.current), (len(record.time),) * 2]
-    # a cut at single noisy samples would bias those that remain: use a running mean
+    # a cut at separate noisy samples would bias those that remain: use a running mean
     speed = np.interp(record.time, record.time[record.valid], record.speed[record.valid])
     smooth = np.convolve(speed, np.full(SMOOTHING, 1.0 / SMOOTHING), mode="same")
     sense = np.where(np.abs(smooth) > CLEAR * noise, np.sign(smooth), 0.0)
@@ -167,25 +167,25 @@ def identify_torque_step(
             "speeds of the same sense on either side and a steady current there"
         )
     senses = sorted({step.sense for step in steps})
-    motor, own = _start(steps)
+    motor, separate = _start(steps)
 
-    def model(k: int, common: Vector, own: Vector) -> tuple[Vector, Matrix]:
+    def model(k: int, common: Vector, separate: Vector) -> tuple[Vector, Matrix]:
         step = steps[k]
         viscous = 1 + senses.index(step.sense)
         relaxed, bend = relaxed_time(step.time, float(common[viscous]))
         kick = step.change * (step.time >= 0.0)
-        rate = own[1] + common[0] * kick
+        rate = separate[1] + common[0] * kick
         slopes = np.zeros((len(relaxed), len(common) + 2))
         slopes[:, 0] = kick * relaxed
         slopes[:, viscous] = rate * bend
         slopes[:, -2:] = np.column_stack([np.ones_like(relaxed), relaxed])
-        return own[0] + rate * relaxed, slopes
+        return separate[0] + rate * relaxed, slopes
 
     (estimate,), outcome = fit_stretches(
         [step.speed for step in steps],
         model,
         np.array([motor, *[0.0] * len(senses)]),
-        own,
+        separate,
         records=records,
         speed_sigma=speed_sigma,
         noise=seen,

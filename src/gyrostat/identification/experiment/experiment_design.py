@@ -83,8 +83,8 @@ class _Search:
     def at_rest(self, columns: Matrix) -> Vector:
         """Coefficients of the torques that act at rest alone in combinations (n, c), (c,)."""
         names = self.known.names
-        own = [names.index(n) for n in self.known.model.vanishing_at if n in names]
-        return columns[own].sum(axis=0)
+        places = [names.index(n) for n in self.known.model.vanishing_at if n in names]
+        return columns[places].sum(axis=0)
 
     def current(self, shape: Shape, time: Vector) -> Vector:
         """Current of a shape within the limits, (N,), A."""

@@ -115,13 +115,13 @@ class KnownWheel:
     ) -> Self:
         """Keep the parameters that any record of the wheel has."""
         known = (*wheel_dimensions(model), "current_bias")
-        own = [k for k, n in enumerate(names) if n in known]
+        places = [k for k, n in enumerate(names) if n in known]
         ripple = effects.get(RIPPLE)
         return cls(
             model=model,
             values={n: values.get(n, 0.0) for n in known},
-            names=tuple(names[k] for k in own),
-            covariance=covariance[np.ix_(own, own)],
+            names=tuple(names[k] for k in places),
+            covariance=covariance[np.ix_(places, places)],
             speed_sigma=speed_sigma or None,
             ripple=ripple.value if ripple is not None and ripple.likely else 0.0,
         )
@@ -166,9 +166,9 @@ class KnownWheel:
         Raises:
             InputError: The text is no combination of parameters of one dimension.
         """
-        own = {**wheel_dimensions(self.model), "current_bias": "current"}
+        dimensions = {**wheel_dimensions(self.model), "current_bias": "current"}
         chosen = np.array(self.names)[self.contrast(text, where) != 0.0]
-        found = {own[name] for name in chosen}
+        found = {dimensions[name] for name in chosen}
         if len(found) > 1:
             raise InputError(f"{where}: found {text!r}, expected parameters of one unit")
         return found.pop()
@@ -189,9 +189,9 @@ class KnownWheel:
         """
         every = list(self.values)
         drawn = np.tile([self.values[n] for n in every], (_TRIALS * count, 1))
-        own = [every.index(n) for n in self.names]
-        noise = random.standard_normal((len(drawn), len(own)))
-        drawn[:, own] += noise @ square_root(self.covariance).T
+        places = [every.index(n) for n in self.names]
+        noise = random.standard_normal((len(drawn), len(places)))
+        drawn[:, places] += noise @ square_root(self.covariance).T
         limited = self.nearest_possible(drawn)
         possible = np.flatnonzero(np.all(limited == drawn, axis=1))
         order = np.concatenate([possible, np.setdiff1d(np.arange(len(drawn)), possible)])
@@ -233,7 +233,7 @@ def _content(path: Path, content: Mapping[str, Any]) -> tuple[Any, ...]:
     if law is None:
         model = friction_law(content["model"], f"{path}: model")
     else:
-        digests = {str(name): str(own) for name, own in law["sources"].items()}
+        digests = {str(name): str(digest) for name, digest in law["sources"].items()}
         found, _ = law_below(path.parent, law["python"], f"{path}: law", digests)
         model = static(found, f"{path}: law")
     effects = {e["name"]: Effect(**e) for e in content.get("effects", ())}

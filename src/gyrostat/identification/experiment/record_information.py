@@ -52,8 +52,8 @@ def _program(model: type[Friction], places: tuple[int, ...]):
         still = jnp.zeros_like(time)
         speed, jacobian, _, resolved = respond(theta, time, current, still > 0.0, still, len(time))
         # in units of the earlier uncertainty, so that the matrix is well conditioned
-        own = jnp.column_stack([jacobian[:, jnp.array(places)], jacobian[:, -1]])
-        rows = own @ root / noise
+        columns = jnp.column_stack([jacobian[:, jnp.array(places)], jacobian[:, -1]])
+        rows = columns @ root / noise
         added = jax.ops.segment_sum(rows[:, :, None] * rows[:, None, :], part, CHECKPOINTS)
         information = jnp.eye(len(root)) + jnp.cumsum(added, axis=0)
         covariance = (root @ jnp.linalg.inv(information) @ root.T)[:, :-1, :-1]
@@ -117,8 +117,8 @@ def information_gained(
     theta = np.column_stack([wheels, np.full(len(wheels), initial_speed)])
     found = []
     for first in range(0, len(lanes), LANES):
-        own = [lanes[k % len(lanes)] for k in range(first, first + LANES)]
-        b, d = (np.array(index) for index in zip(*own, strict=True))
+        group = [lanes[k % len(lanes)] for k in range(first, first + LANES)]
+        b, d = (np.array(index) for index in zip(*group, strict=True))
         result = program(theta[d], currents[b], time, noise, jnp.asarray(part), full)
         found.append([np.asarray(column) for column in result])
     joined = [np.concatenate(column)[: len(lanes)] for column in zip(*found, strict=True)]

@@ -95,7 +95,7 @@ def compiled_response(model: type[Friction], hold: CurrentHold):
             slopes = jnp.where(anew, 0.0, slopes)
             speed = jnp.where(anew, initial, step.speed)
             sensitivity = slopes[0] * sensitivity + jnp.append(slopes[1:], 0.0)
-            sensitivity = jnp.where(anew, own, sensitivity)
+            sensitivity = jnp.where(anew, direction, sensitivity)
             resolved = resolved & step.resolved
             return (speed, sensitivity, resolved), (speed, sensitivity, slopes)
 
@@ -106,14 +106,14 @@ def compiled_response(model: type[Friction], hold: CurrentHold):
             put = jax.lax.dynamic_update_index_in_dim
             return state, tuple(put(*both, k, 0) for both in zip(found, new, strict=True))
 
-        own = jnp.zeros_like(theta).at[-1].set(1.0)
+        direction = jnp.zeros_like(theta).at[-1].set(1.0)
         each = jnp.zeros((len(time) - 1, len(theta)))
         empty = (each[:, 0], each, each)
-        start = (theta[-1], own, jnp.array(True))
+        start = (theta[-1], direction, jnp.array(True))
         state, found = jax.lax.fori_loop(0, count - 1, sample, (start, empty))
         speeds, rows, slopes = found
         speeds = jnp.concatenate([theta[-1:], speeds])
-        return speeds, jnp.concatenate([own[None], rows]), slopes, state[-1]
+        return speeds, jnp.concatenate([direction[None], rows]), slopes, state[-1]
 
     return stored_function(respond, model, hold)
 
@@ -227,10 +227,10 @@ class SpeedPrediction:
         for record, inputs, columns, at in zip(
             self.records, self.inputs, self.columns, self.at_temperature, strict=True
         ):
-            own = at @ values
+            values_of_run = at @ values
             first = np.zeros(len(inputs[0]))
-            first[[part.start for part in record.segments]] = own[columns]
-            shared = own[[*range(self.shared), columns[0]]]
+            first[[part.start for part in record.segments]] = values_of_run[columns]
+            shared = values_of_run[[*range(self.shared), columns[0]]]
             count = len(record.time)
             response = self._respond(jnp.asarray(shared), *inputs, jnp.asarray(first), count)
             speed, slim, slopes = (np.asarray(part) for part in response[:3])

@@ -88,8 +88,8 @@ class Problem:
         Args:
             place: Index of the record.
         """
-        own, several = f"initial_speed_{place + 1}", "initial_speed_"
-        rename = {name: "initial_speed" if name == own else name for name in self.asked}
+        initial_speed, several = f"initial_speed_{place + 1}", "initial_speed_"
+        rename = {name: "initial_speed" if name == initial_speed else name for name in self.asked}
         rename = {name: new for name, new in rename.items() if not new.startswith(several)}
         sigma = self.speed_sigma
         if sigma is not None and np.size(sigma) == len(self.records) > 1:

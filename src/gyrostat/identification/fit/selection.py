@@ -159,20 +159,20 @@ def select(prediction: SpeedPrediction, deterministic: StartValues, problem: Pro
     _check_scale(prediction, names, prior, fixed)
 
     means = {n: mean for n, (mean, _) in prior.items()}
-    own = deterministic.parameters(prediction, {**start, **means, **fixed}) | fixed
-    if "inertia" not in own:
+    estimates = deterministic.parameters(prediction, {**start, **means, **fixed}) | fixed
+    if "inertia" not in estimates:
         raise InputError(
             "inertia: found none, expected the wheel's inertia in kg·m² (--inertia), or "
             "motor_constant held and inertia free"
         )
-    values = {**own, **means, **start}
-    mean, scale, differences = {**own, **means}, [], {}
+    values = {**estimates, **means, **start}
+    mean, scale, differences = {**estimates, **means}, [], {}
     for place, name in enumerate(names):
         size = deterministic.size(
-            name, prediction.dimensions[name], own["inertia"], own["motor_constant"]
+            name, prediction.dimensions[name], estimates["inertia"], estimates["motor_constant"]
         )
         # a number that starts at zero and has no natural size
-        scale.append(WEAK * (max(abs(own[name]), size) or 1.0))
+        scale.append(WEAK * (max(abs(estimates[name]), size) or 1.0))
         reference = prediction.model.vanishing_at.get(name)
         if reference is not None and name not in prior:
             # without information in the record it has no effect, and equals its reference
@@ -182,7 +182,7 @@ def select(prediction: SpeedPrediction, deterministic: StartValues, problem: Pro
     return Selection(
         free=names,
         values=np.array([values[n] for n in prediction.names], dtype=float),
-        fallback=np.array([own[n] for n in prediction.names], dtype=float),
+        fallback=np.array([estimates[n] for n in prediction.names], dtype=float),
         prior=Prior(
             np.array([mean[n] for n in names], dtype=float),
             np.array([prior[n][1] if n in prior else s for n, s in zip(names, scale, strict=True)]),

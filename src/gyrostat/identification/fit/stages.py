@@ -107,8 +107,8 @@ class _CoulombStage:
                 continue
             column = np.zeros(len(prediction.names))
             column[[prediction.names.index(n) for n in tied]] = list(tied.values())
-            own = np.array([prediction.names.index(n) for n in leading])
-            first = float(np.mean(selection.values[own] / column[own]))
+            leading_places = np.array([prediction.names.index(n) for n in leading])
+            first = float(np.mean(selection.values[leading_places] / column[leading_places]))
             free = [n for n in leading if n in selection.free]
             self.offset = np.where(column != 0.0, 0.0 if free else first * column, self.offset)
             if free:

@@ -145,8 +145,8 @@ def integral_regression(records: Sequence[Record]) -> StartValues:
         for first, last in stretches:
             used = first + np.flatnonzero(record.valid[first:last])
             sense = np.sign(np.mean(speed[first:last]))
-            own = integrals[used] - integrals[first]
-            blocks.append(np.column_stack([own, -sense * (time[used] - time[first])]))
+            change = integrals[used] - integrals[first]
+            blocks.append(np.column_stack([change, -sense * (time[used] - time[first])]))
             rights.append(speed[used])
         speeds.append(speed)
     # each interval starts at its own speed, which subtracting the means eliminates

@@ -71,8 +71,8 @@ class _Test:
 
     def friction(self, values: _Values, speed: Any, sense: int) -> Any:
         """Friction torque against the motion at a speed of 0 or more, N·m."""
-        own = {name: values[name] for name in self.model.friction.dimensions()}
-        return sense * self.model.friction.of(**own).torque(sense * speed, sense)
+        parameters = {name: values[name] for name in self.model.friction.dimensions()}
+        return sense * self.model.friction.of(**parameters).torque(sense * speed, sense)
 
     def quantity(self, limit: Limit, sense: int) -> Callable[[_Values], Any]:
         """Quantity of the wheel as a function of the parameters."""
@@ -108,8 +108,8 @@ class _Test:
         if limit.quantity in ("static_imbalance", "dynamic_imbalance"):
             return "a record of current and speed does not show it"
         name = "static" if limit.quantity == "zero_crossing_torque" else limit.quantity
-        own = name in ("static", "stribeck_speed", "coulomb", "viscous", "inertia")
-        if own and self.parameter(self.values, name, 1) is None:
+        is_friction = name in ("static", "stribeck_speed", "coulomb", "viscous", "inertia")
+        if is_friction and self.parameter(self.values, name, 1) is None:
             return f"the model ({self.model.friction.name}) has no {name.replace('_', ' ')}"
         if limit.quantity == "torque_limit" and "current" not in limit.conditions:
             return "the sheet states no current"
@@ -128,14 +128,14 @@ class _Test:
         if self.current < REACHED * limit.conditions.get("current", 0.0):
             return f"the record reaches only {plain(self.current)} A"
         # the record gives torques and motor constant per inertia
-        own = [k for k, n in enumerate(self.validation.names) if n != "inertia"]
-        if limit.quantity == "inertia" or not np.any(slope[own]):
+        places = [k for k, n in enumerate(self.validation.names) if n != "inertia"]
+        if limit.quantity == "inertia" or not np.any(slope[places]):
             return ""
-        size = np.array([abs(self.values[self.validation.names[k]]) for k in own])
+        size = np.array([abs(self.values[self.validation.names[k]]) for k in places])
         size = np.where(size > 0.0, size, 1.0)
-        known = self.validation.information[np.ix_(own, own)] * np.outer(size, size)
-        part = size * slope[own]
-        spread = part @ np.linalg.solve(known + UNKNOWN * np.eye(len(own)), part)
+        known = self.validation.information[np.ix_(places, places)] * np.outer(size, size)
+        part = size * slope[places]
+        spread = part @ np.linalg.solve(known + UNKNOWN * np.eye(len(places)), part)
         if value**2 < CLEAR**2 * spread:
             return "the record alone does not determine it"
         return ""
@@ -159,8 +159,8 @@ class _Test:
             spread = self.model.sigma.get("inertia", 0.0)
             value, sigma = inertia * speed, float(np.hypot(inertia * sigma, spread * speed))
         verdict, why = judged(limit, value, sigma), ""
-        fastest = [own.minimum for own in self.sheet.limits if own.quantity == "speed_limit"]
-        full = limit.quantity == "momentum_limit" and any(speed >= own for own in fastest)
+        fastest = [each.minimum for each in self.sheet.limits if each.quantity == "speed_limit"]
+        full = limit.quantity == "momentum_limit" and any(speed >= least for least in fastest)
         if verdict == FAIL and value < limit.minimum and not full:
             verdict = NOT_JUDGED
             why = f"the record reaches only {plain(max(speed, 0.0) / RPM)} rpm"

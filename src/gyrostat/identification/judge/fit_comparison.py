@@ -47,8 +47,8 @@ class _Joint:
         }
         self.values = np.concatenate([fit.values for fit in fits])
         self.covariance = np.zeros((len(self.values), len(self.values)))
-        own = [[self.places[k, n] for n in fit.names] for k, fit in enumerate(fits)]
-        for fit, place in zip(fits, own, strict=True):
+        columns = [[self.places[k, n] for n in fit.names] for k, fit in enumerate(fits)]
+        for fit, place in zip(fits, columns, strict=True):
             self.covariance[np.ix_(place, place)] = fit.covariance
         self.shared = set()
         for name in shared:
@@ -58,14 +58,14 @@ class _Joint:
                         errors = np.outer(
                             first.tolerances[name].errors, second.tolerances[name].errors
                         )
-                        self.covariance[np.ix_(own[i], own[j])] += errors
+                        self.covariance[np.ix_(columns[i], columns[j])] += errors
                         self.shared.add(name)
 
     def estimates(self, name: str) -> tuple[list[int], Vector, Matrix]:
         """Fits that have a parameter, its values and their covariance."""
         fits = [k for k, fit in enumerate(self.fits) if name in fit.names]
-        own = [self.places[k, name] for k in fits]
-        return fits, self.values[own], self.covariance[np.ix_(own, own)]
+        columns = [self.places[k, name] for k in fits]
+        return fits, self.values[columns], self.covariance[np.ix_(columns, columns)]
 
     def change(self, fit: int, reference: int, names: Sequence[str]) -> tuple[Vector, Matrix]:
         """Differences of several parameters between two fits, and their covariance."""

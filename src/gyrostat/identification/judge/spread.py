@@ -146,10 +146,10 @@ def between(values: Vector, covariance: Matrix) -> Spread:
 
     ends = [variance_at(float(chdtri(freedom, p))) for p in (0.025, 0.975)]
     variance = variance_at(float(freedom))
-    mean, own, _ = _mean(values, covariance, variance)
+    mean, mean_variance, _ = _mean(values, covariance, variance)
     chance = float(chdtrc(freedom, _mean(values, covariance, 0.0)[2]))
     low, middle, high = np.sqrt([ends[0], variance, ends[1]]).tolist()
-    return Spread(mean, float(np.sqrt(own)), middle, low, high, chance)
+    return Spread(mean, float(np.sqrt(mean_variance)), middle, low, high, chance)
 
 
 def from_others(values: Vector, covariance: Matrix, place: int) -> tuple[float, float, float]:

@@ -134,8 +134,8 @@ def _best_prediction(
     base = np.array([told[n] for n in wheel], dtype=float)
     speeds = [record.speed[part][record.valid[part]] for part in record.segments]
     sigma = max(noise, NUMERICAL_NOISE * float(np.max(np.abs(np.concatenate(speeds))))) or 1.0
-    first = np.array([np.median(own[:FIRST_SPEEDS]) for own in speeds])
-    reach = REACH * sigma + np.array([np.ptp(own[:FIRST_SPEEDS]) for own in speeds])
+    first = np.array([np.median(segment[:FIRST_SPEEDS]) for segment in speeds])
+    reach = REACH * sigma + np.array([np.ptp(segment[:FIRST_SPEEDS]) for segment in speeds])
 
     def evaluate(x: Vector) -> Evaluation | None:
         # a model that sticks is not refused: its residuals show how bad it is
@@ -171,9 +171,9 @@ def _own_columns(
     that they compensate is removed.
     """
     columns = linear.jacobian[:, [prediction.names.index(n) for n in names]]
-    own = linear.jacobian[:, -len(prediction.initial_speeds) :]
+    starts = linear.jacobian[:, -len(prediction.initial_speeds) :]
     used = prediction.records[0].valid
-    return columns - own @ np.linalg.lstsq(own[used], columns[used], rcond=1e-10)[0]
+    return columns - starts @ np.linalg.lstsq(starts[used], columns[used], rcond=1e-10)[0]
 
 
 def validate(

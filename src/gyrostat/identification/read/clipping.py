@@ -48,12 +48,12 @@ def clipped_current(record: Record) -> Finding | None:
     everything = sum(last - first for first, last in stretches) == count
     if everything or not fewest <= len(stretches) <= most or count < FEWEST_WINDOWS:
         return None
-    own = np.zeros((count, len(stretches)))
+    columns = np.zeros((count, len(stretches)))
     for k, (first, last) in enumerate(stretches):
-        own[first:last, k] = record.current[first:last]
+        columns[first:last, k] = record.current[first:last]
     speed = filled_speed(record)
     _, plain = motion_regression(record.time, record.current, speed)
-    found, better = motion_regression(record.time, record.current, speed, own)
+    found, better = motion_regression(record.time, record.current, speed, columns)
     freedom = min(WINDOWS, count - 1) - len(found)
     gain = (plain - better) / len(stretches)
     if found[0] == 0.0 or freedom < 1 or not gain * freedom > CLEAR_F * better:

@@ -77,7 +77,7 @@ def motion_regression(
             change(current),
             -change(smooth),
             -change(np.sign(smooth)),
-            *(change(own) for own in ([] if further is None else further.T)),
+            *(change(column) for column in ([] if further is None else further.T)),
         ]
     )
     right = np.diff(smooth[edges])
@@ -179,9 +179,9 @@ def lost_sign(record: Record) -> Finding | None:
         name, other = "unsigned_speed", signed_speed(record)
         if other is None or np.min(_smooth(speed)) < -clear:
             return None
-    _, own = motion_regression(record.time, record.current, speed)
+    _, misfit = motion_regression(record.time, record.current, speed)
     _, better = motion_regression(record.time, other.current, filled_speed(other))
-    if not better < CLEARLY_BETTER * own:
+    if not better < CLEARLY_BETTER * misfit:
         return None
-    evidence = WINDOWS * float(np.log(own / max(better, np.finfo(float).tiny)))
+    evidence = WINDOWS * float(np.log(misfit / max(better, np.finfo(float).tiny)))
     return fault_finding(name, f"{TITLES[name]} in {record.name}", evidence=evidence)

@@ -36,8 +36,8 @@ def slope_dimensions(model: type[Friction]) -> dict[str, str]:
     Args:
         model: Friction model.
     """
-    own = dict.fromkeys(model.dimensions().values())
-    return {SLOPES[d]: f"{d}_per_temperature" for d in own if d in SLOPES}
+    dimensions = dict.fromkeys(model.dimensions().values())
+    return {SLOPES[d]: f"{d}_per_temperature" for d in dimensions if d in SLOPES}
 
 
 def at_temperature(model: type[Friction], names: Sequence[str], offset: float) -> Matrix:

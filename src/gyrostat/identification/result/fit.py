@@ -171,8 +171,8 @@ class Fit:
         if self.tolerances is None:
             return {}
         parts = self.tolerances.roots**2 / np.diag(self.covariance)[:, None]
-        own = dict(zip(self.tolerances.names, parts.T, strict=True))
-        return {"record": np.maximum(1.0 - parts.sum(axis=1), 0.0), **own}
+        shares = dict(zip(self.tolerances.names, parts.T, strict=True))
+        return {"record": np.maximum(1.0 - parts.sum(axis=1), 0.0), **shares}
 
     @property
     def parameters(self) -> dict[str, float]:
@@ -239,7 +239,7 @@ class Fit:
         if not set(self.model.dimensions()) <= set(values):
             return None
         sigma = dict(zip(self.names, self.sigma.tolist(), strict=True))
-        own = [k for k, n in enumerate(self.names) if n in known]
+        places = [k for k, n in enumerate(self.names) if n in known]
         return WheelModel(
             friction=self.model,
             values=values,
@@ -253,8 +253,8 @@ class Fit:
             },
             impossible="; ".join(self.impossible),
             correlation=(
-                tuple(self.names[k] for k in own),
-                self.correlation[np.ix_(own, own)],
+                tuple(self.names[k] for k in places),
+                self.correlation[np.ix_(places, places)],
             ),
         )
 
@@ -274,9 +274,9 @@ class Fit:
         names = list(self.model.dimensions())
         found = friction_torques(self.model, self.parameters, speed)
         places = [k for k, n in enumerate(names) if n in self.names]
-        own = [self.names.index(names[k]) for k in places]
+        columns = [self.names.index(names[k]) for k in places]
         covariance = np.zeros((len(names), len(names)))
-        covariance[np.ix_(places, places)] = self.covariance[np.ix_(own, own)]
+        covariance[np.ix_(places, places)] = self.covariance[np.ix_(columns, columns)]
         slope = found.by_parameters
         return found.torque, np.sqrt(np.einsum("mi,ij,mj->m", slope, covariance, slope))
 

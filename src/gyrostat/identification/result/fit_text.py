@@ -109,12 +109,12 @@ def posterior_rows(fit: Fit) -> Iterator[tuple[str, str, str, str, str]]:
     Args:
         fit: A fit with a posterior; without one there are no rows.
     """
-    for own in () if fit.posterior is None else fit.posterior.marginals:
-        value, sigma, unit = estimate_of(fit, own.name)
+    for marginal in () if fit.posterior is None else fit.posterior.marginals:
+        value, sigma, unit = estimate_of(fit, marginal.name)
         half = 1.959964 * sigma
-        interval = f"{plain(own.quantiles[0])} to {plain(own.quantiles[-1])}"
+        interval = f"{plain(marginal.quantiles[0])} to {plain(marginal.quantiles[-1])}"
         gaussian = f"{plain(value - half)} to {plain(value + half)}"
-        yield own.name, plain(own.quantiles[2]), interval, gaussian, unit
+        yield marginal.name, plain(marginal.quantiles[2]), interval, gaussian, unit
 
 
 def share_rows(fit: Fit) -> Iterator[tuple[str, ...]]:

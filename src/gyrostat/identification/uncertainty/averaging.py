@@ -115,10 +115,10 @@ def average(
     known = (rows.T @ rows, -rows.T @ prior.residual(x))
     every = [*effects, *beside]
     count = len(x)
-    own = 1 + count + sum(effect.columns[0].shape[1] for effect in effects)
+    size = 1 + count + sum(effect.columns[0].shape[1] for effect in effects)
 
     def mixture() -> tuple[Posteriors, Vector]:
-        seen = posteriors([f.leading(own) for f in found], effects, known, levels, stated)
+        seen = posteriors([f.leading(size) for f in found], effects, known, levels, stated)
         return seen, _weights(seen, ripple, resolution)
 
     levels = grid(RIPPLES, ripple)

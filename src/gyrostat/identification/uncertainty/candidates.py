@@ -114,16 +114,16 @@ class _Candidates:
         """
         pairs = list(zip(self.prediction.records, self.linear, strict=True))
         inputs = [shape(record, linear) for record, linear in pairs]
-        present = [k for k, own in enumerate(inputs) if own is not None]
+        present = [k for k, columns in enumerate(inputs) if columns is not None]
         if not present:
             return
-        width = next(own.shape[1] for own in inputs if own is not None)
+        width = next(columns.shape[1] for columns in inputs if columns is not None)
         blocks = []
-        for k, (own, linear) in enumerate(zip(inputs, self.linear, strict=True)):
+        for k, (columns, linear) in enumerate(zip(inputs, self.linear, strict=True)):
             block = np.zeros((len(linear.transition), width * (len(present) if each else 1)))
-            if own is not None:
+            if columns is not None:
                 first = width * present.index(k) if each else 0
-                block[:, first : first + width] = own
+                block[:, first : first + width] = columns
             blocks.append(block)
         if any(np.any(block) for block in blocks):
             self.asked.append((name, title, unit, blocks))
@@ -156,8 +156,8 @@ def candidates(
 
     def scaled(names: Sequence[str], share: Callable[[Record], Vector | None]) -> Shape:
         def shape(record: Record, linear: Linearisation) -> Matrix | None:
-            own = share(record)
-            return None if own is None else (own * make.torque(linear, names))[:, None]
+            shares = share(record)
+            return None if shares is None else (shares * make.torque(linear, names))[:, None]
 
         return shape
 

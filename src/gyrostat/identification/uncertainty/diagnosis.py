@@ -195,8 +195,8 @@ def _describe(
     kind, place = first
     if kind == "shape":
         width = len(problem.places[place])
-        own = np.arange(len(solved) - width, len(solved))
-        largest = own[int(np.argmax(np.abs(solved[own])))]
+        added = np.arange(len(solved) - width, len(solved))
+        largest = added[int(np.argmax(np.abs(solved[added])))]
         value, sigma = float(solved[largest]), float(np.sqrt(covariance[largest, largest]))
         unit = problem.effects[place].unit
     else:
@@ -229,15 +229,15 @@ def _scores(problem: _Problem, state: _State, keys: Sequence[_Key]) -> list[Scor
         bare = problem.solve(before.level, before.chosen)[0]
         deviance, solved, covariance = problem.solve(after.level, after.chosen)
         width = len(problem.places[place])
-        own = np.arange(len(solved) - width, len(solved))
-        sigma = np.sqrt(np.maximum(np.diag(covariance)[own], np.finfo(float).tiny))
-        most = int(np.argmax(np.abs(solved[own]) / sigma))
+        added = np.arange(len(solved) - width, len(solved))
+        sigma = np.sqrt(np.maximum(np.diag(covariance)[added], np.finfo(float).tiny))
+        most = int(np.argmax(np.abs(solved[added]) / sigma))
         effect = problem.effects[place]
         scores.append(
             Score(
                 name=effect.name,
                 title=effect.title,
-                value=float(solved[own[most]]),
+                value=float(solved[added[most]]),
                 sigma=float(sigma[most]),
                 unit=effect.unit,
                 significance=float(np.sqrt(max(bare - deviance, 0.0))),

@@ -139,11 +139,11 @@ def accumulated(linear: Linearisation, inputs: Matrix) -> Matrix:
     size = min(len(padded(linear.transition)), LONGEST)
     found, last = np.zeros((count + 1, width)), np.zeros(width + spare(width))
     for start in range(0, count, size):
-        own = slice(start, start + size)
+        columns = slice(start, start + size)
         fill = max(0, start + size - count)
         rows = _chain(
-            np.pad(linear.transition[own], (0, fill)),
-            np.pad(inputs[own], ((0, fill), (0, spare(width)))),
+            np.pad(linear.transition[columns], (0, fill)),
+            np.pad(inputs[columns], ((0, fill), (0, spare(width)))),
             last,
         )
         rows = np.asarray(rows)
@@ -191,9 +191,9 @@ def _viscous_drift(
     columns = []
     for k, (record, each) in enumerate(zip(prediction.records, linear, strict=True)):
         torque = sum(size[n] * each.local[:, prediction.names.index(n)] for n in names)
-        own = np.zeros((len(record.time), len(linear)))
-        own[:, k] = accumulated(each, (share_of_range(record.time) * torque)[:, None])[:, 0]
-        columns.append(own)
+        drift = np.zeros((len(record.time), len(linear)))
+        drift[:, k] = accumulated(each, (share_of_range(record.time) * torque)[:, None])[:, 0]
+        columns.append(drift)
     title = "drift of the viscous friction over half the record"
     return Nuisance("viscous_drift", title, "1", DRIFTS, tuple(columns))
 

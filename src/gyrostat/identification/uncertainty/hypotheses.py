@@ -94,21 +94,21 @@ def whitened(
     return found
 
 
-def _variance_ratio(own: Innovations, stated: bool) -> Vector:
+def _variance_ratio(found: Innovations, stated: bool) -> Vector:
     """Variance of the prediction errors of a record over the assumed one, for each level, (g,).
 
     Args:
-        own: Whitened columns of the record.
+        found: Whitened columns of the record.
         stated: Whether the user stated the noise. It is then increased only if the errors clearly
             exceed it.
     """
-    size = np.sqrt(np.maximum(np.diagonal(own.products, axis1=1, axis2=2), 1e-300))
-    scaled = own.products / (size[:, :, None] * size[:, None, :])
+    size = np.sqrt(np.maximum(np.diagonal(found.products, axis1=1, axis2=2), 1e-300))
+    scaled = found.products / (size[:, :, None] * size[:, None, :])
     misfit = []
     for each, length in zip(scaled, size[:, 0], strict=True):
         solved = np.linalg.lstsq(each[1:, 1:], each[1:, 0], rcond=1e-10)[0]
         misfit.append(length**2 * max(1.0 - float(each[0, 1:] @ solved), 1e-12))
-    left = max(own.samples - (own.products.shape[1] - 1), 1)
+    left = max(found.samples - (found.products.shape[1] - 1), 1)
     ratio = np.array(misfit) / left
     if not stated:
         return ratio
@@ -122,10 +122,10 @@ def summed(found: Sequence[Innovations], stated: bool) -> tuple[Vector, Vector]:
         found: Whitened residual and c columns of each record at g levels of torque noise.
         stated: Whether the user stated the noise of the speed.
     """
-    pairs = [(own, _variance_ratio(own, stated)) for own in found]
-    total = np.sum([own.products / ratio[:, None, None] for own, ratio in pairs], axis=0)
-    logs = np.sum([own.samples * np.log(ratio) + own.log_variance for own, ratio in pairs], axis=0)
-    return total, logs
+    pairs = [(each, _variance_ratio(each, stated)) for each in found]
+    total = np.sum([each.products / ratio[:, None, None] for each, ratio in pairs], axis=0)
+    logs = [each.samples * np.log(ratio) + each.log_variance for each, ratio in pairs]
+    return total, np.sum(logs, axis=0)
 
 
 def posteriors(
@@ -173,13 +173,13 @@ def posteriors(
         determinant = 2.0 * np.sum(logarithms, axis=1)
         evidence = -0.5 * (log + products[0, 0] - np.sum(mean * right, axis=1) + determinant)
         covariance = spread[:, :, None] * inverse * spread[:, None, :]
-        own = np.broadcast_to(level, (len(choices), 2))
-        present = np.column_stack([choices, own]) > 0.0
+        level_rows = np.broadcast_to(level, (len(choices), 2))
+        present = np.column_stack([choices, level_rows]) > 0.0
         sizes = np.append(spacing, (len(RIPPLES), len(RIPPLES)))
         chance = _presence(present) - present @ np.log(sizes)
         if level[0] == RIPPLES[-1]:
             chance = chance + np.log(LARGEST_RIPPLE_ODDS)
-        parts.append((spread * mean, covariance, evidence + chance, choices, own))
+        parts.append((spread * mean, covariance, evidence + chance, choices, level_rows))
     return Posteriors(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
@@ -205,5 +205,5 @@ def grid(ripples: Sequence[float], stated: float | None = None) -> Matrix:
         stated: Further level of the ripple.
     """
     every = (0.0, *ripples)
-    own = every if stated is None else sorted({*every, stated})
-    return np.array(list(product(own, every)))
+    values = every if stated is None else sorted({*every, stated})
+    return np.array(list(product(values, every)))

@@ -111,12 +111,12 @@ def innovations(
         np.zeros(len(levels)),
     )
     for start in range(0, count, size):
-        own = slice(start, start + size)
+        block = slice(start, start + size)
         fill = max(0, start + size - count)
         found = _filter(
-            np.pad(np.hstack([part[own] for part in columns]), ((0, fill), (0, full - width))),
-            np.pad(variance[own], (0, fill), constant_values=np.inf),
-            np.pad(intervals[own], ((0, fill), (0, 0))),
+            np.pad(np.hstack([part[block] for part in columns]), ((0, fill), (0, full - width))),
+            np.pad(variance[block], (0, fill), constant_values=np.inf),
+            np.pad(intervals[block], ((0, fill), (0, 0))),
             squared,
             *found,
         )

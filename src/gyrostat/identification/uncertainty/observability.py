@@ -108,9 +108,9 @@ def _measured_root(solution: Solution, selection: Selection, informed: Vector) -
     if not (told and np.linalg.norm(root[place]) > DECIDED * informed[place]):
         return root
     others = [k for k in range(len(selection.free)) if k != place]
-    own = root[place].copy()
+    row = root[place].copy()
     root = np.zeros_like(root)
-    root[place] = own
+    root[place] = row
     root[np.ix_(others, range(len(others)))] = _root(
         solution.jacobian[:, others], selection.scale[others]
     )

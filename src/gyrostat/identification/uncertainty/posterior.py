@@ -189,17 +189,17 @@ def judged(
     columns = [(name, drawn[:, :, k]) for k, name in enumerate(names)]
     columns += [(f"{names[a]}-{names[b]}", drawn[:, :, a] - drawn[:, :, b]) for a, b in differences]
     marginals = []
-    for name, own in columns:
-        halves = own[:, : 2 * (own.shape[1] // 2)].reshape(2 * len(own), -1)
+    for name, column in columns:
+        halves = column[:, : 2 * (column.shape[1] // 2)].reshape(2 * len(column), -1)
         marginals.append(
             Marginal(
                 name=name,
-                mean=float(np.mean(own)),
-                sigma=float(np.std(own)),
-                quantiles=np.quantile(own, QUANTILES),
+                mean=float(np.mean(column)),
+                sigma=float(np.std(column)),
+                quantiles=np.quantile(column, QUANTILES),
                 rhat=float(potential_scale_reduction(halves)),
                 effective=float(effective_sample_size(halves)),
-                draws=own.ravel(),
+                draws=column.ravel(),
             )
         )
     faults = []

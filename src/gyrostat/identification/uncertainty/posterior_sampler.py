@@ -49,8 +49,8 @@ def chain(log_density: Callable) -> Callable:
             lambda u: log_density(u, data), root
         )
 
-        def step(state, own):
-            state, info = walk.step(own, state)
+        def step(state, step_key):
+            state, info = walk.step(step_key, state)
             return state, info.is_accepted
 
         def draw(state, keys):
@@ -96,14 +96,14 @@ def sample(
     """
     chunk = _program(log_density)
     on_progress(0)
-    key, own = jax.random.split(jax.random.key(seed))
-    position, covariance = jax.random.normal(own, (chains, dimension)), np.eye(dimension)
+    key, start_key = jax.random.split(jax.random.key(seed))
+    position, covariance = jax.random.normal(start_key, (chains, dimension)), np.eye(dimension)
     # best size of the steps in a Gaussian of this covariance (Roberts and Rosenthal)
     size, parts, rates = 2.38 / np.sqrt(dimension), [], []
     for k in range(STAGES + draws // CHUNK):
-        key, own = jax.random.split(key)
+        key, chunk_key = jax.random.split(key)
         root: Any = np.linalg.cholesky(covariance)
-        drawn, accepted = chunk(jax.random.split(own, chains), position, size * root, data)
+        drawn, accepted = chunk(jax.random.split(chunk_key, chains), position, size * root, data)
         position, rate = drawn[:, -1], float(jnp.mean(accepted))
         if k < STAGES:
             size *= 2.0 ** np.clip(rate / WANTED - 1.0, -1.0, 1.0)

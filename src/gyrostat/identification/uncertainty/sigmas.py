@@ -26,10 +26,10 @@ def residual_levels(parts: Sequence[Vector], parameters: int, loss: Loss) -> lis
     total = sum(len(part) for part in parts)
     share = max(1.0 - parameters / total, 1.0 / total)
 
-    def level(own: Vector) -> float:
+    def level(residual: Vector) -> float:
         if isinstance(loss, Quadratic):
-            return float(np.sqrt(np.mean(own**2) / share))
-        return NORMAL_MAD * float(np.median(np.abs(own)))
+            return float(np.sqrt(np.mean(residual**2) / share))
+        return NORMAL_MAD * float(np.median(np.abs(residual)))
 
     everything = level(np.concatenate(parts))
     return [level(part) if len(part) >= FEW else everything for part in parts]
@@ -68,8 +68,8 @@ def widened(covariance: Matrix, sigma: Vector) -> Matrix:
         covariance: Covariance, (n, n).
         sigma: Smallest standard deviations, (n,).
     """
-    own = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
-    factor = np.maximum(1.0, sigma / own)
+    deviation = np.sqrt(np.maximum(np.diag(covariance), np.finfo(float).tiny))
+    factor = np.maximum(1.0, sigma / deviation)
     return covariance * np.outer(factor, factor)
 
 

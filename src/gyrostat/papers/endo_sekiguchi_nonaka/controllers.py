@@ -181,8 +181,8 @@ def evaluate(
                 stack([getattr(case, name) for case, _ in some]).items
                 for name in ("plant", "start", "sensor")
             )
-            own = jnp.stack([key for _, key in some])
-            (((_, kept), _),) = runner.chunks(plants, starts, sensors, own)
+            keys = jnp.stack([key for _, key in some])
+            (((_, kept), _),) = runner.chunks(plants, starts, sensors, keys)
             return np.stack(kept, axis=1)
 
         name = f"{candidate.name}, runs of {candidate.duration:g} s"

@@ -92,13 +92,13 @@ class Observer(eqx.Module):
     @classmethod
     def of(cls, structure: Structure, setup: Setup, values: dict[str, Scalar]) -> Self:
         """Create the observer of a run with the given values."""
-        own = {k: v for k, v in values.items() if k.split(".")[0] in ("metrics", "run")}
+        options = {k: v for k, v in values.items() if k.split(".")[0] in ("metrics", "run")}
         windows = tuple(WindowObserver.of(w, structure, values) for w in structure.windows)
-        run = RunStart(own, setup.plant.spacecraft, setup.start)
+        run = RunStart(options, setup.plant.spacecraft, setup.start)
         metrics: tuple[Any, ...] = tuple(kind.of(run) for kind in RUN_METRICS)
         metrics += () if setup.budget is None else (setup.budget,)
         rest = (structure.count, structure.boresight, structure.signals)
-        return cls(setup, own, windows, metrics, *rest)
+        return cls(setup, options, windows, metrics, *rest)
 
     def start(self) -> Seen:
         """Initial values before the first sample."""
@@ -107,7 +107,7 @@ class Observer(eqx.Module):
             *(none, none),
             tuple(window.start() for window in self.windows),
             tuple(metric.start() for metric in self.metrics),
-            {name: own.start() for name, own in self.setup.metrics.items()},
+            {name: metric.start() for name, metric in self.setup.metrics.items()},
             Mode(none, zero) if self.setup.reference is None else self.setup.reference.start(),
         )
 
@@ -171,7 +171,7 @@ class Observer(eqx.Module):
         status = jnp.where(k <= self.count, row.status, seen.status)
         counted = (
             jnp.where(counts, sample.error, jnp.inf),
-            *(jnp.where(valid, own, jnp.inf) for _, own in pairs),
+            *(jnp.where(valid, error, jnp.inf) for _, error in pairs),
         )
         vectors = tuple(error_vector(signal, sample) for signal in self.signals)
         return kept._replace(status=status), Pointing(sample.error, counted, vectors)

@@ -63,7 +63,7 @@ class WindowObserver(eqx.Module):
     def of(cls, window: Window, structure: Structure, values: Mapping[str, Scalar]) -> Self:
         """Create the observer of a window for a run with the given values."""
         prefix = f"window.{window.name}."
-        own = {k.removeprefix(prefix): v for k, v in values.items() if k.startswith(prefix)}
+        options = {k.removeprefix(prefix): v for k, v in values.items() if k.startswith(prefix)}
         start, next_slew = 0.0, jnp.array(jnp.inf)
         if window.event is not None:
             start = values[event_times(structure.events, structure.parts)[window.event]]
@@ -73,16 +73,16 @@ class WindowObserver(eqx.Module):
         boresight = window.boresight or structure.boresight
         keys = ("run.control_period", "metrics.settled_angle", "metrics.settled_rate")
         of = WindowStart(
-            *(window, structure.wheels, boresight, own), *(values[key] for key in keys)
+            *(window, structure.wheels, boresight, options), *(values[key] for key in keys)
         )
         return cls(
             window,
             None if window.mode is None else modes(structure.parts).index(window.mode),
             boresight,
-            start + own["from"],
-            start + own["until"],
+            start + options["from"],
+            start + options["until"],
             # an end in the scenario replaces the default end
-            jnp.where(jnp.isinf(own["until"]), next_slew, jnp.inf),
+            jnp.where(jnp.isinf(options["until"]), next_slew, jnp.inf),
             tuple(kind.of(of) for kind in kinds_of_window(of)),
         )
 

@@ -54,9 +54,9 @@ def refuse_other_packages(scenario: Scenario) -> None:
 def _imported(sources: tuple[Source, ...]) -> list[str]:
     """Names of the packages that modules import, also inside functions."""
     modules = [source for source in sources if source.is_module]
-    own = {module_name(source.path).partition(".")[0] for source in modules}
+    local = {module_name(source.path).partition(".")[0] for source in modules}
     found = {name for source in modules for name in _names(source.text)}
-    return sorted(found - own - _WITHOUT - sys.stdlib_module_names)
+    return sorted(found - local - _WITHOUT - sys.stdlib_module_names)
 
 
 @lru_cache(maxsize=256)

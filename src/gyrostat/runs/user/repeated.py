@@ -44,7 +44,7 @@ class _Shapes:
         return hash(self._key)
 
 
-def try_parts(structure: Structure, plans: Any, own: str) -> tuple[Call, ...]:
+def try_parts(structure: Structure, plans: Any, names: str) -> tuple[Call, ...]:
     """Trace the first control period twice, and each call of a user-defined part alone.
 
     The second trace has freshly loaded modules and constructs each part once more than the first,
@@ -54,7 +54,7 @@ def try_parts(structure: Structure, plans: Any, own: str) -> tuple[Call, ...]:
     Args:
         structure: Structure of a scenario.
         plans: Designs; only the shapes and types of their numbers are used.
-        own: Names of the user-defined parts, for messages about the construction of a part.
+        names: Names of the user-defined parts, for messages about the construction of a part.
 
     Returns:
         The calls of user-defined parts.
@@ -63,11 +63,11 @@ def try_parts(structure: Structure, plans: Any, own: str) -> tuple[Call, ...]:
         UserPartError: A part cannot be traced, keeps something outside its memory, or differs from
             one trace to the next.
     """
-    return _tried(structure, _Shapes(plans), own)
+    return _tried(structure, _Shapes(plans), names)
 
 
 @lru_cache(maxsize=8)
-def _tried(structure: Structure, shapes: _Shapes, own: str) -> tuple[Call, ...]:
+def _tried(structure: Structure, shapes: _Shapes, names: str) -> tuple[Call, ...]:
     def fresh() -> Structure:
         empty = Source(f"trial{next(_numbers)}.py", "")
         return loaded_with(structure, (*structure.sources, empty))
@@ -84,11 +84,11 @@ def _tried(structure: Structure, shapes: _Shapes, own: str) -> tuple[Call, ...]:
         if not structure.sources:
             return ()
         package = package_of(structure.sources)
-        refuse_kept(own, package)
+        refuse_kept(names, package)
         with silent():
             before = state_of(package)
             _construct(structure, shapes.plans)
-            refuse_changed(own, before, state_of(package))
+            refuse_changed(names, before, state_of(package))
             loaded = fresh()
             _construct(loaded, shapes.plans)
             second = traced_period(loaded, shapes.plans)
@@ -100,9 +100,9 @@ def _tried(structure: Structure, shapes: _Shapes, own: str) -> tuple[Call, ...]:
         with silent(), contextlib.suppress(UserPartError):
             again()  # loads the modules
         line = line_that_differs(again, again) or line_that_differs(anew, anew)
-        raise differing(own, difference, line)
+        raise differing(names, difference, line)
     traced = partial(period_from, structure, shapes.plans)
-    check_elsewhere(own, structure.sources, traced, outline)
+    check_elsewhere(names, structure.sources, traced, outline)
     return tuple(calls)
 
 

@@ -40,8 +40,8 @@ def try_shapes(scenario: Scenario, plans: Plans) -> tuple[Call, ...]:
         InputError: A user-defined part cannot be traced, is not pure, or returns something else
             than expected.
     """
-    own = [f"{name} {kind}" for name, kind in kinds_of(scenario).items() if is_user_kind(kind)]
-    return try_parts(structure_of(scenario), plans, ", ".join(own))
+    names = [f"{name} {kind}" for name, kind in kinds_of(scenario).items() if is_user_kind(kind)]
+    return try_parts(structure_of(scenario), plans, ", ".join(names))
 
 
 def supports_of(scenario: Scenario, plans: Plans) -> dict[str, Support]:
@@ -55,8 +55,8 @@ def supports_of(scenario: Scenario, plans: Plans) -> dict[str, Support]:
         if is_user_kind(kind):
             section = next(s for s in (*EXPORTED[::-1], name) if f"{name}.".startswith(f"{s}."))
             places = f"{name} {kind}", f"{section} {kind}"
-            own = [call for call in calls if call.part in places]
-            found[name] = support_of(own, exported=section in EXPORTED)
+            part_calls = [call for call in calls if call.part in places]
+            found[name] = support_of(part_calls, exported=section in EXPORTED)
     if is_user_kind(scenario.friction):
         law = law_of(scenario.friction, scenario.sources)
         if issubclass(law, Friction):
@@ -130,13 +130,13 @@ def check_first_sample(
         UserPartError: A number is not finite, or the states differ.
     """
     memory, command = made
-    own = _user_names(scenario)
+    names = _user_names(scenario)
     named = {f"command.{n}": v for n, v in zip(command._fields, command, strict=True)}
     for place, value in {**named, "memory": memory}.items():
         for leaf in jax.tree.leaves(value):
-            if not np.all(np.isfinite(leaf)) and own:
+            if not np.all(np.isfinite(leaf)) and names:
                 raise UserPartError(
-                    f"{own}: found {place} with NaN or an infinite number at the first "
+                    f"{names}: found {place} with NaN or an infinite number at the first "
                     "sample, expected finite numbers"
                 )
     for name, torque in torques.items():

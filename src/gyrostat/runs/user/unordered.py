@@ -127,5 +127,5 @@ def _moved_kind(turn: int, kind: Any) -> Any:
         return call
 
     methods = {name: computed(name) for name in _COMPUTED}
-    own = {"__iter__": move, "pop": pop, "plain": kind()}
-    return type(kind.__name__, (kind,), methods | own)
+    members = {"__iter__": move, "pop": pop, "plain": kind()}
+    return type(kind.__name__, (kind,), methods | members)

@@ -128,8 +128,8 @@ def _own_orbit(scenario: Scenario, row: tuple[float, ...]) -> OrbitEnvironment:
     try:
         return _tabulated(scenario, {**scenario.values, **drawn}, _own_step(scenario))[0]
     except InputError as error:
-        own = {key: value for key, value in drawn.items() if key.startswith("orbit.")}
-        about = ", ".join(f"{key} {value:.6g}" for key, value in own.items())
+        elements = {key: value for key, value in drawn.items() if key.startswith("orbit.")}
+        about = ", ".join(f"{key} {value:.6g}" for key, value in elements.items())
         raise InputError(f"run with {about}: {error}: use less spread") from None
 
 

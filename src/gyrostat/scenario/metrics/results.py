@@ -31,9 +31,9 @@ def metrics_of(scenario: Scenario) -> dict[str, Metric]:
         columns |= kind.columns
     found = {name: Metric(column.unit, column.meaning) for name, column in columns.items()}
     for window in scenario.windows:
-        own = {name: Metric(*WINDOW_PERCENTILE[:2], window.name) for name in percentiles}
-        own |= window_metrics(window_start(scenario, window))
-        found |= {f"{window.name}.{name}": metric for name, metric in own.items()}
+        metrics = {name: Metric(*WINDOW_PERCENTILE[:2], window.name) for name in percentiles}
+        metrics |= window_metrics(window_start(scenario, window))
+        found |= {f"{window.name}.{name}": metric for name, metric in metrics.items()}
     found |= {each.metric: Metric(each.unit, each.meaning) for each in scenario.requirements}
     return found | _user_metrics(scenario) | _budget(scenario)
 
@@ -58,7 +58,7 @@ def _user_metrics(scenario: Scenario) -> dict[str, Metric]:
     from gyrostat.scenario.kinds.registry import component  # imports JAX, which takes long
 
     made = {part.name: component(part.section, part.kind, scenario.sources) for part in parts}
-    return {name: Metric(own.unit, own.meaning()) for name, own in made.items()}
+    return {name: Metric(metric.unit, metric.meaning()) for name, metric in made.items()}
 
 
 def percentile_name(percent: float) -> str:
@@ -86,6 +86,6 @@ def kinds_of_window(window: WindowStart) -> list[type[WindowMetric]]:
 def window_start(scenario: Scenario, window: Window) -> WindowStart:
     """Window of a scenario with the numbers that it gives."""
     prefix = f"window.{window.name}."
-    own = {k.removeprefix(prefix): v for k, v in scenario.values.items() if k.startswith(prefix)}
+    values = {k.removeprefix(prefix): v for k, v in scenario.values.items() if k.startswith(prefix)}
     boresight = window.boresight or scenario.boresight
-    return WindowStart(window, scenario.wheels, boresight, own)
+    return WindowStart(window, scenario.wheels, boresight, values)

@@ -140,10 +140,10 @@ def _key(part: UserPart, field: Any, hint: Any) -> Key:
     default = None if field.default is dataclasses.MISSING else field.default
     if field.default_factory is not dataclasses.MISSING:
         default = field.default_factory()
-    own = [entry for entry in getattr(hint, "__metadata__", ()) if isinstance(entry, Key)]
-    key = own[0] if own else Key(ANY_UNIT)
+    notes = [entry for entry in getattr(hint, "__metadata__", ()) if isinstance(entry, Key)]
+    key = notes[0] if notes else Key(ANY_UNIT)
     key = replace(key, dimension=DIMENSION_OF.get(key.dimension, key.dimension))
-    bare = typing.get_args(hint)[0] if own else hint
+    bare = typing.get_args(hint)[0] if notes else hint
     shape = (3,) if bare is Vector3 else ()
     if default is not None:
         try:

@@ -42,24 +42,24 @@ def user_list(scenario: Scenario, argument: str, given: Any) -> dict[str, UserOb
     """
     section = LISTS[argument]
     if isinstance(given, tuple | list) and argument != "event":
-        rows: list[tuple[dict[str, Any], Any]] = [({}, own) for own in given]
+        rows: list[tuple[dict[str, Any], Any]] = [({}, part) for part in given]
     elif isinstance(given, Mapping):
-        rows = [({"name": name}, own) for name, own in given.items()]
+        rows = [({"name": name}, part) for name, part in given.items()]
     else:
         shown = type(given).__name__
         forms = '{"name": (time, object)}' if argument == "event" else f"a tuple, ({shown}(...),)"
         kinds = f", or one of {', '.join(KINDS[argument])}" if argument in KINDS else ""
         raise InputError(f"{scenario.name}: {argument}: found {shown}, expected {forms}{kinds}")
     found: dict[str, UserObject] = {}
-    for number, (row, own) in enumerate(rows):
+    for number, (row, part) in enumerate(rows):
         table = Table(Path(scenario.name), f"{section}[{number}].", row)
         time: dict[str, float] = {}
         if argument == "event":
-            if not isinstance(own, tuple) or len(own) != 2:
-                raise table.refuse("time", own, "(time, object)")
-            time["time"] = table.allowed("time", own[0], EVENT_TIME)
-            own = own[1]
-        made = user_object(section, own)
+            if not isinstance(part, tuple) or len(part) != 2:
+                raise table.refuse("time", part, "(time, object)")
+            time["time"] = table.allowed("time", part[0], EVENT_TIME)
+            part = part[1]
+        made = user_object(section, part)
         name = part_name(section, table, made.kind, found)
         found[name] = made._replace(values={**made.values, **time})
     return found

@@ -36,8 +36,8 @@ FIXED = ("values", "count", "wheels", "axes", "friction", "sources", "parts", "t
 
 def replaced(scenario: Scenario, changes: Mapping[str, Any]) -> Scenario:
     """Scenario with changes; see `Scenario.replace`."""
-    own = {field.name for field in dataclasses.fields(Scenario)} - {*KINDS, *FIXED}
-    known = tuple(dict.fromkeys((*KINDS, *LISTS, *sorted(own))))
+    attributes = {field.name for field in dataclasses.fields(Scenario)} - {*KINDS, *FIXED}
+    known = tuple(dict.fromkeys((*KINDS, *LISTS, *sorted(attributes))))
     parts = {name: value for name, value in changes.items() if name in KINDS or name in LISTS}
     live: dict[str, Any] = {}
     # the defaults of a controller depend on the sensors

@@ -292,9 +292,9 @@ def _options(value: Any, part: str) -> Any:
 
 def _hints(kind: type) -> dict[str, Any]:
     """Annotations of the fields of a class, without those of its bases."""
-    own = vars(kind).get("__annotations__", {})
+    names = vars(kind).get("__annotations__", {})
     try:
         hints = typing.get_type_hints(kind, include_extras=True)
     except Exception:
-        return dict(own)
-    return {name: hints.get(name) for name in own}
+        return dict(names)
+    return {name: hints.get(name) for name in names}

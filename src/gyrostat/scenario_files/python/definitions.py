@@ -234,6 +234,6 @@ def _likelihood(definition: Definition, codes: Sequence[CodeType]) -> tuple[int,
         == lines[code.co_firstlineno - 1].rstrip("\n")
         for code in codes
     ]
-    own = _compiled(definition) if codes else []
-    equal = [any(same_code(code, each) for each in own) for code in codes]
+    compiled = _compiled(definition) if codes else []
+    equal = [any(same_code(code, each) for each in compiled) for code in codes]
     return sum(map(int.__and__, map(int, placed), map(int, equal))), sum(equal)

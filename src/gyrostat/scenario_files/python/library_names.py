@@ -86,9 +86,9 @@ def is_original(module: ModuleType, name: str) -> bool:
 def is_original_builtin(name: str) -> bool:
     """Whether a built-in name has the value that Python gives to it."""
     value = getattr(builtins, name, None)
-    own = getattr(value, "__name__", name)
+    own_name = getattr(value, "__name__", name)
     return getattr(value, "__module__", "builtins") in _OF_BUILTINS and (
-        own == name or value is OSError
+        own_name == name or value is OSError
     )
 
 

@@ -202,10 +202,10 @@ def _require_equal(section: str, place: str, text: _Text, made: Any, given: Any)
     with contextlib.ExitStack() as stack:
         with reported(part.name, package_of(text.sources)):
             again = stack.enter_context(loaded_again(text.sources, text.kind))
-        package, _, own = again.__module__.partition(".")
+        package, _, path = again.__module__.partition(".")
         names = [module_name(source.path) for source in text.sources if source.is_module]
         texts = {name: f"{package}.{name}" for name in names}
-        root = str(Path(sys.modules[again.__module__].__file__ or "").parents[own.count(".")])
+        root = str(Path(sys.modules[again.__module__].__file__ or "").parents[path.count(".")])
         texts |= {text.module: again.__module__, str(text.folder): root}
         comparison = Comparison(texts)
         comparison.require_equal(made.__name__, made, again)

@@ -129,12 +129,12 @@ class _Script:
         if isinstance(value, types.ModuleType) and sys.modules.get(value.__name__) is value:
             self.lines.append(f"import {value.__name__} as {name}")
             return value.__name__ != "__main__"
-        home, own = getattr(value, "__module__", None), getattr(value, "__name__", "")
-        if not isinstance(home, str) or home == "__main__" or not isinstance(own, str):
+        home, original = getattr(value, "__module__", None), getattr(value, "__name__", "")
+        if not isinstance(home, str) or home == "__main__" or not isinstance(original, str):
             return False
-        if not own or getattr(sys.modules.get(home), own, None) is not value:
+        if not original or getattr(sys.modules.get(home), original, None) is not value:
             return False
-        self.lines.append(f"from {home} import {own} as {name}")
+        self.lines.append(f"from {home} import {original} as {name}")
         return True
 
     def _assign(self, name: str, value: Any, definition: Definition | None) -> None:
@@ -207,5 +207,5 @@ def _needed(node: ast.stmt) -> list[str]:
             for part in ast.walk(hint) if hint is not None else ():
                 if isinstance(part, ast.Name):
                     found[part.id] = None
-    own = {getattr(node, "name", "")}
-    return [name for name in found if name not in own and not name.startswith("__")]
+    defined = {getattr(node, "name", "")}
+    return [name for name in found if name not in defined and not name.startswith("__")]

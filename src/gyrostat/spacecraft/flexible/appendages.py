@@ -57,9 +57,9 @@ def hinged_panel(
     """
     line, middle = _direction(axis), jnp.asarray(centre)
     moved = jnp.cross(line, middle - jnp.asarray(hinge))
-    own = jnp.asarray(inertia) @ line
-    root = jnp.sqrt(line @ own + mass * (moved @ moved))
-    turned = jnp.cross(middle, mass * moved) + own
+    moment = jnp.asarray(inertia) @ line
+    root = jnp.sqrt(line @ moment + mass * (moved @ moved))
+    turned = jnp.cross(middle, mass * moved) + moment
     return _one(turned / root, mass * moved / root, frequency, damping, spacecraft_mass)
 
 
@@ -121,13 +121,13 @@ def appendage_modes(kind: str, values: Mapping[str, Any], spacecraft: Spacecraft
         return vector(name) if centre is None else vector(name) - jnp.asarray(centre)
 
     mass: Any = spacecraft.mass
-    own: dict[str, Any] = {
+    fields: dict[str, Any] = {
         "frequency": 2.0 * jnp.pi * values["frequency"],
         "damping": values["damping"],
         "spacecraft_mass": mass,
     }
     if kind == "slosh":
-        return spring_mass(values["mass"], place("position"), vector("direction"), **own)
+        return spring_mass(values["mass"], place("position"), vector("direction"), **fields)
     if kind == "hinged_panel":
         xx, yy, zz, xy, xz, yz = (
             jnp.asarray(values[f"inertia.{end}"], dtype=float)
@@ -135,7 +135,7 @@ def appendage_modes(kind: str, values: Mapping[str, Any], spacecraft: Spacecraft
         )
         inertia = jnp.stack([jnp.stack(row) for row in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))])
         return hinged_panel(
-            values["mass"], inertia, place("hinge"), place("centre"), vector("axis"), **own
+            values["mass"], inertia, place("hinge"), place("centre"), vector("axis"), **fields
         )
     moved = vector("translation") if "translation.x" in values else None
-    return _one(vector("participation"), moved, **own)
+    return _one(vector("participation"), moved, **fields)

@@ -206,8 +206,8 @@ class Friction(Checked):
         Args:
             values: Name -> value, SI; other names are ignored.
         """
-        own = {name: float(values[name]) for name in cls.dimensions()}
-        return [v if name in cls.signed() else max(v, 0.0) for name, v in own.items()]
+        parameters = {name: float(values[name]) for name in cls.dimensions()}
+        return [v if name in cls.signed() else max(v, 0.0) for name, v in parameters.items()]
 
     def parameters(self) -> dict[str, Scalar]:
         """Parameter names in order -> values in SI units."""

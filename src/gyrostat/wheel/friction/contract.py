@@ -86,8 +86,8 @@ def check_law(law: Any) -> None:
         raise InputError(f"{name}: found a field {other[0]}, expected `= parameter(UNIT)`")
     if not law.dimensions():
         raise InputError(f"{name}: found no parameter, expected fields `= parameter(UNIT)`")
-    own = [vars(base) for base in law.__mro__ if base.__module__.startswith("gyrostat.")]
-    taken = [n for n in law.dimensions() if n in RESERVED or any(n in known for known in own)]
+    bases = [vars(base) for base in law.__mro__ if base.__module__.startswith("gyrostat.")]
+    taken = [n for n in law.dimensions() if n in RESERVED or any(n in known for known in bases)]
     if taken and not law.is_shipped():
         raise InputError(f"{name}: found a parameter {taken[0]}, a name with another meaning here")
     tied = {*law.held_by_default, *law.vanishing_at, *law.vanishing_at.values()}

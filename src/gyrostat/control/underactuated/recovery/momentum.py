@@ -218,7 +218,7 @@ class MomentumRecovery(Checked):
         left = WorkingWheels.of(spacecraft, working, seized)
         fixed = np.zeros(wheels.count) if seized is None else np.asarray(seized, dtype=float)
         failed = jnp.asarray(np.asarray(wheels.axes) * (~left.works & (fixed == 0.0)))
-        own, normal = jnp.asarray(left.rotor_inertia), jnp.asarray(left.directions[:, 2])
+        inertia, normal = jnp.asarray(left.rotor_inertia), jnp.asarray(left.directions[:, 2])
         momentum = jnp.asarray(np.asarray(total_momentum, dtype=float))
         wanted = jnp.asarray(np.asarray(target, dtype=float))
         attitude, across = _at_target(wanted, momentum, normal)
@@ -232,7 +232,7 @@ class MomentumRecovery(Checked):
         )
         if left.rank == 3:
             still = jnp.asarray(np.zeros(3))
-            return cls(ThreeAxisLaw(loop, attitude, momentum), still, failed, own)
+            return cls(ThreeAxisLaw(loop, attitude, momentum), still, failed, inertia)
         if left.rank < 2:
             raise InputError(
                 f"working wheels: found axes that span {left.rank} directions, expected 2 or 3"
@@ -244,7 +244,7 @@ class MomentumRecovery(Checked):
                 "normal"
             )
         law = TwoWheelLaw(loop, normal, attitude, momentum)
-        return cls(law, normal, failed, own)
+        return cls(law, normal, failed, inertia)
 
 
 @stored_tree_function

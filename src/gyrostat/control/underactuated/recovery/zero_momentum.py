@@ -145,10 +145,10 @@ class ZeroMomentumRecovery(Checked):
         feedback = self.frequency**2 * missed + 2.0 * self.frequency * (across - wanted)
         torque = sweeps.torque((later - wanted) / period - feedback, rate, momentum)
         # the drift changes while the body turns; its value in the middle of the period is used
-        own = across[2] + 0.5 * period * (sweeps.drift @ jnp.cross(momentum, rate))
+        drift = across[2] + 0.5 * period * (sweeps.drift @ jnp.cross(momentum, rate))
         memory = memory._replace(
             elapsed=memory.elapsed + period,
-            reference=self._carried(memory, angle, later_angle, own),
+            reference=self._carried(memory, angle, later_angle, drift),
         )
         return memory, ZeroMomentumCommand(torque, started.astype(float), left)
 

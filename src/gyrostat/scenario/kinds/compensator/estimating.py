@@ -85,12 +85,12 @@ class Estimating(Kind):
         known, period = context.spacecraft, context.period
         assert known is not None
         assert period is not None
-        own = {"wheel_sigma": 0.0, "rate_sigma": 0.0, "angle_walk": 0.0, **context.sensors}
-        counted = jnp.asarray(own["tachometer_pulses"])
+        sensors = {"wheel_sigma": 0.0, "rate_sigma": 0.0, "angle_walk": 0.0, **context.sensors}
+        counted = jnp.asarray(sensors["tachometer_pulses"])
         pulse = 2.0 * jnp.pi / (jnp.where(counted > 0.0, counted, jnp.inf) * period)
-        older = jnp.max(own["wheel_sigma"] / jnp.asarray(known.wheels.inertia))
-        speed = jnp.sqrt(own["speed_sigma"] ** 2 + older**2 + (PULSE_SHARE * pulse) ** 2)
-        rate = jnp.sqrt(own["rate_sigma"] ** 2 + own["angle_walk"] ** 2 / period)
+        older = jnp.max(sensors["wheel_sigma"] / jnp.asarray(known.wheels.inertia))
+        speed = jnp.sqrt(sensors["speed_sigma"] ** 2 + older**2 + (PULSE_SHARE * pulse) ** 2)
+        rate = jnp.sqrt(sensors["rate_sigma"] ** 2 + sensors["angle_walk"] ** 2 / period)
         given, known_rate = self.speed_sigma, self.rate_sigma
         made = EstimatingFeedForward.tuned(
             context.controller,

@@ -37,8 +37,8 @@ class NadirKind(EitherOrbit, ProfileKind):
         """See `Kind.row`: the elements of the environment `orbit`."""
         keys = HasOrbit.keys()
         places = {name: f"environment.{name}" for name in keys}
-        own = {name: values[place] for name, place in places.items() if place in values}
-        return {**own, **row}
+        defaults = {name: values[place] for name, place in places.items() if place in values}
+        return {**defaults, **row}
 
     def profile(self, planned: PlannedReference, place: str) -> Profile:
         """See `ProfileKind.profile`."""

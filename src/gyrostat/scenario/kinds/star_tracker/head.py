@@ -41,7 +41,7 @@ class Head(Kind):
     def make(self, context: Context) -> StarTrackerHead:
         """Head."""
         assert context.orbit is not None
-        own = self.options()
+        options = self.options()
         return StarTrackerHead(
-            context.orbit, own.pop("across_sigma"), own.pop("about_sigma"), **own
+            context.orbit, options.pop("across_sigma"), options.pop("about_sigma"), **options
         )
