@@ -266,3 +266,52 @@ def test_both_engines_agree():
 def test_wrong_parameters_are_refused(changes, message):
     with pytest.raises(InputError, match=message):
         compensator(**changes).check()
+
+
+def command_after(law, speed, momentum, torque, demanded, under_way, started=1.0):
+    """Command, memory and corrected momentum after a sample that agrees with the estimate."""
+    begin = law.start(PERIOD)
+    walk = begin.estimate.wheels._replace(
+        momentum=momentum,
+        torque=torque,
+        momentum_variance=np.full(4, 1e-12),
+        covariance=np.zeros(4),
+        torque_variance=np.full(4, 1e-14),
+    )
+    whole = begin.estimate.whole._replace(
+        momentum=AXES @ momentum, started=np.full(3, started), momentum_variance=np.full(3, 1e-20)
+    )
+    estimate = begin.estimate._replace(whole=whole, wheels=walk)
+    memory = begin._replace(estimate=estimate, demanded=demanded, under_way=under_way)
+    after, command = law(memory, sample(speed))
+    return command, after, law.filter.correct(estimate, sample(speed)).wheels
+
+
+def test_the_command_is_that_of_the_equations():
+    """The law of the docstring in NumPy: two commands are under way, speeds of both signs."""
+    law = compensator()
+    law = eqx.tree_at(lambda law: law.controller.swing, law, 0.5)
+    demand = 0.5 * Demands.size
+    speed = np.array([40.0, -30.0, 20.0, 0.02])
+    momentum, torque = ROTORS * speed, 1e-6 * np.array([2.0, -1.0, 0.5, -0.2])
+    under_way = 1e-6 * np.array([[1.0, 2.0, 0.0, -1.0], [-3.0, 1.0, 0.0, 2.0]])
+    breakaway = np.asarray(NOMINAL.static)
+    for lost in (1e-6, 1e-3):  # within the limit of its torque, and beyond
+        demanded = momentum + PERIOD * (under_way.sum(axis=0) + 2.0 * torque) + lost
+        command, memory, walk = command_after(law, speed, momentum, torque, demanded, under_way)
+        np.testing.assert_allclose(walk.momentum, momentum, rtol=1e-9)
+        ahead = momentum + PERIOD * (under_way.sum(axis=0) + 2.0 * torque)
+        middle = (ahead + 0.5 * PERIOD * demand) / ROTORS
+        certain = middle * ROTORS / (3.0 * np.sqrt(walk.momentum_variance))
+        drive = np.clip((demand - torque) / (0.6 * breakaway), -2.0, 2.0) + certain
+        sense = np.where(drive < 0.0, -1.0, 1.0)
+        model = np.asarray(NOMINAL.torque(sense * np.abs(middle), sense))
+        friction = np.minimum(np.abs(drive), 1.0) * model
+        returned = np.minimum(lost, 2.0 * breakaway)  # the gain is 1 / s
+        wanted = np.where(demand == 0.0, 0.0, demand + friction - torque + returned)
+        np.testing.assert_allclose(command.estimated_speed, middle, rtol=1e-6)
+        np.testing.assert_allclose(command.friction_torque, friction - torque, rtol=1e-6)
+        np.testing.assert_allclose(command.torque, wanted, rtol=1e-6, atol=1e-14)
+        # h_u loses what the limit of the returned momentum cuts off
+        kept = np.where(demand == 0.0, ahead, ahead + returned + PERIOD * demand)
+        np.testing.assert_allclose(memory.demanded, kept, rtol=1e-6)

@@ -4,6 +4,8 @@ from typing import NamedTuple
 
 import numpy as np
 import pytest
+from hypothesis import given
+from hypothesis import strategies as st
 
 from gyrostat.control import (
     EstimatingCompensator,
@@ -12,6 +14,7 @@ from gyrostat.control import (
     MeasurementGuard,
     SampleStatus,
 )
+from gyrostat.control.guarded import finite
 from gyrostat.control.measurement_guard import REACQUIRE
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
@@ -185,12 +188,27 @@ def test_a_sensor_with_a_flag_loses_its_own_value_alone():
         ({"rate": FieldLimits(1.0, -1.0)}, "hold", "lower one first"),
         ({"rate": FieldLimits(np.nan, 1.0)}, "hold", "lower one first"),
         ({"rate": FieldLimits(rate=0.0)}, "hold", "above 0"),
+        ({"rate": FieldLimits(rate=-1.0)}, "hold", "above 0"),
+        ({"rate": FieldLimits(rate=np.nan)}, "hold", "above 0"),
         ({}, "stop", "hold or zero"),
     ],
 )
 def test_limits_that_make_no_sense_are_refused(limits, on_bad, told):
     with pytest.raises(InputError, match=told):
         Guarded(Sum(), MeasurementGuard.of(GOOD, limits, on_bad)).check()
+
+
+def test_sensible_limits_are_allowed():
+    limits = {"rate": FieldLimits(-1.0, 1.0, 0.05), "speed": FieldLimits(rate=np.inf)}
+    Guarded(Sum(), MeasurementGuard.of(GOOD, limits)).check()
+
+
+@given(leaves=st.lists(st.sampled_from([0.0, -3.5, 1e100, np.nan, np.inf]), max_size=9))
+def test_a_number_that_is_not_finite_is_found_wherever_it_is(leaves):
+    tree = {str(k): np.array([1.0, leaf]) for k, leaf in enumerate(leaves)} | {"flag": True}
+    assert bool(finite(tree)) == bool(np.all(np.isfinite(leaves)))
+    # what is known to be finite is not tested
+    assert bool(finite(tree, dict(list(tree.items())[:1]))) == bool(np.all(np.isfinite(leaves[1:])))
 
 
 class Truth:

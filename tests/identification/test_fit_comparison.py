@@ -11,6 +11,7 @@ from scipy.stats import kstest
 import gyrostat as gs
 from gyrostat.core.errors import InputError
 from gyrostat.identification import compare_fits, stored_fit
+from gyrostat.identification.judge.fit_changes import days
 from gyrostat.identification.judge.spread import between, from_others, holm, line
 from gyrostat.identification.result.stored_fit import StoredFit, Tolerance, parse_date
 from gyrostat.reports.comparison import comparison_figure
@@ -295,3 +296,10 @@ def test_labels_of_a_batch_are_whole_and_apart(count, label):
         assert min(box.x0, box.y0) >= 0.0
         assert box.x1 <= figure.bbox.x1
     assert all(a.x1 < b.x0 for a, b in pairwise(boxes))
+
+
+def test_dates_are_counted_in_days_from_the_first():
+    np.testing.assert_allclose(
+        days([made(TRUTH, day) for day in (2.5, 0.25, 1.0)]), [2.25, 0.0, 0.75]
+    )
+    assert days([made(TRUTH, 0.0), made(TRUTH)]) is None

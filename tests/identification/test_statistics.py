@@ -193,3 +193,8 @@ def test_block_means_see_what_twenty_lags_do_not():
     tests = [whiteness(random.standard_normal(3000) + slow) for _ in range(20)]
     assert sum(not test.white for test in tests) >= 19
     assert sum(test.ljung_box_probability < 0.01 for test in tests) < 15
+
+
+def test_the_power_of_more_samples_than_there_are_changes_nothing():
+    residual = np.random.default_rng(11).standard_normal(300)
+    assert whiteness(residual, power=600) == whiteness(residual)

@@ -67,3 +67,24 @@ def test_missing_samples_are_skipped(record, truth):
     result = validate(Stribeck, truth["stribeck"], gaps)
     assert result.samples == int(gaps.valid.sum())
     assert result.rms_speed == pytest.approx(0.5236, rel=0.08)
+
+
+def test_spread_and_information_are_those_of_predictions_with_a_refitted_start(record, truth):
+    """Derivatives as differences of two predictions, each with the best initial speed."""
+    values, given = truth["stribeck"], record(dropouts=0.1)
+    names = ("viscous", "coulomb")
+    sigmas = np.array([0.02 * values[name] for name in names])
+    found = validate(Stribeck, values, given, covariance=(names, np.diag(sigmas**2)))
+    columns = []
+    for name in names:
+        moved = [{**values, name: factor * values[name]} for factor in (1.001, 0.999)]
+        above, below = (validate(Stribeck, each, given).predicted for each in moved)
+        columns.append((above - below) / (0.002 * values[name]))
+    columns = np.array(columns).T
+    spread = np.sqrt((columns * sigmas) ** 2 @ np.ones(2))
+    # but for the samples at which the wheel sticks or not
+    assert np.mean(np.abs(found.predicted_sigma - spread) < 0.01 * spread.max()) > 0.995
+    used = columns[given.valid]
+    information = used.T @ used / found.noise**2
+    size = np.sqrt(np.outer(np.diag(information), np.diag(information)))
+    np.testing.assert_allclose(found.information / size, information / size, rtol=0, atol=0.01)
