@@ -2,6 +2,7 @@
 #   make demo    a wheel's friction from the example record
 #   make test    the tests
 #   make soak    the long attacks of benchmarks/soak_*.py, under 15 minutes
+#   make mutants 200 wrong factors, signs and terms, and the tests that feel them; about two hours
 #   make peers   the tests against FMPy, Basilisk and OpenTURNS, which are left out where these are not installed
 #   make check   everything that must pass before a change goes in
 #   make newest  the built wheel with the newest of everything, for each Python that is here
@@ -21,7 +22,7 @@ PINS := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test soak peers newest dist check lint format types contracts docs types-and-docs clean
+.PHONY: help demo test soak mutants peers newest dist check lint format types contracts docs types-and-docs clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -61,6 +62,9 @@ soak: $(VENV)/.test
 	@failed=; for script in benchmarks/soak_*.py; do \
 	  echo "== $$script"; $(BIN)/python $$script || failed="$$failed $$script"; \
 	done; test -z "$$failed" || { echo "failed:$$failed" >&2; exit 1; }
+
+mutants: $(VENV)/.test
+	$(BIN)/python benchmarks/mutants.py --jobs $(JOBS)
 
 peers: $(VENV)/.peers
 	$(BIN)/python -m pytest -q tests/exports tests/spacecraft/test_against_basilisk.py \

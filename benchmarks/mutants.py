@@ -95,7 +95,7 @@ class Site(ast.NodeVisitor):
 
     def visit_Constant(self, node):
         if type(node.value) is float and node.value != 0.0:
-            self.found.append((node, ast.Constant(1.1 * node.value)))
+            self.found.append((node, ast.Constant(1.5 * node.value)))
         elif type(node.value) is int and node.value > 1:
             self.found.append((node, ast.Constant(node.value + 1)))
 

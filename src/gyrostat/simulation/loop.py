@@ -9,7 +9,7 @@ from jaxtyping import Array, Bool, Int, PRNGKeyArray
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.simulation.delay_line import delay_line, delayed
+from gyrostat.simulation.command_delay import delay_line, delayed
 
 
 class Plant(Protocol):

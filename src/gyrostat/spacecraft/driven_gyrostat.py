@@ -6,18 +6,18 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool
 
-from gyrostat.core.arrays import PerWheel, Scalar, Vector3
-from gyrostat.core.checked import Checked, positive
+from gyrostat.core.arrays import PerWheel, Scalar
+from gyrostat.core.checked import positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.spacecraft.gyrostat import Gyrostat
+from gyrostat.spacecraft.gyrostat_wrapper import GyrostatWrapper
 from gyrostat.spacecraft.imbalance import ImbalancedGyrostat
-from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.wheel import Driver
 from gyrostat.wheel.array import listed
 
 
-class DrivenGyrostat(Checked):
+class DrivenGyrostat(GyrostatWrapper):
     """Gyrostat with a current loop for each wheel.
 
     The commanded torque, limited to the torque limit of the wheel, is converted to a current
@@ -36,16 +36,6 @@ class DrivenGyrostat(Checked):
     motor_constant: Annotated[PerWheel | float, positive("motor_constant", "N·m/A")] = eqx.field(
         converter=listed
     )
-
-    @property
-    def spacecraft(self) -> Spacecraft:
-        """Body and wheels."""
-        return self.gyrostat.spacecraft
-
-    @property
-    def failures(self) -> Any:
-        """Wheel failures; see `Gyrostat`."""
-        return self.gyrostat.failures
 
     def check_own(self) -> None:
         """Validate shapes.
@@ -79,14 +69,6 @@ class DrivenGyrostat(Checked):
         if state.motor_current is None:
             raise InputError("motor_current: found none, expected the currents of the motors, A")
 
-    def rate(self, state: Any) -> Vector3:
-        """Body rate in body axes, (3,), rad/s."""
-        return self.gyrostat.rate(state)
-
-    def balanced_rate(self, state: Any) -> Vector3:
-        """Body rate without the jitter of wheel imbalance, in body axes, (3,), rad/s."""
-        return getattr(self.gyrostat, "balanced_rate", self.gyrostat.rate)(state)
-
     def __call__(
         self, state: Any, command: Any, time: Scalar, duration: Scalar
     ) -> tuple[Any, Bool[Array, ""]]:
@@ -98,10 +80,6 @@ class DrivenGyrostat(Checked):
         after, resolved = self.gyrostat(inner, given, time, duration)
         current = self.driver.current(state.motor_current, target, duration)
         return after._replace(motor_current=current), resolved
-
-    def diverged(self, state: Any) -> Bool[Array, ""]:
-        """See `Gyrostat.diverged`."""
-        return self.gyrostat.diverged(state)
 
     def record(self, state: Any, command: Any) -> Any:
         """Record of the gyrostat; `saturated` includes the limits of the driver."""

@@ -14,6 +14,7 @@ from gyrostat.core.rotations import from_rotation_vector, product
 from gyrostat.spacecraft.flexible.modes import FlexibleModes
 from gyrostat.spacecraft.gyrostat import Gyrostat
 from gyrostat.spacecraft.gyrostat_state import GyrostatRecord, GyrostatState
+from gyrostat.spacecraft.gyrostat_wrapper import GyrostatWrapper
 from gyrostat.spacecraft.jitter import Phasor, rotation_of_body
 from gyrostat.spacecraft.spacecraft import Spacecraft
 from gyrostat.spacecraft.wheel_harmonics import Gain, WheelHarmonics, WheelStructure
@@ -168,7 +169,7 @@ def across(axes: Any) -> tuple[Any, Any]:
     return first, jnp.cross(axes, first, axis=0)
 
 
-class ImbalancedGyrostat(Checked):
+class ImbalancedGyrostat(GyrostatWrapper):
     """Gyrostat with imbalanced wheels, which cause jitter of the body.
 
     The momentum of an imbalance, W p(angle), is part of the total momentum. The body rate therefore
@@ -190,16 +191,6 @@ class ImbalancedGyrostat(Checked):
 
     gyrostat: Gyrostat
     imbalance: Imbalance
-
-    @property
-    def spacecraft(self) -> Spacecraft:
-        """Body and wheels."""
-        return self.gyrostat.spacecraft
-
-    @property
-    def failures(self) -> Any:
-        """Wheel failures; see `Gyrostat`."""
-        return self.gyrostat.failures
 
     def check_own(self) -> None:
         """Validate shapes.

@@ -6,17 +6,17 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, PRNGKeyArray
 
-from gyrostat.core.arrays import PerWheel, Scalar, Vector3
+from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.checked import Checked, limit, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft.gyrostat import Gyrostat
-from gyrostat.spacecraft.gyrostat_state import GyrostatRecord, GyrostatState
-from gyrostat.spacecraft.spacecraft import Spacecraft
+from gyrostat.spacecraft.gyrostat_state import GyrostatState
+from gyrostat.spacecraft.gyrostat_wrapper import GyrostatWrapper
 from gyrostat.wheel.array import listed
 
 
-class PaddleGyrostat(Checked):
+class PaddleGyrostat(GyrostatWrapper):
     """Gyrostat some of whose wheels are paddles on a hinge, such as a driven solar panel.
 
     A paddle whose centre of mass lies on the hinge line, and whose inertias across that line are
@@ -38,16 +38,6 @@ class PaddleGyrostat(Checked):
 
     gyrostat: Gyrostat
     angle_limit: Annotated[PerWheel, limit("angle limit", "rad")] = eqx.field(converter=listed)
-
-    @property
-    def spacecraft(self) -> Spacecraft:
-        """Body, wheels and paddles."""
-        return self.gyrostat.spacecraft
-
-    @property
-    def failures(self) -> Any:
-        """Wheel failures; see `Gyrostat`."""
-        return self.gyrostat.failures
 
     def check_own(self) -> None:
         """Validate the number of angle limits.
@@ -83,10 +73,6 @@ class PaddleGyrostat(Checked):
                 f"{self.angle_limit} rad"
             )
 
-    def rate(self, state: Any) -> Vector3:
-        """Body rate in body axes, (3,), rad/s."""
-        return self.gyrostat.rate(state)
-
     def __call__(
         self, state: Any, command: Any, time: Scalar, duration: Scalar
     ) -> tuple[GyrostatState, Bool[Array, ""]]:
@@ -103,14 +89,6 @@ class PaddleGyrostat(Checked):
             ),
             resolved,
         )
-
-    def diverged(self, state: Any) -> Bool[Array, ""]:
-        """See `Gyrostat.diverged`."""
-        return self.gyrostat.diverged(state)
-
-    def record(self, state: Any, command: Any) -> GyrostatRecord:
-        """Rate and wheel momentum at the start of a control period."""
-        return self.gyrostat.record(state, command)
 
 
 class PaddleAngle(Checked):
