@@ -150,7 +150,7 @@ def controllers(factor: dict[str, Any], row: Row, **options: Any) -> EstimatingC
     wheel = Wheel(setup.INERTIA * factor["J_w"], motor, friction)
     inertia = setup.TABLE_INERTIA * factor["J"]
     options = {"delay": row.believed} | options
-    return EstimatingCompensator.tuned(setup.LAW, wheel, inertia, row.told, setup.PERIOD, **options)
+    return EstimatingCompensator.tune(setup.LAW, wheel, inertia, row.told, setup.PERIOD, **options)
 
 
 def plants(row: Row, random: np.random.Generator, runs: int) -> tuple[SwingingTable, Any]:

@@ -26,7 +26,7 @@ from gyrostat.wheel.friction import Stribeck
 PERIOD = 0.1
 WHEEL = Wheel(1.5e-3, 0.0228, Stribeck(4.83e-6, 0.8795e-3, 0.9055e-3, 0.418879))
 LAW = AttitudePID(0.0571, 0.00234, 0.3126)
-COMPENSATOR = EstimatingCompensator.tuned(LAW, WHEEL, 0.495, 0.5, PERIOD, delay=1)
+COMPENSATOR = EstimatingCompensator.tune(LAW, WHEEL, 0.495, 0.5, PERIOD, delay=1)
 
 LOOP = """
 #include "{name}.h"

@@ -138,7 +138,7 @@ def sources(rate_limit, on_bad):
         name: FieldLimits(-limit, limit, 5.0 * limit if rate_limit else None)
         for name, limit in RANGES.items()
     }
-    tuned = EstimatingCompensator.tuned(LAW, WHEEL, 0.495, 0.5, PERIOD, delay=1)
+    tuned = EstimatingCompensator.tune(LAW, WHEEL, 0.495, 0.5, PERIOD, delay=1)
     target = targets.compensator(tuned, PERIOD, limits, on_bad)
     module = emit(target.name, target.entries)
     program = PROGRAM.replace("PERIOD", repr(PERIOD))

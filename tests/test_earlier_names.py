@@ -5,6 +5,13 @@ from importlib import import_module
 import pytest
 
 import gyrostat.campaigns
+from gyrostat.control import (
+    AttitudePID,
+    BCross,
+    EstimatingCompensator,
+    EstimatingFeedForward,
+)
+from gyrostat.estimation import WheelArrayFilter
 
 MOVED = {
     "campaigns": ("scenario", ("Dispersion", "Event", "Requirement", "Scenario", "Window")),
@@ -33,3 +40,18 @@ def test_names_of_campaigns_are_those_of_before():
     names = "Campaign Dispersion Event Job Requirement Scenario Store Window campaign_runs cluster"
     names += " processes replay run_campaign worst_runs"
     assert gyrostat.campaigns.__all__ == names.split()
+
+
+@pytest.mark.parametrize(
+    ("kind", "earlier", "name"),
+    [
+        (AttitudePID, "designed", "design"),
+        (BCross, "designed", "design"),
+        (EstimatingCompensator, "designed", "design"),
+        (EstimatingCompensator, "tuned", "tune"),
+        (EstimatingFeedForward, "tuned", "tune"),
+        (WheelArrayFilter, "tuned", "tune"),
+    ],
+)
+def test_constructors_have_their_earlier_names(kind, earlier, name):
+    assert getattr(kind, earlier) == getattr(kind, name)

@@ -178,7 +178,7 @@ def test_a_repr_shows_values():
 
 
 def test_the_gains_of_carrara_and_kuga_follow_from_one_frequency():
-    law = gs.AttitudePID.designed(0.495, 0.28705)
+    law = gs.AttitudePID.design(0.495, 0.28705)
     np.testing.assert_allclose([law.proportional, law.integral, law.derivative], GAINS, rtol=2e-3)
     roots = np.roots([0.495, law.derivative, law.proportional, law.integral])
     np.testing.assert_allclose(np.sort(roots.real), [-0.28705, -0.28705, -0.05741], rtol=1e-6)
@@ -187,7 +187,7 @@ def test_the_gains_of_carrara_and_kuga_follow_from_one_frequency():
 SCRIPT = """
 import gyrostat as gs
 fit = gs.identify(gs.read_record("wheel.csv"), inertia=1.5e-3, speed_sigma="5 rpm")
-compensator = gs.EstimatingCompensator.designed(
+compensator = gs.EstimatingCompensator.design(
     fit.wheel(), table_inertia=0.495, frequency=0.3, speed_sigma=fit.speed_sigma, period=0.1
 )
 runs = gs.campaign("cubesat.toml", runs=128, seed=1)

@@ -202,7 +202,7 @@ def examples():
     )
     filtered = control.FrictionFilterFeedForward(estimated, torque_filter, AXES, *limits, 1)
     compensated = control.FrictionFeedForward(filtered, WHEELS.friction, *limits, 1.0)
-    estimating = control.EstimatingFeedForward.tuned(
+    estimating = control.EstimatingFeedForward.tune(
         array, CRAFT, speed_sigma=0.1, rate_sigma=3e-5, period=PERIOD, delay=1
     )
     tracked = spacecraft.TrackerGyroMeasurement(
@@ -224,7 +224,7 @@ def examples():
         momentum_limit=THREE.wheels.momentum_limit,
         rotor_inertia=THREE.wheels.inertia,
     )
-    tuned = control.EstimatingCompensator.tuned(PID, WHEEL, 0.495, 0.5, PERIOD, delay=1)
+    tuned = control.EstimatingCompensator.tune(PID, WHEEL, 0.495, 0.5, PERIOD, delay=1)
 
     def wanted(time):
         return jnp.where(time < 100.0, 0.5, -0.3)

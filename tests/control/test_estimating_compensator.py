@@ -48,7 +48,7 @@ def compensator(g2):
         believed = Stribeck(b * viscous, c * coulomb, level * static, scale)
         wheel = Wheel(g2.wheel.inertia, g2.wheel.motor_constant * motor, believed)
         inertia = g2.inertia * table
-        return EstimatingCompensator.tuned(g2.law, wheel, inertia, SIGMA, PERIOD, delay=1)
+        return EstimatingCompensator.tune(g2.law, wheel, inertia, SIGMA, PERIOD, delay=1)
 
     return make
 
@@ -206,7 +206,7 @@ def test_knows_which_of_its_commands_acts_now(g2, delay):
     """Busy commands and a model without error: the observer finds nothing once it has settled."""
     coulomb, motor, inertia, rotor = 9e-4, 0.0228, g2.inertia, g2.wheel.inertia
     wheel = Wheel(rotor, motor, ViscousCoulomb(0.0, coulomb))
-    control = EstimatingCompensator.tuned(g2.law, wheel, inertia, 0.1, PERIOD, delay=delay)
+    control = EstimatingCompensator.tune(g2.law, wheel, inertia, 0.1, PERIOD, delay=delay)
     # the friction that acts before the first command would be learned, and forgotten slowly
     control = eqx.tree_at(lambda own: own.learning_rate, control, 0.0)
 

@@ -55,7 +55,7 @@ class Demands(eqx.Module):
 
 def compensator(friction=NOMINAL, delay=DELAY, **changes):
     craft = Spacecraft(INERTIA, WheelArray(AXES, ROTORS, LIMIT, 1.0, friction))
-    made = EstimatingFeedForward.tuned(
+    made = EstimatingFeedForward.tune(
         Demands(),
         craft,
         speed_sigma=SPEED_SIGMA,

@@ -21,7 +21,7 @@ def compensator(limit=np.inf, delay=1, law=None):
     law = AttitudePID(0.0, 0.0, 0.0) if law is None else law
     wheel = Wheel(ROTOR, MOTOR, ViscousCoulomb(0.0, COULOMB))
     options = {"bandwidth": BANDWIDTH, "current_limit": limit, "delay": delay}
-    made = EstimatingCompensator.tuned(law, wheel, INERTIA, SIGMA, PERIOD, **options)
+    made = EstimatingCompensator.tune(law, wheel, INERTIA, SIGMA, PERIOD, **options)
     return eqx.tree_at(lambda own: own.learning_rate, made, 0.0)
 
 

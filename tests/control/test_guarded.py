@@ -28,7 +28,7 @@ LIMITS = {"rate": FieldLimits(-1.0, 1.0, 0.05), "speed": FieldLimits(-600.0, 600
 @pytest.fixture(scope="module")
 def fly(g2):
     """Samples, and the safe command -> commands and the last memory."""
-    tuned = EstimatingCompensator.tuned(g2.law, g2.wheel, 0.495, 0.5, PERIOD, delay=1)
+    tuned = EstimatingCompensator.tune(g2.law, g2.wheel, 0.495, 0.5, PERIOD, delay=1)
     known = {}
 
     def call(samples, on_bad="hold"):

@@ -175,7 +175,7 @@ def test_speed_mode_gives_the_table_the_demanded_torque():
 
 def test_designed_gains_place_two_poles_at_the_frequency_and_one_at_a_fifth_of_it():
     """J s³ + K_d s² + K_p s + K_i: the double integrator under the law, by NumPy's roots."""
-    law = AttitudePID.designed(0.5, 0.3)
+    law = AttitudePID.design(0.5, 0.3)
     poles = np.roots([0.5, law.derivative, law.proportional, law.integral])
     # a double root is known to the square root of the rounding error
     np.testing.assert_allclose(np.sort(poles.real), [-0.3, -0.3, -0.06], rtol=1e-6)

@@ -51,7 +51,7 @@ def limited(kind, limit):
         return DynamicModelCompensator(LAW, FRICTION, MOTOR, limit)
     if kind == "speed":
         return SpeedMode(LAW, WHEEL_INERTIA, MOTOR, current_limit=limit)
-    return EstimatingCompensator.tuned(LAW, wheel, INERTIA, 0.5, PERIOD, current_limit=limit)
+    return EstimatingCompensator.tune(LAW, wheel, INERTIA, 0.5, PERIOD, current_limit=limit)
 
 
 @pytest.mark.parametrize("kind", ["law", "current", "model", "speed", "estimating"])

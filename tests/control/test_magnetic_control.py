@@ -65,7 +65,7 @@ def fly(frictionless):
 @pytest.fixture(scope="module")
 def detumbled(fly, orbit):
     """12U in 500 km, from 5 deg/s, for one orbit: wheels at rest, and wheels that hold a speed."""
-    law = BCross.designed(TWELVE_UNITS, orbit_samples.RATE, INCLINATION)
+    law = BCross.design(TWELVE_UNITS, orbit_samples.RATE, INCLINATION)
     laws = [law, replace(law, speed_gain=jnp.array(0.2))]
     rate = np.array([3.0, -3.0, 2.64]) * DEGREE
     return law, fly(orbit, laws, (np.zeros(3), HELD), count=2838, period=2.0, rate=rate)

@@ -88,7 +88,7 @@ COMPENSATORS = {
     "filter": lambda: FrictionFilterFeedForward(
         Heard(), FrictionTorqueFilter(1e-6, 3e-6, 1e-4), WHEELS.axes, *2 * (np.full(4, 2e-5),)
     ),
-    "estimating": lambda: EstimatingFeedForward.tuned(
+    "estimating": lambda: EstimatingFeedForward.tune(
         Heard(), CRAFT, speed_sigma=0.1, rate_sigma=1e-5, period=0.25
     ),
 }

@@ -43,7 +43,7 @@ def track(filter, estimate, current, period, speed):
 def pieces(g2):
     """Name -> function, arguments and results of what is emitted here."""
     wheel, law = g2.wheel, g2.law
-    compensator = EstimatingCompensator.tuned(law, wheel, 0.495, 0.5, 0.1, delay=1)
+    compensator = EstimatingCompensator.tune(law, wheel, 0.495, 0.5, 0.1, delay=1)
     paper = DynamicModelCompensator(law, wheel.friction, wheel.motor_constant, 0.4)
     speed = SpeedMode(law, wheel.inertia, wheel.motor_constant, current_limit=0.4)
     scale = FrictionScaleFilter(wheel, 0.5, 1e-3)
@@ -234,7 +234,7 @@ def closed(controller, memory, state, noise):
 
 def test_a_long_closed_loop_stays_with_python(g2, tools, tmp_path):
     """C keeps its own state and its own plant over 100 000 steps."""
-    controller = as_arrays(EstimatingCompensator.tuned(g2.law, g2.wheel, 0.495, 0.5, 0.1))
+    controller = as_arrays(EstimatingCompensator.tune(g2.law, g2.wheel, 0.495, 0.5, 0.1))
     memory, state = as_arrays((controller.start(0.1), Turning(0.005, 0.0, -30.0)))
     noise = 0.5 * np.random.default_rng(4).standard_normal(STEPS)
     arguments = {"controller": controller, "memory": memory, "state": state, "noise": 0.0}

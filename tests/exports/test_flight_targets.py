@@ -101,7 +101,7 @@ def test_the_compensator_is_as_small_as_it_should_be(g2, tools):
 
     if compiler() is None:
         pytest.skip("found no C compiler")
-    tuned = EstimatingCompensator.tuned(g2.law, g2.wheel, 0.495, 0.5, 0.1, delay=1)
+    tuned = EstimatingCompensator.tune(g2.law, g2.wheel, 0.495, 0.5, 0.1, delay=1)
     texts = files(targets.compensator(tuned, 0.1), "double", "")
     found = measure(texts, "compensator")
     assert found is not None

@@ -236,7 +236,7 @@ def compensated(g2):
     """A wheel with 3 % more friction than its compensator was told, and a period of delay."""
     curve = g2.wheel.friction
     rubs = Stribeck(curve.viscous, 1.03 * curve.coulomb, 1.03 * curve.static, curve.stribeck_speed)
-    tuned = EstimatingCompensator.tuned(g2.law, g2.wheel, TABLE, 0.5, PERIOD, delay=1)
+    tuned = EstimatingCompensator.tune(g2.law, g2.wheel, TABLE, 0.5, PERIOD, delay=1)
     return CompensatedWheel(tuned, Wheel(g2.wheel.inertia, g2.wheel.motor_constant, rubs))
 
 

@@ -408,7 +408,7 @@ def test_a_bad_sensor_is_named_and_not_the_controller(loop, sensors, message):
 def test_a_start_or_a_tuning_that_is_no_number_is_refused(loop, g2):
     with pytest.raises(InputError, match="start: found"):
         loop(start=g2.table.start(speed=np.nan))
-    silent = EstimatingCompensator.tuned(g2.law, g2.wheel, 0.495, 0.0, PERIOD)
+    silent = EstimatingCompensator.tune(g2.law, g2.wheel, 0.495, 0.0, PERIOD)
     with pytest.raises(InputError, match="compensator speed sigma: found 0"):
         loop(control=silent)
 

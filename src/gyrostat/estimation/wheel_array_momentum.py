@@ -15,7 +15,7 @@ from gyrostat.spacecraft import Spacecraft
 from gyrostat.wheel.friction import static_curve
 
 WHOLE_FREQUENCY = 0.05
-"""Natural frequency of the filter of the total momentum in `WheelArrayFilter.tuned`, rad/s."""
+"""Natural frequency of the filter of the total momentum in `WheelArrayFilter.tune`, rad/s."""
 UNKNOWN_FRICTION = 0.3
 """Initial standard deviation of the unexplained torque over the breakaway torque."""
 
@@ -67,7 +67,7 @@ class WheelArrayFilter(Checked):
     initial_sigma: PerWheel
 
     @classmethod
-    def tuned(
+    def tune(
         cls,
         spacecraft: Spacecraft,
         speed_sigma: Scalar,
@@ -105,6 +105,9 @@ class WheelArrayFilter(Checked):
             bandwidth**2 * jnp.sqrt(variance * period),
             jnp.asarray(UNKNOWN_FRICTION * static_curve(wheels.friction).breakaway_torque(each)),
         )
+
+    # earlier name
+    tuned = tune
 
     def start(self) -> WheelArrayEstimate:
         """Initial estimate, before the first measurement."""

@@ -2,7 +2,6 @@
 
 from gyrostat.scenario.user.contracts import (
     Actuator,
-    ActuatorWithState,
     AddedSensor,
     Change,
     Compensator,
@@ -14,7 +13,6 @@ from gyrostat.scenario.user.contracts import (
 
 __all__ = [
     "Actuator",
-    "ActuatorWithState",
     "AddedSensor",
     "Change",
     "Compensator",

@@ -11,7 +11,7 @@ from gyrostat.core.checked import Checked, positive, signed
 from gyrostat.core.jax64 import jnp
 
 INTEGRAL_POLE = 0.2
-"""Ratio of the integral pole to the other poles, in `AttitudePID.designed`."""
+"""Ratio of the integral pole to the other poles, in `AttitudePID.design`."""
 
 
 class PIDMemory(NamedTuple):
@@ -50,7 +50,7 @@ class AttitudePID(Checked):
     reference: Scalar = 0.0
 
     @classmethod
-    def designed(cls, inertia: Scalar, frequency: Scalar) -> "AttitudePID":
+    def design(cls, inertia: Scalar, frequency: Scalar) -> "AttitudePID":
         """Place the poles for a body without friction: two at -ω, the integral's at -ω / 5.
 
         J s³ + K_d s² + K_p s + K_i = J (s + ω)² (s + ω / 5). The gains of Carrara and Kuga follow
@@ -66,6 +66,9 @@ class AttitudePID(Checked):
             integral=inertia * frequency**3 * slow,
             derivative=inertia * frequency * (2.0 + slow),
         )
+
+    # earlier name
+    designed = design
 
     def start(self, period: Scalar) -> PIDMemory:
         """Initial memory, with a zero sum."""

@@ -16,9 +16,9 @@ from gyrostat.wheel import Wheel
 from gyrostat.wheel.friction import Friction, static_curve
 
 MOMENTUM_FREQUENCY = 0.05
-"""Natural frequency of the momentum filter in `EstimatingCompensator.tuned`, rad/s."""
+"""Natural frequency of the momentum filter in `EstimatingCompensator.tune`, rad/s."""
 BANDWIDTH = 6.0
-"""Bandwidth of the rate observer in `EstimatingCompensator.tuned`, rad/s."""
+"""Bandwidth of the rate observer in `EstimatingCompensator.tune`, rad/s."""
 SLOWER = 3.0
 """Bandwidth of the observer over that of the rate loop."""
 SCALES = (0.3, 3.0)
@@ -85,7 +85,7 @@ class EstimatingCompensator(Checked):
       uncertainty and of the needed torque over the breakaway torque, within -1 and 1. A small
       demand at rest gets only a part of the breakaway torque, so that there is no limit cycle.
 
-    `tuned` makes a compensator from a wheel model and the noise of its tachometer.
+    `tune` makes a compensator from a wheel model and the noise of its tachometer.
 
     Attributes:
         law: Attitude law, which gives the demanded wheel torque.
@@ -114,7 +114,7 @@ class EstimatingCompensator(Checked):
     delay: int = eqx.field(static=True, default=0)
 
     @classmethod
-    def designed(
+    def design(
         cls,
         wheel: Wheel,
         *,
@@ -126,20 +126,20 @@ class EstimatingCompensator(Checked):
         current_limit: Scalar = np.inf,
         delay: int = 0,
     ) -> "EstimatingCompensator":
-        """Design the attitude law by `AttitudePID.designed` and the filters by `tuned`.
+        """Design the attitude law by `AttitudePID.design` and the filters by `tune`.
 
         Args:
             wheel: Identified wheel.
             table_inertia: Inertia of the body that the wheel turns, without its rotor, kg·m².
             frequency: Natural frequency of the attitude loop, rad/s.
-            speed_sigma: Standard deviation of a tachometer sample, rad/s; see `tuned`.
+            speed_sigma: Standard deviation of a tachometer sample, rad/s; see `tune`.
             period: Control period, s.
             bandwidth: Bandwidth of the rate observer, rad/s.
             current_limit: Limit of the motor current, A.
             delay: Number of control periods from a sample to the start of its command.
         """
-        return cls.tuned(
-            AttitudePID.designed(table_inertia, frequency),
+        return cls.tune(
+            AttitudePID.design(table_inertia, frequency),
             wheel,
             table_inertia,
             speed_sigma,
@@ -150,7 +150,7 @@ class EstimatingCompensator(Checked):
         )
 
     @classmethod
-    def tuned(
+    def tune(
         cls,
         law: AttitudePID,
         wheel: Wheel,
@@ -190,6 +190,10 @@ class EstimatingCompensator(Checked):
             current_limit=current_limit,
             delay=delay,
         )
+
+    # earlier names
+    designed = design
+    tuned = tune
 
     def start(self, period: Scalar) -> EstimatingMemory:
         """Initial memory."""

@@ -95,7 +95,7 @@ class EstimatingFeedForward(Checked):
     delay: Annotated[int, is_delay] = eqx.field(static=True, default=0)
 
     @classmethod
-    def tuned(
+    def tune(
         cls,
         controller: Any,
         spacecraft: Spacecraft,
@@ -119,9 +119,12 @@ class EstimatingFeedForward(Checked):
             delay: Number of control periods from a sample to the start of its command.
         """
         wheels = spacecraft.wheels
-        filter = WheelArrayFilter.tuned(spacecraft, speed_sigma, rate_sigma, period, bandwidth)
+        filter = WheelArrayFilter.tune(spacecraft, speed_sigma, rate_sigma, period, bandwidth)
         limit = jnp.ones(wheels.count) * wheels.torque_limit
         return cls(controller, static_curve(wheels.friction), filter, limit, delay=delay)
+
+    # earlier name
+    tuned = tune
 
     def start(self, period: Scalar) -> EstimatingFeedForwardMemory:
         """Initial memory."""

@@ -66,7 +66,7 @@ class BCross(Checked):
 
     Attributes:
         spacecraft: Spacecraft model of the controller.
-        gain: Gain k, N·m·s; see `designed`.
+        gain: Gain k, N·m·s; see `design`.
         speed_gain: Gain g of the wheels' speed, 1/s; 0: no torque.
     """
 
@@ -75,7 +75,7 @@ class BCross(Checked):
     speed_gain: Annotated[Scalar, size("speed gain of the detumbling", "1/s")] = 0.0
 
     @classmethod
-    def designed(
+    def design(
         cls, spacecraft: Spacecraft, rate: float, inclination: float, speed_gain: float = 0.0
     ) -> "BCross":
         """Law with the gain k = 2 n (1 + sin i) J_min of Avanzini and Giulietti.
@@ -88,6 +88,9 @@ class BCross(Checked):
         """
         gain = 2.0 * rate * (1.0 + float(np.sin(inclination))) * least_inertia(spacecraft)
         return cls(spacecraft, gain, speed_gain)
+
+    # earlier name
+    designed = design
 
     def start(self, period: Scalar) -> BCrossMemory:
         """Initial memory."""

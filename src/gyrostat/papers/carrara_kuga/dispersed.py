@@ -96,7 +96,7 @@ class Candidate:
 
 
 def _estimating(model: AirBearingTable) -> EstimatingCompensator:
-    return EstimatingCompensator.tuned(
+    return EstimatingCompensator.tune(
         setup.LAW, model.wheel, model.inertia, setup.SPEED_SIGMA, setup.PERIOD, delay=1
     )
 

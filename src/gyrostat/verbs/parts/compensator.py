@@ -33,7 +33,7 @@ class Compensator(ExportedPart):
         from gyrostat.core.validation import check_parts
 
         limit, law = given.current_limit(), given.law()
-        made = EstimatingCompensator.tuned(
+        made = EstimatingCompensator.tune(
             law,
             wheel,
             given.si("--table-inertia", "inertia"),

@@ -92,7 +92,7 @@ class Estimating(Kind):
         speed = jnp.sqrt(sensors["speed_sigma"] ** 2 + older**2 + (PULSE_SHARE * pulse) ** 2)
         rate = jnp.sqrt(sensors["rate_sigma"] ** 2 + sensors["angle_walk"] ** 2 / period)
         given, known_rate = self.speed_sigma, self.rate_sigma
-        made = EstimatingFeedForward.tuned(
+        made = EstimatingFeedForward.tune(
             context.controller,
             known,
             speed_sigma=jnp.maximum(jnp.where(given > 0.0, given, speed), LEAST_NOISE),
