@@ -312,6 +312,14 @@ def test_the_command_is_that_of_the_equations():
         np.testing.assert_allclose(command.estimated_speed, middle, rtol=1e-6)
         np.testing.assert_allclose(command.friction_torque, friction - torque, rtol=1e-6)
         np.testing.assert_allclose(command.torque, wanted, rtol=1e-6, atol=1e-14)
+        # a friction torque whose sign is not known can jump
+        doubt = (1.0 - np.minimum(np.abs(certain), 1.0) ** 2) * (0.5 * breakaway) ** 2
+        variance = np.asarray(memory.estimate.wheels.torque_variance)
+        # the walk of a period, which depends on the speed, is below 3e-14
+        np.testing.assert_allclose(
+            variance, np.maximum(walk.torque_variance, doubt), rtol=0, atol=3e-14
+        )
+        assert 0.2 < np.abs(certain[3]) < 0.8
         # h_u loses what the limit of the returned momentum cuts off
         kept = np.where(demand == 0.0, ahead, ahead + returned + PERIOD * demand)
         np.testing.assert_allclose(memory.demanded, kept, rtol=1e-6)

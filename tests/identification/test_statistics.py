@@ -1,8 +1,10 @@
 """Residual tests: their size under independence and their power against correlation."""
 
+from itertools import pairwise, permutations
+
 import numpy as np
 import pytest
-from scipy.stats import chi2, f, kstest
+from scipy.stats import chi2, f, kstest, norm
 
 from gyrostat.identification.fit.loss import Huber, Quadratic
 from gyrostat.identification.read.statistics import (
@@ -198,3 +200,16 @@ def test_block_means_see_what_twenty_lags_do_not():
 def test_the_power_of_more_samples_than_there_are_changes_nothing():
     residual = np.random.default_rng(11).standard_normal(300)
     assert whiteness(residual, power=600) == whiteness(residual)
+
+
+def test_runs_are_those_of_wald_and_wolfowitz():
+    """Mean and variance of the runs over all orders of the signs, counted."""
+    signs = np.array([1.0, 1.0, 1.0, -1.0, -1.0, -1.0, -1.0])
+    orders = {tuple(each) for each in permutations(signs)}
+    runs = [1 + sum(a != b for a, b in pairwise(each)) for each in orders]
+    series = np.array([0.4, 0.3, -0.2, 0.9, -0.5, -0.3, -0.8])
+    # the median is one of the values below it
+    found = whiteness(series)
+    assert (found.runs, found.runs_expected) == (4, pytest.approx(np.mean(runs)))
+    z = abs(4 - np.mean(runs)) / np.std(runs)
+    assert found.runs_probability == pytest.approx(2.0 * norm.sf(z), rel=1e-12)
