@@ -566,7 +566,7 @@ def page():
     for name, kind in EVENTS.items():
         lines += [f'`kind = "{name}"`: {" ".join(kind.__doc__.split())}', ""]
         lines += ["| key | unit | default | meaning |", "|---|---|---|---|"]
-        lines += [*(entry(n, key) for n, key in {"time": EVENT_TIME, **kind.keys}.items()), ""]
+        lines += [*(entry(n, key) for n, key in {"time": EVENT_TIME, **kind.keys()}.items()), ""]
     lines += section("metrics", METRICS)
     window = section("[metrics.window]", WINDOW, WINDOW_TEXT)
     lines += [*window, METRIC_TEXT, METRICS_OUT, "| metric | unit | meaning |", "|---|---|---|"]

@@ -1,12 +1,14 @@
 """Kinds of events: one class in one file is all that a new one needs."""
 
+from dataclasses import dataclass
 from pkgutil import iter_modules
-from typing import ClassVar
+from typing import Annotated
 
 import numpy as np
 import pytest
 
 import gyrostat as gs
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.scenario.event_kind import DETECTED, EventKind, FrictionChange, WheelFailure
 from gyrostat.scenario.kinds import event as folder
@@ -18,27 +20,28 @@ from gyrostat.scenario.structure import structure_of
 from gyrostat.scenario_files.scenario_file import read_scenario
 
 
+@dataclass(frozen=True, eq=False)
 class Weakened(WheelFailure):
     """The motor of `wheel` gives its torque divided by `ratio`."""
 
     name = "weakened"
-    keys: ClassVar = {"ratio": positive("1", None, "Ratio."), "detected_after": DETECTED}
     loses_wheel = True
+    ratio: Annotated[Scalar, positive("1", None, "Ratio.")]
+    detected_after: Annotated[Scalar, DETECTED]
 
-    @classmethod
-    def effect(cls, values):
-        return {"torque_share": 1.0 / values["ratio"]}
+    def effect(self):
+        return {"torque_share": 1.0 / self.ratio}
 
 
+@dataclass(frozen=True, eq=False)
 class Worn(FrictionChange):
     """The friction torques of `wheel` are multiplied by `ratio`."""
 
     name = "worn"
-    keys: ClassVar = {"ratio": positive("1", None, "Ratio.")}
+    ratio: Annotated[Scalar, positive("1", None, "Ratio.")]
 
-    @classmethod
-    def after(cls, parameter, dimension, before, values):
-        return before * (values["ratio"] if dimension == "torque" else 1.0)
+    def after(self, parameter, dimension, before, values):
+        return before * (self.ratio if dimension == "torque" else 1.0)
 
 
 @pytest.fixture

@@ -64,7 +64,7 @@ def failures_of(structure: Structure, values: Values) -> WheelFailures | None:
             time=options["time"],
             seized=kind.stops_rotor,
             added_viscous=options.get("added_viscous", 0.0),
-            **(as_before | kind.effect(options)),
+            **(as_before | kind.of(options).effect()),
         )
         failures = jax.tree.map(
             lambda new, old, which=index: jnp.where(which, new, old), changed, failures
@@ -88,6 +88,6 @@ def friction_steps_of(
         time = jnp.where(index, options["time"], time)
         length = jnp.where(index, options.get("rise_time", 0.0), length)
         for name, dimension in dimensions.items():
-            value = kind.after(name, dimension, after[name], options)
+            value = kind.of(options).after(name, dimension, after[name], options)
             after[name] = jnp.where(index, value, after[name])
     return FrictionSteps(time, type(before).of(**after), length)

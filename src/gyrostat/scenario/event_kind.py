@@ -1,9 +1,11 @@
 """Bases of the kinds of events, whose classes are in kinds/event."""
 
 from collections.abc import Collection, Mapping
+from dataclasses import dataclass
 from math import inf
-from typing import TYPE_CHECKING, Any, ClassVar
+from typing import TYPE_CHECKING, Any, ClassVar, Self
 
+from gyrostat.core.annotations import notes_of
 from gyrostat.core.arrays import Scalar
 from gyrostat.scenario.schema import EVENT_TIME, Key, Measured, size
 
@@ -20,12 +22,15 @@ UNTIL = size("time", inf, "End of the fault.")
 SHARE = size("1", 1.0, "Probability that a sample is affected.", most=1.0)
 
 
+@dataclass(frozen=True, eq=False)
 class EventKind:
     """Kind of event; the docstring of a subclass is its documentation.
 
+    The fields of a subclass are its keys beside the time, as those of
+    `gyrostat.scenario.component.Kind`; None where an event need not have one.
+
     Attributes:
         name: Name in scenario files.
-        keys: Numbers beside the time of the event.
         affects: Key that names what it affects: "target", "wheel" or "sensor".
         changes_target: Whether it gives the controller another target.
         loses_wheel: Whether a controller that knows of it no longer uses the wheel.
@@ -33,11 +38,20 @@ class EventKind:
     """
 
     name: ClassVar[str]
-    keys: ClassVar[Mapping[str, Key]] = {}
     affects: ClassVar[str] = ""
     changes_target: ClassVar[bool] = False
     loses_wheel: ClassVar[bool] = False
     stops_rotor: ClassVar[bool] = False
+
+    @classmethod
+    def keys(cls) -> dict[str, Key]:
+        """Name of each number beside the time -> its key."""
+        return notes_of(cls, Key)
+
+    @classmethod
+    def of(cls, options: Mapping[str, Any]) -> Self:
+        """Event with the values of its keys, SI."""
+        return cls(**{name: options.get(name) for name in notes_of(cls, Key)})
 
     @classmethod
     def keys_of(
@@ -50,7 +64,7 @@ class EventKind:
             sensor: Affected measured field, or None.
             fields: Measured fields, see `gyrostat.scenario.schema.MEASURED`.
         """
-        return {"time": EVENT_TIME, **cls.keys}
+        return {"time": EVENT_TIME, **cls.keys()}
 
     @classmethod
     def optional(cls, law: "Law") -> Collection[str]:
@@ -68,13 +82,8 @@ class WheelFailure(EventKind):
 
     affects = "wheel"
 
-    @classmethod
-    def effect(cls, values: Mapping[str, Scalar]) -> dict[str, Any]:
-        """Fields of `gyrostat.spacecraft.WheelFailures` that change, but for time, drag, `seized`.
-
-        Args:
-            values: Numbers of the event, SI.
-        """
+    def effect(self) -> dict[str, Any]:
+        """Changed fields of `gyrostat.spacecraft.WheelFailures`, but for time, drag, `seized`."""
         return {}
 
 
@@ -83,9 +92,8 @@ class FrictionChange(EventKind):
 
     affects = "wheel"
 
-    @classmethod
     def after(
-        cls, parameter: str, dimension: str, before: Scalar, values: Mapping[str, Scalar]
+        self, parameter: str, dimension: str, before: Scalar, values: Mapping[str, Scalar]
     ) -> Scalar:
         """Parameter of the friction law after the change.
 
@@ -93,7 +101,7 @@ class FrictionChange(EventKind):
             parameter: Name of the parameter.
             dimension: Its dimension.
             before: Its value before the change, SI.
-            values: Numbers of the event, SI.
+            values: Numbers of the event with those of the friction law, SI.
         """
         raise NotImplementedError
 

@@ -1,13 +1,14 @@
 """Motor with less torque."""
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.scenario.event_kind import ADDED_DRAG, WheelFailure
-from gyrostat.scenario.schema import Key, size
+from gyrostat.scenario.schema import size
 
 
+@dataclass(frozen=True, eq=False)
 class Degraded(WheelFailure):
     """The motor of `wheel` gives a fraction of the commanded torque.
 
@@ -15,12 +16,9 @@ class Degraded(WheelFailure):
     """
 
     name = "degraded"
-    keys: ClassVar[Mapping[str, Key]] = {
-        "torque_share": size("1", None, "Remaining fraction of torque.", most=1.0),
-        "added_viscous": ADDED_DRAG,
-    }
+    torque_share: Annotated[Scalar, size("1", None, "Remaining fraction of torque.", most=1.0)]
+    added_viscous: Annotated[Scalar, ADDED_DRAG]
 
-    @classmethod
-    def effect(cls, values: Mapping[str, Scalar]) -> dict[str, Any]:
+    def effect(self) -> dict[str, Any]:
         """See `WheelFailure.effect`."""
-        return {"torque_share": values["torque_share"]}
+        return {"torque_share": self.torque_share}

@@ -1,16 +1,16 @@
 """Bearing with more drag."""
 
-from collections.abc import Mapping
-from typing import ClassVar
+from dataclasses import dataclass
+from typing import Annotated
 
+from gyrostat.core.arrays import Scalar
 from gyrostat.scenario.event_kind import WheelFailure
-from gyrostat.scenario.schema import Key, size
+from gyrostat.scenario.schema import size
 
 
+@dataclass(frozen=True, eq=False)
 class Drag(WheelFailure):
     """The viscous drag of the bearing of `wheel` increases; the controller is not notified."""
 
     name = "drag"
-    keys: ClassVar[Mapping[str, Key]] = {
-        "added_viscous": size("viscous", None, "Viscous drag added to the bearing.")
-    }
+    added_viscous: Annotated[Scalar, size("viscous", None, "Viscous drag added to the bearing.")]

@@ -1,7 +1,8 @@
 """Change of a bearing's friction."""
 
 from collections.abc import Collection, Mapping
-from typing import TYPE_CHECKING, ClassVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.scenario.event_kind import FrictionChange
@@ -11,6 +12,7 @@ if TYPE_CHECKING:
     from gyrostat.wheel.friction_laws import Law
 
 
+@dataclass(frozen=True, eq=False)
 class FrictionStep(FrictionChange):
     """The bearing friction of `wheel` changes; the controller is not notified.
 
@@ -19,12 +21,13 @@ class FrictionStep(FrictionChange):
     """
 
     name = "friction_step"
-    keys: ClassVar[Mapping[str, Key]] = {
-        "factor": size(
-            "1", 1.0, "Factor on friction torques and viscous drag that are not given here."
-        ),
-        "rise_time": size("time", 0.0, "Time over which the friction changes linearly; 0: a step."),
-    }
+    factor: Annotated[
+        Scalar,
+        size("1", 1.0, "Factor on friction torques and viscous drag that are not given here."),
+    ]
+    rise_time: Annotated[
+        Scalar, size("time", 0.0, "Time over which the friction changes linearly; 0: a step.")
+    ]
 
     @classmethod
     def keys_of(
@@ -46,11 +49,10 @@ class FrictionStep(FrictionChange):
             return None
         return "factor", f"one, or values of {', '.join(names)}"
 
-    @classmethod
     def after(
-        cls, parameter: str, dimension: str, before: Scalar, values: Mapping[str, Scalar]
+        self, parameter: str, dimension: str, before: Scalar, values: Mapping[str, Scalar]
     ) -> Scalar:
         """See `FrictionChange.after`."""
         # the factor scales friction torques and drag, not the speeds of the friction curve
-        factor = 1.0 if dimension == "speed" else values["factor"]
+        factor = 1.0 if dimension == "speed" else self.factor
         return values.get(parameter, factor * before)

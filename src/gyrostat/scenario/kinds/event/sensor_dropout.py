@@ -1,15 +1,17 @@
 """Missing samples."""
 
-from collections.abc import Mapping
-from typing import ClassVar
+from dataclasses import dataclass
+from typing import Annotated
 
+from gyrostat.core.arrays import Scalar
 from gyrostat.scenario.event_kind import SHARE, UNTIL, SensorFailure
-from gyrostat.scenario.schema import Key
 
 
+@dataclass(frozen=True, eq=False)
 class SensorDropout(SensorFailure):
     """Samples of the measured field `sensor` are missing: the controller gets NaN."""
 
     name = "sensor_dropout"
     fault = "dropout"
-    keys: ClassVar[Mapping[str, Key]] = {"until": UNTIL, "share": SHARE}
+    until: Annotated[Scalar, UNTIL]
+    share: Annotated[Scalar, SHARE]

@@ -1,8 +1,10 @@
 """Samples with an offset."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, ClassVar
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated
 
+from gyrostat.core.arrays import Scalar
 from gyrostat.scenario.event_kind import SHARE, UNTIL, SensorFailure
 from gyrostat.scenario.schema import Key, Measured
 
@@ -10,12 +12,14 @@ if TYPE_CHECKING:
     from gyrostat.wheel.friction_laws import Law
 
 
+@dataclass(frozen=True, eq=False)
 class SensorSpike(SensorFailure):
     """`magnitude` is added to samples of the measured field `sensor`, in the unit of the field."""
 
     name = "sensor_spike"
     fault = "spike"
-    keys: ClassVar[Mapping[str, Key]] = {"until": UNTIL, "share": SHARE}
+    until: Annotated[Scalar, UNTIL]
+    share: Annotated[Scalar, SHARE]
 
     @classmethod
     def keys_of(

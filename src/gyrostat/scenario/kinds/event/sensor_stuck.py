@@ -1,15 +1,16 @@
 """Sensor that repeats its last value."""
 
-from collections.abc import Mapping
-from typing import ClassVar
+from dataclasses import dataclass
+from typing import Annotated
 
+from gyrostat.core.arrays import Scalar
 from gyrostat.scenario.event_kind import UNTIL, SensorFailure
-from gyrostat.scenario.schema import Key
 
 
+@dataclass(frozen=True, eq=False)
 class SensorStuck(SensorFailure):
     """The measured field `sensor` keeps its last value."""
 
     name = "sensor_stuck"
     fault = "stuck"
-    keys: ClassVar[Mapping[str, Key]] = {"until": UNTIL}
+    until: Annotated[Scalar, UNTIL]

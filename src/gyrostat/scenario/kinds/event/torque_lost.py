@@ -1,21 +1,21 @@
 """Loss of a motor's torque."""
 
-from collections.abc import Mapping
-from typing import Any, ClassVar
+from dataclasses import dataclass
+from typing import Annotated, Any
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.scenario.event_kind import ADDED_DRAG, DETECTED, WheelFailure
-from gyrostat.scenario.schema import Key
 
 
+@dataclass(frozen=True, eq=False)
 class TorqueLost(WheelFailure):
     """The motor of `wheel` loses its torque; friction slows the rotor down."""
 
     name = "torque_lost"
-    keys: ClassVar[Mapping[str, Key]] = {"detected_after": DETECTED, "added_viscous": ADDED_DRAG}
     loses_wheel = True
+    detected_after: Annotated[Scalar, DETECTED]
+    added_viscous: Annotated[Scalar, ADDED_DRAG]
 
-    @classmethod
-    def effect(cls, values: Mapping[str, Scalar]) -> dict[str, Any]:
+    def effect(self) -> dict[str, Any]:
         """See `WheelFailure.effect`."""
         return {"torque_share": 0.0}
