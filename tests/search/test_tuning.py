@@ -12,6 +12,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.reports.tuning import front, front_figure
 from gyrostat.scenario_files.scenario_file import read_scenario
 from gyrostat.search import flights
+from gyrostat.search.condition import Condition
 from gyrostat.search.moves import Answers
 from gyrostat.search.tune import COMMON, _finalists, fewest_flights, tune
 from gyrostat.search.tuning import Tuning, found_tuning
@@ -153,3 +154,17 @@ def test_a_metric_that_most_runs_lack_is_no_result(scenario, gains, tmp_path, mo
     assert found["doubts"] == ["5 % or more of the runs end early or have no error_rms"]
     assert found["metrics"][0]["after"] is None
     assert not any("none" in line for line in said)
+
+
+def test_the_response_is_each_metric_with_its_sign():
+    limits = (Condition("low", False, 2.0, "low < 2"), Condition("high", True, 1.0, "high > 1"))
+    question = Tuning({"k": (-1.0, 3.0), "p": (0.1, 10.0)}, (0.0, 1.0), "least", limits)
+    columns = {"least": [3.0, 5.0], "low": [1.0, 4.0], "high": [7.0, np.nan], "status": [0, 0]}
+    found = question.response({name: np.array(values) for name, values in columns.items()})
+    np.testing.assert_array_equal(found, [[-3.0, -1.0, 7.0], [-5.0, -4.0, -np.inf]])
+    # beyond a limit in shares of it; `value` has the signs of the response turned
+    assert question.excess(np.array([0.0, 3.0, -4.0])) == pytest.approx(0.5)
+    assert question.excess(np.array([0.0, 1.0, -0.25])) == pytest.approx(0.75)
+    # linear where a bound is not positive, logarithmic where both are
+    ends = question.numbers(np.array([[-1.0, -1.0], [0.0, 0.0], [1.0, 1.0]]))
+    np.testing.assert_allclose(ends, [[-1.0, 0.1], [1.0, 1.0], [3.0, 10.0]])
