@@ -37,9 +37,9 @@ NUMERICAL = (
 """Folders of gyrostat whose files compute numbers."""
 NEAREST = 8
 """Files of tests that run alone."""
-LIMIT = 240.0
+LIMIT = 100.0
 """Longest time for these, s; beyond it, the mutant is judged by all tests."""
-ENDLESS = 120
+ENDLESS = 90
 """Time after which a single test counts as one that does not end, s."""
 OPTIONS = ("-p", "no:cacheprovider", "-o", f"faulthandler_timeout={ENDLESS}")
 OPTIONS += ("-o", "faulthandler_exit_on_timeout=true")
@@ -254,13 +254,15 @@ class Verdicts:
         lines = VERDICTS.read_text().splitlines() if VERDICTS.exists() else []
         self.known = {row["key"]: row for row in map(json.loads, lines)}
 
-    def add(self, key, mutant, by):
-        row = {"key": key, "mutant": str(mutant), "by": by}
+    def add(self, key, mutant, by, *, by_all=True):
+        """Keep the test that feels a mutant, or None, from the nearest tests or from all."""
+        row = {"key": key, "mutant": str(mutant), "by": by, "by_all": by_all}
         self.known[key] = row
         VERDICTS.parent.mkdir(exist_ok=True)
         with VERDICTS.open("a") as stream:
             stream.write(json.dumps(row, ensure_ascii=False) + "\n")
-        print(f"{'felt' if by else 'NOT FELT'}: {mutant}" + (f"   {by}" if by else ""), flush=True)
+        verdict = "felt" if by else "NOT FELT" if by_all else "not felt by the nearest tests"
+        print(f"{verdict}: {mutant}" + (f"   {by}" if by else ""), flush=True)
 
     def key(self, mutant, tests):
         texts = mutant.text, *(test.read_bytes() for test in tests)
@@ -303,7 +305,7 @@ def main():
     random.Random(given.seed).shuffle(every)
     chosen = every[: given.count]  # more of them are the same and others
     print(f"{len(chosen)} of {len(every)} mutants of {len(files)} files", flush=True)
-    verdicts, left = Verdicts(), []
+    verdicts = Verdicts()
     near = {path: nearest_tests(path) for path in {mutant.path for mutant in chosen}}
     keys = {mutant: verdicts.key(mutant, near[mutant.path]) for mutant in chosen}
     with tempfile.TemporaryDirectory() as folder:
@@ -315,16 +317,13 @@ def main():
                 if keys[mutant] not in verdicts.known
             }
             for done in as_completed(asked):
-                mutant, by = asked[done], done.result()
-                if by is None:
-                    left.append(mutant)
-                    print(f"not felt by the nearest tests: {mutant}", flush=True)
-                else:
-                    verdicts.add(keys[mutant], mutant, by)
+                verdicts.add(keys[asked[done]], asked[done], done.result(), by_all=False)
+        rows = {mutant: verdicts.known[keys[mutant]] for mutant in chosen}
+        left = [mutant for mutant, row in rows.items() if not (row["by"] or row["by_all"])]
         if not given.near:
             for mutant, by in judge_by_all(left, copies, given.jobs):
                 verdicts.add(keys[mutant], mutant, by)
-    rows = [verdicts.known.get(keys[mutant], {"by": None}) for mutant in chosen]
+    rows = [verdicts.known[keys[mutant]] for mutant in chosen]
     felt = sum(row["by"] is not None for row in rows)
     print(f"{felt} of {len(rows)} mutants are felt: {100.0 * felt / len(rows):.1f} %")
     for mutant, row in zip(chosen, rows, strict=True):
