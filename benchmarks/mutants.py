@@ -286,6 +286,11 @@ def judge_by_all(mutants_left, copies, jobs):
     _, output = copies.run(mutants_left, ["-n", str(jobs), "tests"])
     tests = [test for test in failed(output) if "::" in test]
     print(f"all tests on {len(mutants_left)} mutants together: {len(tests)} failed", flush=True)
+    if tests:
+        _, output = copies.run([], ["-n", str(jobs), *tests])
+        broken = set(failed(output))
+        print(f"of these fail without a mutant: {', '.join(sorted(broken)) or 'none'}", flush=True)
+        tests = [test for test in tests if test not in broken]
     for mutant in mutants_left:
         code, output = copies.run([mutant], ["-x", *tests]) if tests else (0, "")
         yield mutant, (failed(output) or ["?"])[0] if code else None

@@ -139,7 +139,7 @@ def first_torque(scenario):
     """Torque commanded after the first sample, (wheels,), N·m."""
     values = {key: np.asarray(value) for key, value in scenario.values.items()}
     # the program that has checked the scenario when it was read
-    _, (_, command), _ = plans._first_sample(structure_of(scenario), values, plans_of(scenario))
+    _, (_, command), *_ = plans._first_sample(structure_of(scenario), values, plans_of(scenario))
     return command.torque
 
 
