@@ -27,7 +27,7 @@ NOT_IN_THE_LOOP = {
     *("AttitudeFilter", "SteadyAttitudeFilter", "Driver", "Tachometer", "Wheel", "WheelArray"),
     *("FrictionSteps", "WheelFailures", "Imbalance", "CircularOrbit", "GravityGradient"),
     *("HarmonicTorque", "Spacecraft", "BearingEquation", "CoupledBearings", "Law", "SampledModel"),
-    *("AddedSensor", "FlexibleModes"),  # protocol, part of a plant
+    *("AddedSensor", "ActuatorWithState", "FlexibleModes"),  # protocols, part of a plant
 }
 
 
