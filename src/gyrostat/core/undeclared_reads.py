@@ -22,6 +22,7 @@ from typing import Any, NamedTuple
 from gyrostat.core.data_folder import working_in
 from gyrostat.core.errors import InputError
 from gyrostat.core.file_readers import WatchedReaders, mark
+from gyrostat.core.jax64 import jax
 from gyrostat.core.local_modules import is_library_file, is_local
 from gyrostat.core.user_modules import PREFIX, folder_of, unload
 
@@ -123,6 +124,7 @@ def watched_reads(package: str = "") -> Iterator[None]:
 
 
 def _switch_on() -> None:
+    jax.devices()  # JAX looks for them at its first use, which is no read of a part
     if not _HOOKED:
         sys.addaudithook(_hear)  # it cannot be removed
         _HOOKED.append(True)
