@@ -77,10 +77,8 @@ class UndeclaredReadError(InputError):
     """
 
     def __init__(self, read: Read) -> None:
-        super().__init__(
-            f"{read.file} line {read.line}: found `{read.text}`, which {read.what}, expected "
-            f"{read.remedy}"
-        )
+        found = f"found `{read.text}`, which {read.what}"
+        super().__init__(f"{read.file} line {read.line}: {found}, expected {read.remedy}")
         self.read = read
 
 
