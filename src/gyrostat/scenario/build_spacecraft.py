@@ -84,10 +84,11 @@ def friction_steps_of(
     after = before.parameters()
     for event, kind in stepping:
         options = options_of(values, f"event.{event.name}")
+        change = kind.of(options)
         index = jnp.arange(len(structure.wheels)) == event.wheel
         time = jnp.where(index, options["time"], time)
         length = jnp.where(index, options.get("rise_time", 0.0), length)
         for name, dimension in dimensions.items():
-            value = kind.of(options).after(name, dimension, after[name], options)
+            value = change.after(name, dimension, after[name], options)
             after[name] = jnp.where(index, value, after[name])
     return FrictionSteps(time, type(before).of(**after), length)

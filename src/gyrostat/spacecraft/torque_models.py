@@ -52,7 +52,7 @@ class ActuatorWithState(Protocol):
 
     Attributes:
         longest_step: Longest time over which a cubic function represents the torque, s, such as
-            half the time constant of a lag.
+            a tenth of the time constant of a lag.
     """
 
     longest_step: Scalar
@@ -94,14 +94,14 @@ class CommandedTorque(eqx.Module):
         actuator: Actuator.
         value: Its command.
         state: State of the actuator at the time `started`; None if it has none.
-        started: Time at the start of the interval, s.
+        started: Time of the state, s.
     """
 
     name: str = eqx.field(static=True)
     actuator: AnyActuator
     value: Any
-    state: Any = None
-    started: Any = None
+    state: Any
+    started: Scalar
 
     def __repr__(self) -> str:
         return with_values(self)
@@ -110,32 +110,32 @@ class CommandedTorque(eqx.Module):
     def longest_step(self) -> Scalar | None:
         """See `ActuatorWithState`; None without a state."""
         actuator: Any = self.actuator
-        return actuator.longest_step if has_state(actuator) else None
+        return None if self.state is None else actuator.longest_step
 
     def __call__(self, spacecraft: Spacecraft, attitude: Quaternion, time: Scalar) -> Vector3:
         """See `TorqueModel`."""
         del spacecraft
         actuator: Any = self.actuator
-        if has_state(actuator):
+        if self.state is None:
+            torque = actuator(self.value, attitude, time)
+        else:
             state = actuator.advanced(self.state, self.value, time - self.started)
             torque = actuator(state, self.value, attitude, time)
-        else:
-            torque = actuator(self.value, attitude, time)
         return body_torque(torque, f"actuator {self.name}")
 
 
-def has_state(actuator: Any) -> bool:
-    """Whether an actuator has a state."""
-    return hasattr(actuator, "start")
+def _with_state(actuators: Mapping[str, Any]) -> dict[str, ActuatorWithState]:
+    """Actuators that have a state, by name."""
+    return {name: each for name, each in sorted(actuators.items()) if hasattr(each, "start")}
 
 
-def start_actuators(actuators: Mapping[str, Any]) -> dict[str, Any] | None:
+def start_actuators(actuators: Mapping[str, AnyActuator]) -> dict[str, Any] | None:
     """States of the actuators that have one at the start of a run: name -> state; None without."""
-    return {n: each.start() for n, each in sorted(actuators.items()) if has_state(each)} or None
+    return {name: each.start() for name, each in _with_state(actuators).items()} or None
 
 
 def advanced_actuators(
-    actuators: Mapping[str, Any], states: Any, command: Any, elapsed: Scalar
+    actuators: Mapping[str, AnyActuator], states: Any, command: Any, elapsed: Scalar
 ) -> dict[str, Any] | None:
     """States of the actuators after a time of constant command.
 
@@ -145,13 +145,11 @@ def advanced_actuators(
         command: Command, a named tuple.
         elapsed: Time, s.
     """
-    if states is None:
-        return None
-    return {
+    after = {
         name: each.advanced(states[name], getattr(command, name), elapsed)
-        for name, each in sorted(actuators.items())
-        if has_state(each)
+        for name, each in _with_state(actuators).items()
     }
+    return after or None
 
 
 def check_actuators(actuators: Mapping[str, AnyActuator], states: Any) -> None:
@@ -160,9 +158,9 @@ def check_actuators(actuators: Mapping[str, AnyActuator], states: Any) -> None:
     Raises:
         InputError: A state is missing, or there is one more.
     """
-    expected = sorted(name for name, each in actuators.items() if has_state(each))
-    if sorted(states or ()) != expected:
-        found, expected = (", ".join(names) or "none" for names in (sorted(states or ()), expected))
+    names = sorted(states or ()), [*_with_state(actuators)]
+    if names[0] != names[1]:
+        found, expected = (", ".join(each) or "none" for each in names)
         raise InputError(f"actuators: found the states of {found}, expected those of {expected}")
 
 
@@ -188,9 +186,7 @@ def commanded_torques(
                 f"expected the field {name}, which drives the actuator"
             )
     return tuple(
-        CommandedTorque(name, actuator, getattr(command, name), states[name], time)
-        if has_state(actuator)
-        else CommandedTorque(name, actuator, getattr(command, name))
+        CommandedTorque(name, actuator, getattr(command, name), (states or {}).get(name), time)
         for name, actuator in sorted(actuators.items())
     )
 

@@ -108,8 +108,8 @@ class _Test:
         if limit.quantity in ("static_imbalance", "dynamic_imbalance"):
             return "a record of current and speed does not show it"
         name = "static" if limit.quantity == "zero_crossing_torque" else limit.quantity
-        is_friction = name in ("static", "stribeck_speed", "coulomb", "viscous", "inertia")
-        if is_friction and self.parameter(self.values, name, 1) is None:
+        is_parameter = name in ("static", "stribeck_speed", "coulomb", "viscous", "inertia")
+        if is_parameter and self.parameter(self.values, name, 1) is None:
             return f"the model ({self.model.friction.name}) has no {name.replace('_', ' ')}"
         if limit.quantity == "torque_limit" and "current" not in limit.conditions:
             return "the sheet states no current"

@@ -196,9 +196,9 @@ def density(model: type[Friction], hold: CurrentHold, shared: int):
 
     def products(values, data: RecordData):
         """Sums of products of the whitened residual and columns, and whether all is resolved."""
-        line = data.at @ values
-        wheel = build_wheel(model, dict(zip(names, line[: shared - 1], strict=True)))
-        bias, first = line[shared - 1], line[data.place]
+        parameters = data.at @ values
+        wheel = build_wheel(model, dict(zip(names, parameters[: shared - 1], strict=True)))
+        bias, first = parameters[shared - 1], parameters[data.place]
         time, current, restart = data.inputs
         duration, slope = sample_intervals(time, current, hold)
         # the motion in a gap is unknown
@@ -208,7 +208,7 @@ def density(model: type[Friction], hold: CurrentHold, shared: int):
 
         def sample(carry, entry):
             (speed, before, resolved), (state, spread), total = carry
-            start, change, length, anew, initial, weight, measured, variance, beside, span = entry
+            start, change, length, anew, initial, weight, measured, variance, beside, held = entry
             speed = jnp.where(anew, initial, speed)
             mean = (1.0 - weight) * speed + weight * before
             # a missing sample has no residual, and the padding none either
@@ -220,7 +220,7 @@ def density(model: type[Friction], hold: CurrentHold, shared: int):
             x, u, b = (each + k * error for each, k in zip(state, gains, strict=True))
             step = advance(wheel, speed, start + bias, change, length)
             moved = step.speed, speed, resolved & step.resolved
-            return (moved, predicted((x, u, b), spread, span, squared), total), None
+            return (moved, predicted((x, u, b), spread, held, squared), total), None
 
         nothing = jnp.zeros(1 + data.columns.shape[1])
         entries = (

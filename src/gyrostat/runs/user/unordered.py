@@ -31,25 +31,26 @@ class _AsCalls(ast.NodeTransformer):
         if all(isinstance(each, ast.Constant) and _is_fixed(each.value) for each in node.elts):
             return node
         entries: Any = self.generic_visit(node)
-        return self._made(ast.Name("set", ast.Load()), ast.Tuple(entries.elts, ast.Load()))
+        return _made(self.turn, ast.Name("set", ast.Load()), ast.Tuple(entries.elts, ast.Load()))
 
     def visit_SetComp(self, node: ast.SetComp) -> ast.AST:
         """Set comprehension."""
-        return self._made(ast.Name("set", ast.Load()), self.generic_visit(node))
+        return _made(self.turn, ast.Name("set", ast.Load()), self.generic_visit(node))
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
         """Call of a class of sets, or of a function whose results other processes do not have."""
         call: Any = self.generic_visit(node)
         match call.func:
             case ast.Name(id="set" | "frozenset"):
-                return self._made(call.func, *call.args)
-            case ast.Name(id="hash" | "id"):  # without turns
-                return self._made(call.func, *call.args, turn=0)
+                return _made(self.turn, call.func, *call.args)
+            case ast.Name(id="hash" | "id"):
+                return _made(0, call.func, *call.args)  # the same in each turn
         return call
 
-    def _made(self, kind: Any, *arguments: Any, turn: int | None = None) -> ast.Call:
-        given = [ast.Constant(self.turn if turn is None else turn), kind, *arguments]
-        return ast.Call(ast.parse(_SET, mode="eval").body, given, [])
+
+def _made(turn: int, kind: Any, *arguments: Any) -> ast.Call:
+    given = [ast.Constant(turn), kind, *arguments]
+    return ast.Call(ast.parse(_SET, mode="eval").body, given, [])
 
 
 def without_order(source: Source, turn: int) -> Source:

@@ -227,9 +227,6 @@ def numbers_of(scenario: Scenario) -> dict[str, Key]:
     friction = law_of(scenario.friction, scenario.sources)
     fields = measured(scenario.sensors, scenario.parts, scenario.sources)
 
-    def keys_of(part: Part) -> Mapping[str, Key]:
-        return component(part.section, part.kind, scenario.sources).keys()
-
     sections: dict[str, Mapping[str, Key]] = {
         "body.inertia": dict.fromkeys(INERTIA, INERTIA_KEY),
         "body": {name: key for name, key in BODY.items() if _has_body(scenario, name)},
@@ -237,8 +234,11 @@ def numbers_of(scenario: Scenario) -> dict[str, Key]:
         **{"run": RUN, "start": START, "metrics": METRICS},
         "guard": guard_keys(fields),
         **{f"window.{window.name}": WINDOW for window in scenario.windows},
-        **{section: chosen(scenario, section).keys() for section in KINDS},
-        **{f"{part.section}.{part.name}": keys_of(part) for part in scenario.parts},
+        **{
+            named.place: component(named.section, named.kind, scenario.sources).keys()
+            for named in named_components(scenario)
+            if named.section != "event"
+        },
         **{
             f"event.{e.name}": user_event_keys(e.kind, scenario.sources)
             if is_user_kind(e.kind)

@@ -188,12 +188,12 @@ class ZeroMomentumRecovery(Checked):
         return memory, jnp.where(near, held, 0.0), begin
 
     def _carried(
-        self, memory: ZeroMomentumMemory, angle: Scalar, later: Scalar, own: Scalar
+        self, memory: ZeroMomentumMemory, angle: Scalar, later: Scalar, drift: Scalar
     ) -> Quaternion:
         """Reference one period later: along the sweep, and about z at the body's own rate."""
         sweep = memory.sweep
         step = rotations.product(rotations.conjugate(turned(sweep, angle)), turned(sweep, later))
-        twist = rotations.from_rotation_vector(jnp.array([0.0, 0.0, 0.5]) * own * memory.period)
+        twist = rotations.from_rotation_vector(jnp.array([0.0, 0.0, 0.5]) * drift * memory.period)
         step = rotations.product(rotations.product(twist, step), twist)
         carried = rotations.product(memory.reference, self.sweeps.in_body(step))
         return rotations.normalised(carried)
