@@ -112,81 +112,88 @@ def average(
             friction (`RESOLVED`).
     """
     rows = prior.rows() * scale
-    known = (rows.T @ rows, -rows.T @ prior.residual(x))
+    prior_information = (rows.T @ rows, -rows.T @ prior.residual(x))
     every = [*effects, *beside]
     count = len(x)
     size = 1 + count + sum(effect.columns[0].shape[1] for effect in effects)
 
     def mixture() -> tuple[Posteriors, Vector]:
-        seen = posteriors([f.leading(size) for f in found], effects, known, levels, stated)
-        return seen, _weights(seen, ripple, resolution)
+        hypotheses = posteriors(
+            [f.leading(size) for f in innovations], effects, prior_information, levels, stated
+        )
+        return hypotheses, _weights(hypotheses, ripple, resolution)
 
     levels = grid(RIPPLES, ripple)
-    found = whitened(segments, every, scale, levels)
-    seen, weight = mixture()
-    free = seen.levels if ripple is None else seen.levels[:, 1:]
+    innovations = whitened(segments, every, scale, levels)
+    hypotheses, weight = mixture()
+    free = hypotheses.levels if ripple is None else hypotheses.levels[:, 1:]
     if weight[np.max(free, axis=1) == RIPPLES[-1]].sum() > AT_THE_EDGE:
         wider = grid((*RIPPLES, *STRONG_RIPPLES), ripple)
         further = wider[~np.any(np.all(wider[:, None] == levels, axis=2), axis=1)]
-        more = whitened(segments, every, scale, further)
+        extra = whitened(segments, every, scale, further)
         levels = np.vstack([levels, further])
-        found = [a.with_levels(b) for a, b in zip(found, more, strict=True)]
-        seen, weight = mixture()
+        innovations = [a.with_levels(b) for a, b in zip(innovations, extra, strict=True)]
+        hypotheses, weight = mixture()
     findings, scores = (), ()
     if names:
-        findings, scores = diagnose(found, levels, every, known, names, scale, stated=stated)
-    mean = weight @ seen.mean
-    apart = seen.mean - mean
-    inside = np.einsum("h,hij->ij", weight, seen.covariance)
+        findings, scores = diagnose(
+            innovations, levels, every, prior_information, names, scale, stated=stated
+        )
+    mean = weight @ hypotheses.mean
+    apart = hypotheses.mean - mean
+    inside = np.einsum("h,hij->ij", weight, hypotheses.covariance)
     covariance = inside + np.einsum("h,hi,hj->ij", weight, apart, apart)
     return Average(
         shift=scale * mean[:count],
         covariance=np.outer(scale, scale) * covariance[:count, :count],
         coefficients=mean[count:],
-        effects=(*_found(seen, weight, effects, count), *_torques(seen, weight)),
+        effects=(
+            *_effect_marginals(hypotheses, weight, effects, count),
+            *_torque_marginals(hypotheses, weight),
+        ),
         findings=findings,
         scores=scores,
     )
 
 
-def _weights(seen: Posteriors, ripple: float | None, resolution: float) -> Vector:
+def _weights(hypotheses: Posteriors, ripple: float | None, resolution: float) -> Vector:
     """Normalised weights of all hypotheses; only those with a stated ripple count."""
     odds = min(1.0, resolution / RESOLVED) ** 2
-    log_weight = seen.log_weight + np.where(seen.levels[:, 0] > 0.0, 0.0, np.log(odds))
+    log_weight = hypotheses.log_weight + np.where(hypotheses.levels[:, 0] > 0.0, 0.0, np.log(odds))
     if ripple is not None:
-        log_weight = np.where(seen.levels[:, 0] == ripple, log_weight, -np.inf)
+        log_weight = np.where(hypotheses.levels[:, 0] == ripple, log_weight, -np.inf)
     weight = np.exp(log_weight - log_weight.max())
     return weight / weight.sum()
 
 
-def _found(
-    seen: Posteriors, weight: Vector, effects: Sequence[Nuisance], count: int
+def _effect_marginals(
+    hypotheses: Posteriors, weight: Vector, effects: Sequence[Nuisance], count: int
 ) -> list[Effect]:
     """Posterior of each nuisance, given its presence."""
-    found, first = [], count
-    for place, effect in enumerate(effects):
+    marginals, first = [], count
+    for index, effect in enumerate(effects):
         last = first + effect.columns[0].shape[1]
-        own = weight * (seen.scales[:, place] > 0.0)
-        share = own / max(own.sum(), np.finfo(float).tiny)
-        mean = share @ seen.mean[:, first:last]
+        weight_present = weight * (hypotheses.scales[:, index] > 0.0)
+        share = weight_present / max(weight_present.sum(), np.finfo(float).tiny)
+        mean = share @ hypotheses.mean[:, first:last]
         largest = int(np.argmax(np.abs(mean)))
         at = first + largest
-        apart = seen.mean[:, at] - mean[largest]
-        variance = float(share @ (seen.covariance[:, at, at] + apart**2))
+        apart = hypotheses.mean[:, at] - mean[largest]
+        variance = float(share @ (hypotheses.covariance[:, at, at] + apart**2))
         value, sigma = float(mean[largest]), float(np.sqrt(variance))
-        chance = float(min(own.sum(), 1.0))
-        found.append(Effect(effect.name, effect.title, chance, value, sigma, effect.unit))
+        chance = float(min(weight_present.sum(), 1.0))
+        marginals.append(Effect(effect.name, effect.title, chance, value, sigma, effect.unit))
         first = last
-    return found
+    return marginals
 
 
-def _torques(seen: Posteriors, weight: Vector) -> list[Effect]:
+def _torque_marginals(hypotheses: Posteriors, weight: Vector) -> list[Effect]:
     """Posterior of the random torques, given their presence."""
-    found = []
-    for place, (name, title) in enumerate(TORQUES):
-        level = seen.levels[:, place]
-        own = weight * (level > 0.0)
-        chance = float(min(own.sum(), 1.0))
-        value = float(own @ level / max(own.sum(), np.finfo(float).tiny))
-        found.append(Effect(name, title, chance, value, None, "1"))
-    return found
+    marginals = []
+    for index, (name, title) in enumerate(TORQUES):
+        level = hypotheses.levels[:, index]
+        weight_present = weight * (level > 0.0)
+        chance = float(min(weight_present.sum(), 1.0))
+        value = float(weight_present @ level / max(weight_present.sum(), np.finfo(float).tiny))
+        marginals.append(Effect(name, title, chance, value, None, "1"))
+    return marginals

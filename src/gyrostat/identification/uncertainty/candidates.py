@@ -50,7 +50,7 @@ def _angle(record: Record, linear: Linearisation) -> Vector:
     return trapezoidal(speed, record.time)
 
 
-def _clipped(current: Vector) -> Matrix | None:
+def _runs_at_limit(current: Vector) -> Matrix | None:
     """Current in each run of samples at the largest current, (N - 1, runs).
 
     None if there is no limit: all samples, only one run, or too many runs have this current.
@@ -82,7 +82,7 @@ class _Candidates:
         dimensions = prediction.model.dimensions()
         self.dry = [n for n, d in dimensions.items() if d == "torque"]
         self.viscous = [n for n, d in dimensions.items() if d == "viscous"]
-        self.asked: list[tuple[str, str, str, list[Matrix]]] = []
+        self.entries: list[tuple[str, str, str, list[Matrix]]] = []
 
     def local(self, linear: Linearisation, name: str) -> Vector:
         """Derivative of the speed at the end of each interval by a parameter in it alone."""
@@ -94,8 +94,8 @@ class _Candidates:
 
     def dry_torque(self, speed: Matrix) -> Matrix:
         """Dry friction torque at speeds of 0 or more, N·m, of any shape."""
-        found = friction_torques(self.prediction.model, self.values, speed.ravel())
-        return found.dry.reshape(speed.shape)
+        torques = friction_torques(self.prediction.model, self.values, speed.ravel())
+        return torques.dry.reshape(speed.shape)
 
     def per_torque(self, linear: Linearisation) -> Vector:
         """Change of the speed at the end of each interval per torque in it, rad/s per N·m."""
@@ -126,19 +126,19 @@ class _Candidates:
                 block[:, first : first + width] = columns
             blocks.append(block)
         if any(np.any(block) for block in blocks):
-            self.asked.append((name, title, unit, blocks))
+            self.entries.append((name, title, unit, blocks))
 
-    def found(self) -> list[Nuisance]:
+    def nuisances(self) -> list[Nuisance]:
         """Candidates added, with their changes of the speed accumulated over each record."""
-        ends = np.cumsum([blocks[0].shape[1] for *_, blocks in self.asked])[:-1]
+        ends = np.cumsum([blocks[0].shape[1] for *_, blocks in self.entries])[:-1]
         split = []
         for linear in self.linear:
             # taken out of the lists: those of a long record need the memory
-            every = np.column_stack([blocks.pop(0) for *_, blocks in self.asked])
+            every = np.column_stack([blocks.pop(0) for *_, blocks in self.entries])
             split.append(np.split(accumulated(linear, every), ends, axis=1))
         return [
-            Nuisance(name, title, unit, SHARES, tuple(columns[place] for columns in split))
-            for place, (name, title, unit, _) in enumerate(self.asked)
+            Nuisance(name, title, unit, SHARES, tuple(columns[index] for columns in split))
+            for index, (name, title, unit, _) in enumerate(self.entries)
         ]
 
 
@@ -154,7 +154,7 @@ def candidates(
     """
     make = _Candidates(prediction, linear, values)
 
-    def scaled(names: Sequence[str], share: Callable[[Record], Vector | None]) -> Shape:
+    def scale_by(names: Sequence[str], share: Callable[[Record], Vector | None]) -> Shape:
         def shape(record: Record, linear: Linearisation) -> Matrix | None:
             shares = share(record)
             return None if shares is None else (shares * make.torque(linear, names))[:, None]
@@ -185,25 +185,25 @@ def candidates(
         title = "direction asymmetry of the viscous friction"
         make.add("viscous_asymmetry", title, "1", one_sided_viscous)
     title = "drift of the dry friction over half the record"
-    drifting = scaled(make.dry, lambda record: share_of_range(record.time))
-    make.add("coulomb_drift", title, "1", drifting, each=True)
-    for names, name, what in (
+    drift = scale_by(make.dry, lambda record: share_of_range(record.time))
+    make.add("coulomb_drift", title, "1", drift, each=True)
+    for names, name, kind in (
         (make.viscous, "viscous_over_temperature", "viscous"),
         (make.dry, "coulomb_over_temperature", "dry"),
     ):
-        title = f"change of the {what} friction over half the range of temperature"
-        make.add(name, title, "1", scaled(names, _share_of_temperature))
+        title = f"change of the {kind} friction over half the range of temperature"
+        make.add(name, title, "1", scale_by(names, _share_of_temperature))
     level = dry_friction(prediction.model, values) or abs(values["motor_constant"])
 
     def ripple(order: int) -> Shape:
         def shape(record: Record, linear: Linearisation) -> Matrix:
             phase = order * _angle(record, linear)
-            turned = np.diff(phase)
+            phase_step = np.diff(phase)
             # mean over the interval at constant speed
-            fading = np.sinc(turned / (2.0 * np.pi))
-            middle = phase[:-1] + 0.5 * turned
+            attenuation = np.sinc(phase_step / (2.0 * np.pi))
+            middle = phase[:-1] + 0.5 * phase_step
             waves = np.column_stack([np.cos(middle), np.sin(middle)])
-            return level * (fading * make.per_torque(linear))[:, None] * waves
+            return level * (attenuation * make.per_torque(linear))[:, None] * waves
 
         return shape
 
@@ -212,7 +212,7 @@ def candidates(
         make.add(f"ripple_{order}", title, "1", ripple(order))
 
     def limited(record: Record, linear: Linearisation) -> Matrix | None:
-        at = _clipped(record.current)
+        at = _runs_at_limit(record.current)
         return None if at is None else at * make.local(linear, "current_bias")[:, None]
 
     title = "clipped current: true minus recorded, fraction of the limit"
@@ -226,4 +226,4 @@ def candidates(
 
         title = "friction that rises towards rest (Stribeck), fraction of the dry friction"
         make.add("stribeck", title, "1", rise)
-    return make.found()
+    return make.nuisances()

@@ -50,7 +50,7 @@ class _Problem:
 
     def __init__(
         self,
-        found: Sequence[Innovations],
+        innovations: Sequence[Innovations],
         levels: Matrix,
         effects: Sequence[Nuisance],
         prior: tuple[Matrix, Vector],
@@ -59,8 +59,8 @@ class _Problem:
         self.levels, self.effects = levels, effects
         self.information, self.pull = prior
         self.count = len(self.pull)
-        self.samples = sum(own.samples for own in found)
-        self.total, self.logs = summed(found, stated)
+        self.samples = sum(record.samples for record in innovations)
+        self.total, self.logs = summed(innovations, stated)
         ends = self.count + np.cumsum([0, *(e.columns[0].shape[1] for e in effects)])
         self.places = [range(a, b) for a, b in pairwise(ends.tolist())]
 
@@ -75,26 +75,26 @@ class _Problem:
         unit = np.sqrt(np.maximum(np.diag(matrix), np.finfo(float).tiny))
         inverse = np.linalg.pinv(matrix / np.outer(unit, unit), rcond=1e-12, hermitian=True)
         inverse /= np.outer(unit, unit)
-        solved = inverse @ right
-        deviance = self.logs[level] + self.total[level][0, 0] - float(right @ solved)
-        return float(deviance), solved, inverse
+        solution = inverse @ right
+        deviance = self.logs[level] + self.total[level][0, 0] - float(right @ solution)
+        return float(deviance), solution, inverse
 
     def visible(self, effect: int) -> bool:
         """Whether an effect's columns are not a linear combination of the parameters' columns."""
         rows = 1 + np.arange(self.count)
         matrix = self.total[0][np.ix_(rows, rows)] + self.information
-        for place in self.places[effect]:
-            cross, own = self.total[0][rows, 1 + place], self.total[0][1 + place, 1 + place]
-            rest = own - float(cross @ np.linalg.lstsq(matrix, cross, rcond=1e-12)[0])
-            if own > 0.0 and rest > ALIEN * own:
+        for index in self.places[effect]:
+            cross, power = self.total[0][rows, 1 + index], self.total[0][1 + index, 1 + index]
+            residual = power - float(cross @ np.linalg.lstsq(matrix, cross, rcond=1e-12)[0])
+            if power > 0.0 and residual > ALIEN * power:
                 return True
         return False
 
     def along(self, level: int, axis: int, *, present: bool) -> list[int]:
         """Levels that differ from the given one at most in one random torque, present or absent."""
-        other = 1 - axis
-        same = self.levels[:, other] == self.levels[level, other]
-        return np.flatnonzero(same & ((self.levels[:, axis] > 0.0) == present)).tolist()
+        other_axis = 1 - axis
+        matches = self.levels[:, other_axis] == self.levels[level, other_axis]
+        return np.flatnonzero(matches & ((self.levels[:, axis] > 0.0) == present)).tolist()
 
 
 @dataclass(frozen=True)
@@ -114,33 +114,33 @@ def _keys(problem: _Problem) -> list[_Key]:
     return [*shapes, ("torque", 0), ("torque", 1)]
 
 
-def _present(problem: _Problem, state: _State, key: _Key) -> bool:
-    kind, place = key
-    return place in state.chosen if kind == "shape" else problem.levels[state.level, place] > 0.0
+def _is_present(problem: _Problem, state: _State, key: _Key) -> bool:
+    kind, index = key
+    return index in state.chosen if kind == "shape" else problem.levels[state.level, index] > 0.0
 
 
-def _added(problem: _Problem, state: _State, key: _Key) -> _State:
+def _add(problem: _Problem, state: _State, key: _Key) -> _State:
     """State with a candidate added; a random torque at its best level."""
-    kind, place = key
+    kind, index = key
     if kind == "shape":
-        return _State(state.level, (*state.chosen, place))
-    levels = problem.along(state.level, place, present=True)
+        return _State(state.level, (*state.chosen, index))
+    levels = problem.along(state.level, index, present=True)
     return _State(min(levels, key=lambda k: problem.solve(k, state.chosen)[0]), state.chosen)
 
 
-def _removed(problem: _Problem, state: _State, key: _Key) -> _State:
-    kind, place = key
+def _remove(problem: _Problem, state: _State, key: _Key) -> _State:
+    kind, index = key
     if kind == "shape":
-        return _State(state.level, tuple(k for k in state.chosen if k != place))
-    return _State(problem.along(state.level, place, present=False)[0], state.chosen)
+        return _State(state.level, tuple(k for k in state.chosen if k != index))
+    return _State(problem.along(state.level, index, present=False)[0], state.chosen)
 
 
 def _gain(problem: _Problem, before: _State, after: _State, key: _Key) -> tuple[float, float]:
     """Decrease of the BIC, and the probability of so large a decrease by chance."""
     fall = problem.solve(before.level, before.chosen)[0]
     fall -= problem.solve(after.level, after.chosen)[0]
-    kind, place = key
-    freedom = len(problem.places[place]) if kind == "shape" else 1
+    kind, index = key
+    freedom = len(problem.places[index]) if kind == "shape" else 1
     chance = chi_square_tail(fall, freedom)
     # levels are nonnegative: in half of the records without random torque the estimate is zero
     return fall - freedom * math.log(problem.samples), 0.5 * chance if kind == "torque" else chance
@@ -158,8 +158,8 @@ def _select(problem: _Problem, keys: Sequence[_Key]) -> _State:
     for _ in range(MOST_EFFECTS):
         trials = []
         for key in keys:
-            if not _present(problem, state, key):
-                after = _added(problem, state, key)
+            if not _is_present(problem, state, key):
+                after = _add(problem, state, key)
                 gain, chance = _gain(problem, state, after, key)
                 if chance < limit:
                     trials.append((_rank(gain, key), after))
@@ -167,8 +167,8 @@ def _select(problem: _Problem, keys: Sequence[_Key]) -> _State:
             break
         state = max(trials, key=lambda trial: trial[0])[1]
     for key in keys:
-        if _present(problem, state, key):
-            before = _removed(problem, state, key)
+        if _is_present(problem, state, key):
+            before = _remove(problem, state, key)
             if _gain(problem, before, state, key)[1] >= limit:
                 state = before
     return state
@@ -178,33 +178,33 @@ def _describe(
     problem: _Problem, state: _State, key: _Key, keys: Sequence[_Key], names, scale
 ) -> Finding:
     """Finding for an effect: size, evidence, consequences and equivalent effects."""
-    before = _removed(problem, state, key)
+    before = _remove(problem, state, key)
     evidence, _ = _gain(problem, before, state, key)
-    found = [(_rank(evidence, key), evidence, key)]
-    for other in keys:
-        if not _present(problem, state, other):
-            gain, chance = _gain(problem, before, _added(problem, before, other), other)
+    candidates = [(_rank(evidence, key), evidence, key)]
+    for alternative in keys:
+        if not _is_present(problem, state, alternative):
+            gain, chance = _gain(problem, before, _add(problem, before, alternative), alternative)
             alike = abs(evidence - gain) < INDISTINGUISHABLE
             if alike and chance < FALSE_ALARMS / len(keys):
-                found.append((_rank(gain, other), gain, other))
-    found.sort(key=lambda row: -row[0])
-    _, evidence, first = found[0]
-    after = _added(problem, before, first)
-    deviance, solved, covariance = problem.solve(after.level, after.chosen)
+                candidates.append((_rank(gain, alternative), gain, alternative))
+    candidates.sort(key=lambda row: -row[0])
+    _, evidence, first = candidates[0]
+    after = _add(problem, before, first)
+    deviance, solution, covariance = problem.solve(after.level, after.chosen)
     bare, plain, _ = problem.solve(before.level, before.chosen)
-    kind, place = first
+    kind, index = first
     if kind == "shape":
-        width = len(problem.places[place])
-        added = np.arange(len(solved) - width, len(solved))
-        largest = added[int(np.argmax(np.abs(solved[added])))]
-        value, sigma = float(solved[largest]), float(np.sqrt(covariance[largest, largest]))
-        unit = problem.effects[place].unit
+        width = len(problem.places[index])
+        columns = np.arange(len(solution) - width, len(solution))
+        largest = columns[int(np.argmax(np.abs(solution[columns])))]
+        value, sigma = float(solution[largest]), float(np.sqrt(covariance[largest, largest]))
+        unit = problem.effects[index].unit
     else:
-        value, sigma, unit = float(problem.levels[after.level, place]), None, "1"
-    shift = scale * (solved[: problem.count] - plain[: problem.count])
+        value, sigma, unit = float(problem.levels[after.level, index]), None, "1"
+    shift = scale * (solution[: problem.count] - plain[: problem.count])
     labels = [
         (problem.effects[k].name, problem.effects[k].title) if kind == "shape" else TORQUES[k]
-        for *_, (kind, k) in found
+        for *_, (kind, k) in candidates
     ]
     return Finding(
         names=tuple(name for name, _ in labels),
@@ -221,23 +221,23 @@ def _describe(
 def _scores(problem: _Problem, state: _State, keys: Sequence[_Key]) -> list[Score]:
     """Score tests of the deterministic candidates; those found are tested given the others."""
     scores = []
-    for kind, place in keys:
+    for kind, index in keys:
         if kind == "torque":
             continue
-        before = _removed(problem, state, (kind, place))
-        after = _added(problem, before, (kind, place))
+        before = _remove(problem, state, (kind, index))
+        after = _add(problem, before, (kind, index))
         bare = problem.solve(before.level, before.chosen)[0]
-        deviance, solved, covariance = problem.solve(after.level, after.chosen)
-        width = len(problem.places[place])
-        added = np.arange(len(solved) - width, len(solved))
-        sigma = np.sqrt(np.maximum(np.diag(covariance)[added], np.finfo(float).tiny))
-        most = int(np.argmax(np.abs(solved[added]) / sigma))
-        effect = problem.effects[place]
+        deviance, solution, covariance = problem.solve(after.level, after.chosen)
+        width = len(problem.places[index])
+        columns = np.arange(len(solution) - width, len(solution))
+        sigma = np.sqrt(np.maximum(np.diag(covariance)[columns], np.finfo(float).tiny))
+        most = int(np.argmax(np.abs(solution[columns]) / sigma))
+        effect = problem.effects[index]
         scores.append(
             Score(
                 name=effect.name,
                 title=effect.title,
-                value=float(solved[added[most]]),
+                value=float(solution[columns[most]]),
                 sigma=float(sigma[most]),
                 unit=effect.unit,
                 significance=float(np.sqrt(max(bare - deviance, 0.0))),
@@ -275,9 +275,9 @@ def diagnose(
     problem = _Problem(found, levels, effects, prior, stated)
     keys = _keys(problem)
     state = _select(problem, keys)
-    described = [
+    findings = [
         _describe(problem, state, key, keys, names, scale)
         for key in keys
-        if _present(problem, state, key)
+        if _is_present(problem, state, key)
     ]
-    return by_evidence(described), tuple(_scores(problem, state, keys))
+    return by_evidence(findings), tuple(_scores(problem, state, keys))

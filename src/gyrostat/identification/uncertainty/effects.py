@@ -112,9 +112,9 @@ class TorqueNoise:
             transition: Derivative of the speed at the end of each interval by that at its start,
                 (N - 1,).
         """
-        renewed = self.ripple * (1.0 - self.kept**2)
+        renewal = self.ripple * (1.0 - self.kept**2)
         gains = (transition, self.gain, self.starts, self.kept)
-        return np.column_stack([*gains, self.crossings, self.walk, renewed])
+        return np.column_stack([*gains, self.crossings, self.walk, renewal])
 
 
 @stored_function
@@ -137,7 +137,7 @@ def accumulated(linear: Linearisation, inputs: Matrix) -> Matrix:
     """
     count, width = inputs.shape
     size = min(len(padded(linear.transition)), LONGEST)
-    found, last = np.zeros((count + 1, width)), np.zeros(width + spare(width))
+    response, last = np.zeros((count + 1, width)), np.zeros(width + spare(width))
     for start in range(0, count, size):
         columns = slice(start, start + size)
         fill = max(0, start + size - count)
@@ -147,8 +147,8 @@ def accumulated(linear: Linearisation, inputs: Matrix) -> Matrix:
             last,
         )
         rows = np.asarray(rows)
-        found[start + 1 : start + 1 + size], last = rows[: size - fill, :width], rows[-1]
-    return over_intervals(found) if linear.averaged else found
+        response[start + 1 : start + 1 + size], last = rows[: size - fill, :width], rows[-1]
+    return over_intervals(response) if linear.averaged else response
 
 
 def spare(width: int) -> int:
@@ -272,27 +272,27 @@ def torque_noise(
         change > 0.0, inside / np.where(change > 0.0, change, 1.0), np.abs(high) < band
     )
     correlation = band / acceleration if acceleration > 0.0 else 0.0
-    turned = 0.5 * np.abs(linear.speed[1:] + linear.speed[:-1]) * duration
-    starting = _since_zero(linear.speed, turned) < COHERENCE
+    rotation = 0.5 * np.abs(linear.speed[1:] + linear.speed[:-1]) * duration
+    starting = _since_zero(linear.speed, rotation) < COHERENCE
     # a wheel at rest does not respond
-    moved = ((gain != 0.0) & ~starting) / values["inertia"] ** 2
+    mobility = ((gain != 0.0) & ~starting) / values["inertia"] ** 2
     return TorqueNoise(
         gain=gain,
-        crossings=level**2 * correlation * duration * share * moved,
+        crossings=level**2 * correlation * duration * share * mobility,
         walk=level**2 * duration / np.ptp(record.time),
         first=(FIRST_WALK * level) ** 2,
         starts=-gain * starting * np.sign(linear.speed[1:]),
-        kept=np.exp(-turned / RETURN),
+        kept=np.exp(-rotation / RETURN),
         ripple=level**2,
     )
 
 
-def _since_zero(speed: Vector, turned: Vector) -> Vector:
+def _since_zero(speed: Vector, rotation: Vector) -> Vector:
     """Angle turned since the speed was last zero, at the start of each interval, (N - 1,), rad.
 
     Args:
         speed: Speed at the samples, (N,), rad/s.
-        turned: Angle turned in each interval, (N - 1,), rad.
+        rotation: Angle turned in each interval, (N - 1,), rad.
     """
-    angle = np.cumsum(turned) - turned
+    angle = np.cumsum(rotation) - rotation
     return angle - np.maximum.accumulate(np.where(speed[:-1] * speed[1:] <= 0.0, angle, -np.inf))

@@ -76,43 +76,43 @@ def whitened(
         scale: Plausible sizes of the parameters, (n,), SI.
         levels: Levels of ripple and random-walk torque, (g, 2).
     """
-    found = []
+    results = []
     for k, segment in enumerate(segments):
-        seen = np.isfinite(segment.residual)
-        columns = [np.where(seen, segment.residual, 0.0)[:, None], segment.rows * scale]
+        valid = np.isfinite(segment.residual)
+        columns = [np.where(valid, segment.residual, 0.0)[:, None], segment.rows * scale]
         columns += [effect.columns[k] for effect in effects]
         variance = segment.sigma**2 / np.maximum(segment.weight, np.finfo(float).tiny)
-        found.append(
+        results.append(
             innovations(
                 columns,
-                np.where(seen, variance, np.inf),
+                np.where(valid, variance, np.inf),
                 segment.linear.transition,
                 segment.noise,
                 levels,
             )
         )
-    return found
+    return results
 
 
-def _variance_ratio(found: Innovations, stated: bool) -> Vector:
+def _variance_ratio(record: Innovations, stated: bool) -> Vector:
     """Variance of the prediction errors of a record over the assumed one, for each level, (g,).
 
     Args:
-        found: Whitened columns of the record.
+        record: Whitened columns of the record.
         stated: Whether the user stated the noise. It is then increased only if the errors clearly
             exceed it.
     """
-    size = np.sqrt(np.maximum(np.diagonal(found.products, axis1=1, axis2=2), 1e-300))
-    scaled = found.products / (size[:, :, None] * size[:, None, :])
+    size = np.sqrt(np.maximum(np.diagonal(record.products, axis1=1, axis2=2), 1e-300))
+    correlation = record.products / (size[:, :, None] * size[:, None, :])
     misfit = []
-    for each, length in zip(scaled, size[:, 0], strict=True):
-        solved = np.linalg.lstsq(each[1:, 1:], each[1:, 0], rcond=1e-10)[0]
-        misfit.append(length**2 * max(1.0 - float(each[0, 1:] @ solved), 1e-12))
-    left = max(found.samples - (found.products.shape[1] - 1), 1)
-    ratio = np.array(misfit) / left
+    for each, length in zip(correlation, size[:, 0], strict=True):
+        solution = np.linalg.lstsq(each[1:, 1:], each[1:, 0], rcond=1e-10)[0]
+        misfit.append(length**2 * max(1.0 - float(each[0, 1:] @ solution), 1e-12))
+    freedom = max(record.samples - (record.products.shape[1] - 1), 1)
+    ratio = np.array(misfit) / freedom
     if not stated:
         return ratio
-    return np.where(ratio > 1.0 + CLEARLY_MORE * np.sqrt(2.0 / left), ratio, 1.0)
+    return np.where(ratio > 1.0 + CLEARLY_MORE * np.sqrt(2.0 / freedom), ratio, 1.0)
 
 
 def summed(found: Sequence[Innovations], stated: bool) -> tuple[Vector, Vector]:

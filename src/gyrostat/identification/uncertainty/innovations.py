@@ -58,9 +58,9 @@ def _filter(columns, variance, intervals, squared, state, covariance, products, 
         row, noise, interval = entry
         error = row - state[0]
         total = covariance[0] + noise
-        used = jnp.isfinite(noise)
-        weight = jnp.where(used, 1.0 / total, 0.0)
-        logs = logs + jnp.where(used, jnp.log(total), 0.0)
+        valid = jnp.isfinite(noise)
+        weight = jnp.where(valid, 1.0 / total, 0.0)
+        logs = logs + jnp.where(valid, jnp.log(total), 0.0)
         gains, covariance = corrected(covariance, weight)
         state = [each + k[:, None] * error for each, k in zip(state, gains, strict=True)]
         ahead = predicted(tuple(state), covariance, interval, squared.T)
@@ -104,7 +104,7 @@ def innovations(
     intervals = np.pad(noise.intervals(transition), ((0, 1), (0, 0)))
     squared, full = levels**2, width + spare(width)
     first = first_covariance(np.array([noise.first, noise.ripple]), squared.T)
-    found = (
+    carry = (
         np.zeros((3, len(levels), full)),
         np.stack(first),
         np.zeros((len(levels), full, full)),
@@ -113,12 +113,12 @@ def innovations(
     for start in range(0, count, size):
         block = slice(start, start + size)
         fill = max(0, start + size - count)
-        found = _filter(
+        carry = _filter(
             np.pad(np.hstack([part[block] for part in columns]), ((0, fill), (0, full - width))),
             np.pad(variance[block], (0, fill), constant_values=np.inf),
             np.pad(intervals[block], ((0, fill), (0, 0))),
             squared,
-            *found,
+            *carry,
         )
-    products = np.asarray(found[2])[:, :width, :width]
-    return Innovations(products, np.asarray(found[3]), int(np.isfinite(variance).sum()))
+    products = np.asarray(carry[2])[:, :width, :width]
+    return Innovations(products, np.asarray(carry[3]), int(np.isfinite(variance).sum()))

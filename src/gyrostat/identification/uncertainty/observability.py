@@ -66,7 +66,7 @@ def judge(
     Returns:
         Name -> observability.
     """
-    judged = {}
+    judgements = {}
     for k, name in enumerate(names):
         effect, spread, label = abs(values[name]), root[k], name
         reference = model.vanishing_at.get(name)
@@ -82,19 +82,19 @@ def judge(
         clear = abs(significance) > CLEAR
         text = f"{name}: not observable in this record ({label} is {significance:.1f} sigma)"
         advice = "" if clear else f"{text}: {cure(name)}"
-        judged[name] = Observability(clear, significance, advice)
-    return judged
+        judgements[name] = Observability(clear, significance, advice)
+    return judgements
 
 
 def _root(jacobian: Matrix, scale: Vector) -> Matrix:
     """Square root of the covariance of n parameters without a-priori, (n, n)."""
     # not from the normal equations, which square the condition number
-    _, seen, directions = np.linalg.svd(jacobian * scale, full_matrices=False)
-    seen = np.where(seen > UNSEEN * seen.max(initial=0.0), seen, 0.0)
-    return scale[:, None] * directions.T / np.hypot(seen, SILENT)
+    _, singular, directions = np.linalg.svd(jacobian * scale, full_matrices=False)
+    singular = np.where(singular > UNSEEN * singular.max(initial=0.0), singular, 0.0)
+    return scale[:, None] * directions.T / np.hypot(singular, SILENT)
 
 
-def _measured_root(solution: Solution, selection: Selection, informed: Vector) -> Matrix:
+def _measured_root(solution: Solution, selection: Selection, posterior_sigma: Vector) -> Matrix:
     """Square root of the covariance of the parameters without their a-priori, (n, n).
 
     A-priori knowledge of the inertia only sets the scale of all torques. The observability of the
@@ -103,14 +103,14 @@ def _measured_root(solution: Solution, selection: Selection, informed: Vector) -
     root = _root(solution.jacobian, selection.scale)
     if "inertia" not in selection.free:
         return root
-    place = selection.free.index("inertia")
-    told = selection.prior.sigma[place] < selection.scale[place]
-    if not (told and np.linalg.norm(root[place]) > DECIDED * informed[place]):
+    index = selection.free.index("inertia")
+    has_prior = selection.prior.sigma[index] < selection.scale[index]
+    if not (has_prior and np.linalg.norm(root[index]) > DECIDED * posterior_sigma[index]):
         return root
-    others = [k for k in range(len(selection.free)) if k != place]
-    row = root[place].copy()
+    others = [k for k in range(len(selection.free)) if k != index]
+    row = root[index].copy()
     root = np.zeros_like(root)
-    root[place] = row
+    root[index] = row
     root[np.ix_(others, range(len(others)))] = _root(
         solution.jacobian[:, others], selection.scale[others]
     )
@@ -140,23 +140,23 @@ def observability(
     Returns:
         Name -> observability.
     """
-    informed = np.sqrt(np.diag(solution.covariance()))
-    root = _measured_root(solution, selection, informed)
+    posterior_sigma = np.sqrt(np.diag(solution.covariance()))
+    root = _measured_root(solution, selection, posterior_sigma)
     alone = np.linalg.norm(root, axis=1)
 
-    told = bool(np.any(selection.prior.sigma < selection.scale))
+    has_prior = bool(np.any(selection.prior.sigma < selection.scale))
 
     def cure(name: str) -> str:
-        place = selection.free.index(name)
-        if told and alone[place] > DECIDED * informed[place]:
+        index = selection.free.index(name)
+        if has_prior and alone[index] > DECIDED * posterior_sigma[index]:
             return "its value comes from the a-priori knowledge, not from the record"
         if name not in wheel_dimensions(prediction.model):
             return "hold it at a known value, or record with more varied currents and speeds"
         reference = prediction.model.vanishing_at.get(name)
-        wanted = name if reference is None else f"{name}-{reference}"
+        contrast = name if reference is None else f"{name}-{reference}"
         return (
             f"hold it at a known value, or record what shows it: gyrostat bench fit.json --design "
-            f"{wanted} --duration 60 --out next.csv"
+            f"{contrast} --duration 60 --out next.csv"
         )
 
     sizes = {

@@ -122,7 +122,7 @@ def sample_posterior(
     linear = prediction.linearise(np.array([values[n] for n in prediction.names]))
     assert linear is not None  # the fit was predicted
     sigma = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
-    allowed = [e for e in nuisances(prediction, linear, values, sigma) if e.name in likely]
+    likely_nuisances = [e for e in nuisances(prediction, linear, values, sigma) if e.name in likely]
     levels = [likely[n].value if n in likely else 0.0 for n, _ in TORQUES]
     records = [
         record_data(
@@ -135,7 +135,7 @@ def sample_posterior(
             np.column_stack(
                 [
                     np.zeros((len(record.time), 0)),
-                    *(_spread(likely[e.name]) * e.columns[k] for e in allowed),
+                    *(_spread(likely[e.name]) * e.columns[k] for e in likely_nuisances),
                 ]
             ),
         )
@@ -145,13 +145,13 @@ def sample_posterior(
     ]
     data = posed(prediction, names, values, covariance, prior, records)
     log_density = density(prediction.model, prediction.hold, prediction.shared)
-    drawn, accepted = sample(log_density, data, len(names), on_progress=on_progress)
+    draws, acceptance = sample(log_density, data, len(names), on_progress=on_progress)
     differences = [
         (names.index(n), names.index(r))
         for n, r in prediction.model.vanishing_at.items()
         if n in names and r in names
     ]
-    return judged(parameters_of(data, drawn), names, differences, accepted, tuple(likely))
+    return judged(parameters_of(data, draws), names, differences, acceptance, tuple(likely))
 
 
 def _spread(effect: Effect) -> float:

@@ -158,22 +158,22 @@ def record_data(
     """
     record, inputs = prediction.records[number], prediction.inputs[number]
     size, count = len(inputs[0]), len(record.time)
-    place = np.zeros(size, dtype=int)
+    index = np.zeros(size, dtype=int)
     weight = np.zeros(size)
     for column, part in zip(prediction.columns[number], record.segments, strict=True):
-        place[part] = column
+        index[part] = column
         weight[part.start + 1 : part.stop] = 0.5 if record.averaged else 0.0
 
-    def pad(values: Vector, rest: float = 0.0) -> Vector:
+    def pad(values: Vector, value: float = 0.0) -> Vector:
         fill = [(0, size - len(values)), *[(0, 0)] * (values.ndim - 1)]
-        return np.pad(values, fill, constant_values=rest)
+        return np.pad(values, fill, constant_values=value)
 
     intervals, first = np.zeros((count - 1, 7)), np.zeros(2)
     if noise is not None and transition is not None:
         intervals, first = noise.intervals(transition), np.array([noise.first, noise.ripple])
     return RecordData(
         inputs=inputs,
-        place=place,
+        place=index,
         at=prediction.at_temperature[number],
         averaged=weight,
         speed=pad(np.where(record.valid, np.nan_to_num(record.speed), 0.0)),
@@ -208,43 +208,43 @@ def density(model: type[Friction], hold: CurrentHold, shared: int):
 
         def sample(carry, entry):
             (speed, before, resolved), (state, spread), total = carry
-            start, change, length, anew, initial, weight, measured, variance, beside, held = entry
+            start, change, length, anew, initial, weight, reading, variance, columns, noise = entry
             speed = jnp.where(anew, initial, speed)
             mean = (1.0 - weight) * speed + weight * before
             # a missing sample has no residual, and the padding none either
-            known = jnp.isfinite(variance)
-            error = jnp.where(known, jnp.append(measured - mean, beside), 0.0) - state[0]
-            share = jnp.where(known, 1.0 / (spread[0] + variance), 0.0)
+            valid = jnp.isfinite(variance)
+            error = jnp.where(valid, jnp.append(reading - mean, columns), 0.0) - state[0]
+            share = jnp.where(valid, 1.0 / (spread[0] + variance), 0.0)
             total = total + share * error[:, None] * error
             gains, spread = corrected(spread, share)
             x, u, b = (each + k * error for each, k in zip(state, gains, strict=True))
             step = advance(wheel, speed, start + bias, change, length)
-            moved = step.speed, speed, resolved & step.resolved
-            return (moved, predicted((x, u, b), spread, held, squared), total), None
+            motion = step.speed, speed, resolved & step.resolved
+            return (motion, predicted((x, u, b), spread, noise, squared), total), None
 
-        nothing = jnp.zeros(1 + data.columns.shape[1])
+        zeros = jnp.zeros(1 + data.columns.shape[1])
         entries = (
             *(current, slope, duration, jnp.asarray(restart).at[0].set(True), first),
             *(data.averaged, data.speed, data.variance, data.columns, intervals),
         )
         begin = (
             (first[0], first[0], jnp.array(True)),
-            ((nothing,) * 3, first_covariance(random, squared)),
-            jnp.outer(nothing, nothing),
+            ((zeros,) * 3, first_covariance(random, squared)),
+            jnp.outer(zeros, zeros),
         )
         ((_, _, resolved), _, total), _ = jax.lax.scan(sample, begin, entries)
         return total, resolved
 
-    def log_density(u, posed: Posed):
-        x, determinant = posed.coordinates.values(u)
-        values = jnp.asarray(posed.start).at[posed.free].set(x)
-        found = [products(values, data) for data in posed.records]
-        total = jnp.sum(jnp.stack([part for part, _ in found]), axis=0)
+    def log_density(u, problem: Posed):
+        x, determinant = problem.coordinates.values(u)
+        values = jnp.asarray(problem.start).at[problem.free].set(x)
+        parts = [products(values, data) for data in problem.records]
+        total = jnp.sum(jnp.stack([part for part, _ in parts]), axis=0)
         effects = jnp.eye(total.shape[0] - 1) + total[1:, 1:]
         misfit = total[0, 0] - total[0, 1:] @ jnp.linalg.solve(effects, total[1:, 0])
-        apart = posed.rows @ (x - posed.mean)
+        apart = problem.rows @ (x - problem.mean)
         log = determinant - 0.5 * misfit - 0.5 * apart @ apart
-        sound = jnp.all(jnp.array([resolved for _, resolved in found])) & jnp.isfinite(log)
+        sound = jnp.all(jnp.array([resolved for _, resolved in parts])) & jnp.isfinite(log)
         return jnp.where(sound, log, -jnp.inf)
 
     return log_density

@@ -54,8 +54,8 @@ def chain(log_density: Callable) -> Callable:
             return state, info.is_accepted
 
         def draw(state, keys):
-            state, accepted = jax.lax.scan(step, state, keys)
-            return state, (state.position, jnp.mean(accepted))
+            state, acceptance = jax.lax.scan(step, state, keys)
+            return state, (state.position, jnp.mean(acceptance))
 
         keys = jax.random.split(key, (CHUNK, THINNED))
         return jax.lax.scan(draw, walk.init(position), keys)[1]
@@ -103,14 +103,14 @@ def sample(
     for k in range(STAGES + draws // CHUNK):
         key, chunk_key = jax.random.split(key)
         root: Any = np.linalg.cholesky(covariance)
-        drawn, accepted = chunk(jax.random.split(chunk_key, chains), position, size * root, data)
-        position, rate = drawn[:, -1], float(jnp.mean(accepted))
+        block, acceptance = chunk(jax.random.split(chunk_key, chains), position, size * root, data)
+        position, rate = block[:, -1], float(jnp.mean(acceptance))
         if k < STAGES:
             size *= 2.0 ** np.clip(rate / WANTED - 1.0, -1.0, 1.0)
-            late = np.asarray(drawn[:, CHUNK // 2 :]).reshape(-1, dimension)
+            late = np.asarray(block[:, CHUNK // 2 :]).reshape(-1, dimension)
             covariance = np.cov(late.T).reshape(dimension, dimension) + 1e-6 * np.eye(dimension)
         else:
-            parts.append(np.asarray(drawn))
+            parts.append(np.asarray(block))
             rates.append(rate)
             on_progress(CHUNK * len(parts))
     return np.concatenate(parts, axis=1), float(np.mean(rates))

@@ -31,8 +31,8 @@ def residual_levels(parts: Sequence[Vector], parameters: int, loss: Loss) -> lis
             return float(np.sqrt(np.mean(residual**2) / share))
         return NORMAL_MAD * float(np.median(np.abs(residual)))
 
-    everything = level(np.concatenate(parts))
-    return [level(part) if len(part) >= FEW else everything for part in parts]
+    common_level = level(np.concatenate(parts))
+    return [level(part) if len(part) >= FEW else common_level for part in parts]
 
 
 def _bread(solution: Solution, loss: Loss, prior: Prior) -> Matrix:

@@ -21,8 +21,8 @@ def first_covariance(first: Any, squared: Any) -> Covariance:
         first: Variance of u and b at level one, (2,), (N·m)².
         squared: Squared levels.
     """
-    nothing = 0.0 * squared[0]
-    return (nothing, nothing, first[0] * squared[1], nothing, nothing, first[1] * squared[0])
+    zero = 0.0 * squared[0]
+    return (zero, zero, first[0] * squared[1], zero, zero, first[1] * squared[0])
 
 
 def corrected(covariance: Covariance, weight: Any) -> tuple[State, Covariance]:
@@ -49,11 +49,11 @@ def predicted(
         interval: Row of `TorqueNoise.intervals`, (7,).
         squared: Squared levels.
     """
-    f, g, h, k, crossing, walk, renewed = (interval[place] for place in range(7))
+    f, g, h, k, crossing, walk, renewal = (interval[index] for index in range(7))
     x, u, b = state
     xx, xu, uu, xb, ub, bb = covariance
     # covariances of the new x with the old u and b
     from_u, from_b = f * xu + g * uu + h * ub, f * xb + g * ub + h * bb
     ahead = f * (f * xx + g * xu + h * xb) + g * from_u + h * from_b + crossing * squared[0]
     after = (ahead, from_u, uu + walk * squared[1], k * from_b, k * ub)
-    return (f * x + g * u + h * b, u, k * b), (*after, k * k * bb + renewed * squared[0])
+    return (f * x + g * u + h * b, u, k * b), (*after, k * k * bb + renewal * squared[0])

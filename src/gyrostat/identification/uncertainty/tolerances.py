@@ -113,11 +113,11 @@ def propagate(
         columns = [tolerances[n] * _column(n, prediction, each, values) for n in names]
         rows.append(each.jacobian[record.valid][:, index] / sigma)
         right.append(np.column_stack(columns)[record.valid] / sigma)
-    stacked = np.vstack(rows)
-    size = np.sqrt(np.maximum(np.diag(stacked.T @ stacked + information), np.finfo(float).tiny))
-    values_, vectors = np.linalg.eigh(information / np.outer(size, size))
-    known = np.sqrt(np.maximum(values_, 0.0))[:, None] * vectors.T
-    system = np.vstack([stacked / size, known])
+    jacobian = np.vstack(rows)
+    size = np.sqrt(np.maximum(np.diag(jacobian.T @ jacobian + information), np.finfo(float).tiny))
+    eigenvalues, vectors = np.linalg.eigh(information / np.outer(size, size))
+    prior_rows = np.sqrt(np.maximum(eigenvalues, 0.0))[:, None] * vectors.T
+    system = np.vstack([jacobian / size, prior_rows])
     # the true parameters compensate for the error of the given quantity
     target = -np.vstack([*right, np.zeros((len(size), len(names)))])
     roots = np.linalg.lstsq(system, target, rcond=1e-12)[0] / size[:, None]
@@ -158,10 +158,10 @@ def propagate_dedicated(
         values: Estimates, (n,), SI.
     """
     law = DEDICATED[method]
-    other = [dimension for dimension in dimensions if dimension not in SI_UNIT]
-    if other:
+    unknown = [dimension for dimension in dimensions if dimension not in SI_UNIT]
+    if unknown:
         raise InputError(
-            f"--method {method}: found a tolerance with a parameter in {other[0]}, expected no "
+            f"--method {method}: found a tolerance with a parameter in {unknown[0]}, expected no "
             "tolerance, or --method batch"
         )
     exponents = [[law.get(d, {}).get(name, 0.0) for name in tolerances] for d in dimensions]
