@@ -30,7 +30,7 @@ class FrictionTorques(NamedTuple):
 
 
 @lru_cache
-def _compiled(model: type[Friction]):
+def _program(model: type[Friction]):
     names = tuple(model.dimensions())
 
     def parts(theta, speed, direction):
@@ -40,8 +40,8 @@ def _compiled(model: type[Friction]):
 
     def point(theta, speed, direction):
         slopes, _ = jax.jacfwd(parts, (0, 1))(theta, speed, direction)
-        made: Any = (*parts(theta, speed, direction), *slopes)
-        return FrictionTorques(*made)
+        fields: Any = (*parts(theta, speed, direction), *slopes)
+        return FrictionTorques(*fields)
 
     return stored_function(jax.vmap(point, (None, 0, 0)), model)
 
@@ -58,5 +58,5 @@ def friction_torques(
     """
     at = padded(np.asarray(speed, dtype=float), repeat=True)
     theta = np.array([values[n] for n in model.dimensions()], dtype=float)
-    found = _compiled(model)(theta, at, np.where(at < 0.0, -1.0, 1.0))
-    return FrictionTorques(*(np.asarray(part)[: len(speed)] for part in found))
+    torques = _program(model)(theta, at, np.where(at < 0.0, -1.0, 1.0))
+    return FrictionTorques(*(np.asarray(part)[: len(speed)] for part in torques))

@@ -55,8 +55,8 @@ class Prior:
     def rows(self) -> Matrix:
         """Whitened rows of the a-priori knowledge, (k, n)."""
         rows = np.diag(1.0 / self.sigma)
-        for place, reference in self.differences.items():
-            rows[place, reference] = -rows[place, place]
+        for index, reference in self.differences.items():
+            rows[index, reference] = -rows[index, index]
         return rows[np.isfinite(self.sigma)]
 
     def residual(self, x: Vector) -> Vector:
@@ -176,8 +176,8 @@ def minimise(
         triangle, full = triangularise(rows, right)
         while iterations < max_iterations:
             iterations += 1
-            damped = np.vstack([rows, np.sqrt(damping) * np.diag(size)])
-            h1, y1 = triangularise(damped, np.concatenate([right, np.zeros(len(x))]))
+            stack = np.vstack([rows, np.sqrt(damping) * np.diag(size)])
+            h1, y1 = triangularise(stack, np.concatenate([right, np.zeros(len(x))]))
             correction = np.linalg.solve(h1, y1)
             in_sigmas = float(np.linalg.norm(triangle @ correction))
             trial = x + correction
@@ -190,9 +190,9 @@ def minimise(
                 damping = 0.0 if damping <= FIRST_DAMPING else damping / DAMPING_STEP
                 break
             if in_sigmas < KINK:
-                blocked = WALL if trial_point is None else STALLED
+                failure = WALL if trial_point is None else STALLED
                 near = KINK if trial_point is None else CORNER
-                reason = "" if np.linalg.norm(full) < near else blocked
+                reason = "" if np.linalg.norm(full) < near else failure
                 break
             damping = max(DAMPING_STEP * damping, FIRST_DAMPING)
         if on_iteration is not None:

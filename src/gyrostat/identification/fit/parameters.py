@@ -19,12 +19,14 @@ def parameter_dimension(model: type[Friction], name: str, where: str) -> str:
     Raises:
         InputError: No parameter has this name.
     """
-    known = {**wheel_dimensions(model), "current_bias": "current", "initial_speed": "speed"}
-    known |= {slope: f"{dimension}_per_temperature" for dimension, slope in SLOPES.items()}
+    dimensions = {**wheel_dimensions(model), "current_bias": "current", "initial_speed": "speed"}
+    dimensions |= {slope: f"{dimension}_per_temperature" for dimension, slope in SLOPES.items()}
     stem = "initial_speed" if name.startswith("initial_speed_") else name
-    if stem not in known:
-        raise InputError(f"{where}: found parameter {name!r}, expected one of {', '.join(known)}")
-    return known[stem]
+    if stem not in dimensions:
+        raise InputError(
+            f"{where}: found parameter {name!r}, expected one of {', '.join(dimensions)}"
+        )
+    return dimensions[stem]
 
 
 def check_parameter(model: type[Friction], name: str, value: float, where: str) -> None:

@@ -100,18 +100,18 @@ def compiled_response(model: type[Friction], hold: CurrentHold):
             return (speed, sensitivity, resolved), (speed, sensitivity, slopes)
 
         def sample(k, carry):
-            state, found = carry
-            given = (current[k], slope[k], duration[k], restart[k + 1], first[k + 1])
-            state, new = interval(state, given)
+            state, outputs = carry
+            entry = (current[k], slope[k], duration[k], restart[k + 1], first[k + 1])
+            state, new = interval(state, entry)
             put = jax.lax.dynamic_update_index_in_dim
-            return state, tuple(put(*both, k, 0) for both in zip(found, new, strict=True))
+            return state, tuple(put(*pair, k, 0) for pair in zip(outputs, new, strict=True))
 
         direction = jnp.zeros_like(theta).at[-1].set(1.0)
         each = jnp.zeros((len(time) - 1, len(theta)))
         empty = (each[:, 0], each, each)
         start = (theta[-1], direction, jnp.array(True))
-        state, found = jax.lax.fori_loop(0, count - 1, sample, (start, empty))
-        speeds, rows, slopes = found
+        state, outputs = jax.lax.fori_loop(0, count - 1, sample, (start, empty))
+        speeds, rows, slopes = outputs
         speeds = jnp.concatenate([theta[-1:], speeds])
         return speeds, jnp.concatenate([direction[None], rows]), slopes, state[-1]
 
@@ -217,29 +217,29 @@ class SpeedPrediction:
         point = np.asarray(values, dtype=float).tobytes()
         if self._last[0] != point:
             self._last = (b"", None)
-            self._last = (point, self._linearised(values))
+            self._last = (point, self._predict(values))
         return self._last[1]
 
-    def _linearised(self, values: Vector) -> list[Linearisation] | None:
+    def _predict(self, values: Vector) -> list[Linearisation] | None:
         if not self.admissible(values):
             return None
-        predicted = []
+        linearisations = []
         for record, inputs, columns, at in zip(
             self.records, self.inputs, self.columns, self.at_temperature, strict=True
         ):
             values_of_run = at @ values
             first = np.zeros(len(inputs[0]))
             first[[part.start for part in record.segments]] = values_of_run[columns]
-            shared = values_of_run[[*range(self.shared), columns[0]]]
+            theta = values_of_run[[*range(self.shared), columns[0]]]
             count = len(record.time)
-            response = self._respond(jnp.asarray(shared), *inputs, jnp.asarray(first), count)
+            response = self._respond(jnp.asarray(theta), *inputs, jnp.asarray(first), count)
             speed, slim, slopes = (np.asarray(part) for part in response[:3])
             speed, slopes = speed[:count], slopes[: count - 1]
             jacobian = np.zeros((count, len(values)))
             jacobian[:, : self.shared] = slim[:count, :-1]
             for column, part in zip(columns, record.segments, strict=True):
                 jacobian[part, column] = slim[part, -1]
-            finite = all(np.isfinite(found).all() for found in (speed, jacobian, slopes))
+            finite = all(np.isfinite(array).all() for array in (speed, jacobian, slopes))
             if not (bool(response[3]) and finite):
                 return None
             if record.averaged:
@@ -249,10 +249,10 @@ class SpeedPrediction:
                     jacobian[part] = over_intervals(jacobian[part])
             if np.any(at != np.eye(len(at))):
                 jacobian = jacobian @ at
-            predicted.append(
+            linearisations.append(
                 Linearisation(speed, jacobian, slopes[:, 0], slopes[:, 1:], record.averaged)
             )
-        return predicted
+        return linearisations
 
     def __call__(self, values: Vector) -> list[tuple[Vector, Matrix]] | None:
         """Predict every record.
@@ -264,8 +264,8 @@ class SpeedPrediction:
             For each record the speed at its samples, rad/s, and the Jacobian (samples, n); None if
             the parameters are not admissible or the friction curve cannot be resolved.
         """
-        found = self.linearise(values)
-        return None if found is None else [(each.speed, each.jacobian) for each in found]
+        linear = self.linearise(values)
+        return None if linear is None else [(each.speed, each.jacobian) for each in linear]
 
     def stuck(self, predicted: Sequence[tuple[Vector, Matrix]], noise: Sequence[float]) -> bool:
         """Whether the model rests while the measured wheel turns, so that its gradient is no help.

@@ -62,8 +62,8 @@ class Problem:
         Raises:
             InputError: There is no record.
         """
-        given = {name: value for name, value in options.items() if value is not None}
-        return cls(as_records(records), **given)
+        settings = {name: value for name, value in options.items() if value is not None}
+        return cls(as_records(records), **settings)
 
     def named(self, rename: Mapping[str, str]) -> "Problem":
         """Problem about these parameters only.

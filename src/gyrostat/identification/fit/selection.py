@@ -49,11 +49,11 @@ class Selection:
         return [prediction.names.index(name) for name in self.free]
 
 
-def _known(names: Collection[str], prediction: SpeedPrediction, what: str) -> None:
+def _require_names(names: Collection[str], prediction: SpeedPrediction, key: str) -> None:
     unknown = [name for name in names if name not in prediction.names]
     if unknown:
         raise InputError(
-            f"{what}: found parameter {unknown[0]!r}, expected one of {', '.join(prediction.names)}"
+            f"{key}: found parameter {unknown[0]!r}, expected one of {', '.join(prediction.names)}"
         )
 
 
@@ -65,46 +65,47 @@ def _free_names(
     start: Collection[str],
 ) -> tuple[str, ...]:
     """Names to estimate: the default ones, the requested ones and those with a-priori knowledge."""
-    for asked, what in ((free, "free"), (prior, "with an a-priori")):
-        both = sorted(set(hold) & set(asked))
-        if both:
-            raise InputError(f"{both[0]}: found both held and {what}, expected one of the two")
-    held = {"inertia", "current_bias", *prediction.model.held_by_default, *hold}
-    held -= {*free, *prior}
-    idle = [name for name in start if name in held]
+    for names, role in ((free, "free"), (prior, "with an a-priori")):
+        common = sorted(set(hold) & set(names))
+        if common:
+            raise InputError(f"{common[0]}: found both held and {role}, expected one of the two")
+    constants = {"inertia", "current_bias", *prediction.model.held_by_default, *hold}
+    constants -= {*free, *prior}
+    idle = [name for name in start if name in constants]
     if idle:
         raise InputError(
             f"start of {idle[0]}: found a parameter that is held, expected one that is estimated "
             f"(free {idle[0]}, or hold it at this value)"
         )
-    return tuple(name for name in prediction.names if name not in held)
+    return tuple(name for name in prediction.names if name not in constants)
 
 
 def _held_values(
     prediction: SpeedPrediction, hold: Mapping[str, float | None], inertia: float | None
 ) -> dict[str, float]:
     """Held values given by the user: name -> SI; a default is used only if it is documented."""
-    told = {} if inertia is None else {"inertia": inertia}
-    default = {"current_bias", *prediction.model.held_by_default, *told}
+    constants = {} if inertia is None else {"inertia": inertia}
+    default = {"current_bias", *prediction.model.held_by_default, *constants}
     for name, value in hold.items():
         if value is None:
             if name not in default:
                 unit = si_unit(prediction.dimensions[name])
                 raise InputError(f"held {name}: found no value, expected one in {unit}")
-        elif told.get(name, value) != value:
+        elif constants.get(name, value) != value:
             raise InputError(
-                f"inertia: found {told[name]:g} and, held, {value:g} kg·m², expected one of the two"
+                f"inertia: found {constants[name]:g} and, held, {value:g} kg·m², expected one of "
+                "the two"
             )
         else:
-            told[name] = value
-    return told
+            constants[name] = value
+    return constants
 
 
 def _check_scale(
     prediction: SpeedPrediction,
     free: Collection[str],
     prior: Collection[str],
-    held: Mapping[str, float],
+    constants: Mapping[str, float],
 ) -> None:
     """Check that a request determines the torque scale.
 
@@ -112,8 +113,8 @@ def _check_scale(
     """
     scale = {"inertia", "motor_constant", *prediction.model.coefficients()}
     # a torque of zero does not fix the scale
-    known = {name for name in scale - set(free) if held.get(name) != 0.0}
-    if not known and not scale & set(prior):
+    references = {name for name in scale - set(free) if constants.get(name) != 0.0}
+    if not references and not scale & set(prior):
         raise InputError(
             "inertia: found free together with motor_constant and all friction torques, expected "
             "one of them held or with an a-priori: a record of current and speed shows only their "
@@ -121,15 +122,15 @@ def _check_scale(
         )
 
 
-def _check_values(prediction: SpeedPrediction, given: Mapping[str, float], what: str) -> None:
-    for name, value in given.items():
+def _check_values(prediction: SpeedPrediction, values: Mapping[str, float], label: str) -> None:
+    for name, value in values.items():
         unit = si_unit(prediction.dimensions[name])
         if name == "inertia" and value > 0.0 and not SMALLEST_INERTIA < value < LARGEST_INERTIA:
             raise InputError(
-                f"{what} {name}: found {value:g}, expected {SMALLEST_INERTIA:g} to "
+                f"{label} {name}: found {value:g}, expected {SMALLEST_INERTIA:g} to "
                 f"{LARGEST_INERTIA:g} {unit}"
             )
-        check_parameter(prediction.model, name, value, f"{what} {name}")
+        check_parameter(prediction.model, name, value, f"{label} {name}")
 
 
 def select(prediction: SpeedPrediction, deterministic: StartValues, problem: Problem) -> Selection:
@@ -146,20 +147,20 @@ def select(prediction: SpeedPrediction, deterministic: StartValues, problem: Pro
             other, the inertia is missing, or no torque scale is known.
     """
     hold, free, prior, start = problem.hold, problem.free, problem.prior, problem.start
-    for what, names in (("hold", hold), ("free", free), ("prior", prior), ("start", start)):
-        _known(names, prediction, what)
-    fixed = _held_values(prediction, hold, problem.inertia)
-    _check_values(prediction, {n: v for n, v in fixed.items() if n not in hold}, "parameter")
-    _check_values(prediction, {n: v for n, v in fixed.items() if n in hold}, "held")
+    for key, names in (("hold", hold), ("free", free), ("prior", prior), ("start", start)):
+        _require_names(names, prediction, key)
+    constants = _held_values(prediction, hold, problem.inertia)
+    _check_values(prediction, {n: v for n, v in constants.items() if n not in hold}, "parameter")
+    _check_values(prediction, {n: v for n, v in constants.items() if n in hold}, "held")
     _check_values(prediction, {n: m for n, (m, _) in prior.items()}, "a-priori mean of")
     _check_values(prediction, start, "start of")
     for name, (_, sigma) in prior.items():
         require(f"a-priori sigma of {name}", sigma, positive=True)
     names = _free_names(prediction, hold, free, prior, start)
-    _check_scale(prediction, names, prior, fixed)
+    _check_scale(prediction, names, prior, constants)
 
     means = {n: mean for n, (mean, _) in prior.items()}
-    estimates = deterministic.parameters(prediction, {**start, **means, **fixed}) | fixed
+    estimates = deterministic.parameters(prediction, {**start, **means, **constants}) | constants
     if "inertia" not in estimates:
         raise InputError(
             "inertia: found none, expected the wheel's inertia in kg·m² (--inertia), or "
@@ -167,7 +168,7 @@ def select(prediction: SpeedPrediction, deterministic: StartValues, problem: Pro
         )
     values = {**estimates, **means, **start}
     mean, scale, differences = {**estimates, **means}, [], {}
-    for place, name in enumerate(names):
+    for index, name in enumerate(names):
         size = deterministic.size(
             name, prediction.dimensions[name], estimates["inertia"], estimates["motor_constant"]
         )
@@ -178,7 +179,7 @@ def select(prediction: SpeedPrediction, deterministic: StartValues, problem: Pro
             # without information in the record it has no effect, and equals its reference
             mean[name] = mean[reference]
             if reference in names:
-                differences[place] = names.index(reference)
+                differences[index] = names.index(reference)
     return Selection(
         free=names,
         values=np.array([values[n] for n in prediction.names], dtype=float),

@@ -40,10 +40,10 @@ class Measurements:
 
     def __call__(self, values: Vector) -> Evaluation | None:
         """Whitened residuals (m,) and Jacobian (m, n); None if the modelled wheel sticks."""
-        predicted = self.prediction(values)
-        if predicted is None or self.prediction.stuck(predicted, self.sigmas):
+        predictions = self.prediction(values)
+        if predictions is None or self.prediction.stuck(predictions, self.sigmas):
             return None
-        parts = list(zip(self.prediction.records, predicted, self.sigmas, strict=True))
+        parts = list(zip(self.prediction.records, predictions, self.sigmas, strict=True))
         residual = [(r.speed - speed)[r.valid] / sigma for r, (speed, _), sigma in parts]
         jacobian = [rows[r.valid] / sigma for r, (_, rows), sigma in parts]
         return np.concatenate(residual), np.vstack(jacobian)
@@ -94,26 +94,26 @@ class _CoulombStage:
         )
         self.prediction, self.selection = prediction, selection
         friction = list(model.dimensions())
-        rest = [n for n in selection.free if n not in friction]
-        columns = [np.eye(len(prediction.names))[prediction.names.index(n)] for n in rest]
-        start = [selection.values[prediction.names.index(n)] for n in rest]
-        mean = [selection.prior.mean[selection.free.index(n)] for n in rest]
-        sigma = [selection.prior.sigma[selection.free.index(n)] for n in rest]
+        non_friction = [n for n in selection.free if n not in friction]
+        columns = [np.eye(len(prediction.names))[prediction.names.index(n)] for n in non_friction]
+        start = [selection.values[prediction.names.index(n)] for n in non_friction]
+        mean = [selection.prior.mean[selection.free.index(n)] for n in non_friction]
+        sigma = [selection.prior.sigma[selection.free.index(n)] for n in non_friction]
         self.offset = selection.values.copy()
         for tie in (per_viscous - zero, per_coulomb - zero):
-            tied = {n: t for n, t in zip(friction, tie, strict=True) if t != 0.0}
-            leading = [n for n in tied if n not in model.vanishing_at]
+            ratios = {n: t for n, t in zip(friction, tie, strict=True) if t != 0.0}
+            leading = [n for n in ratios if n not in model.vanishing_at]
             if not leading:
                 continue
             column = np.zeros(len(prediction.names))
-            column[[prediction.names.index(n) for n in tied]] = list(tied.values())
+            column[[prediction.names.index(n) for n in ratios]] = list(ratios.values())
             leading_places = np.array([prediction.names.index(n) for n in leading])
             first = float(np.mean(selection.values[leading_places] / column[leading_places]))
             free = [n for n in leading if n in selection.free]
             self.offset = np.where(column != 0.0, 0.0 if free else first * column, self.offset)
             if free:
                 places = [selection.free.index(n) for n in free]
-                per = np.array([tied[n] for n in free])
+                per = np.array([ratios[n] for n in free])
                 columns.append(column)
                 start.append(first)
                 mean.append(float(np.mean(selection.prior.mean[places] / per)))
@@ -128,15 +128,15 @@ class _CoulombStage:
 
     def final_start(self, reduced: Vector) -> Vector:
         """Start of the second stage: held parameters unchanged, free ones from this stage."""
-        held = np.array([name not in self.selection.free for name in self.prediction.names])
-        return np.where(held, self.selection.values, self.values(reduced))
+        constant = np.array([name not in self.selection.free for name in self.prediction.names])
+        return np.where(constant, self.selection.values, self.values(reduced))
 
 
 def _rises_at_rest(selection: Selection, prediction: SpeedPrediction) -> bool:
     """Whether the user gave a static torque above the Coulomb torque."""
     value = dict(zip(prediction.names, selection.values, strict=True))
     vanishing = prediction.model.vanishing_at.items()
-    return any(n in selection.told and value[n] > value[other] for n, other in vanishing)
+    return any(n in selection.told and value[n] > value[reference] for n, reference in vanishing)
 
 
 def run_stages(

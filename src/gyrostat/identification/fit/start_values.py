@@ -113,12 +113,12 @@ def _stretches(record: Record, speed: Vector, noise: float) -> list[tuple[int, i
     sense = np.where(np.abs(smooth) > CLEAR * noise, np.sign(smooth), 0.0)
     turns = (np.flatnonzero(np.diff(sense)) + 1).tolist()
     edges = sorted({*turns, *(part.start for part in record.segments), len(speed)})
-    turning = [
+    intervals = [
         (first, last)
         for first, last in pairwise(edges)
         if sense[first] != 0.0 and np.sum(record.valid[first:last]) >= MIN_SAMPLES
     ]
-    return turning or [(0, len(speed))]
+    return intervals or [(0, len(speed))]
 
 
 def integral_regression(records: Sequence[Record]) -> StartValues:
@@ -138,16 +138,16 @@ def integral_regression(records: Sequence[Record]) -> StartValues:
         time = record.time - record.time[0]
         speed = np.interp(time, time[record.valid], record.speed[record.valid])
         noise = noise_level(record.speed[record.valid])
-        held = np.concatenate([[0.0], np.cumsum(record.current[:-1] * np.diff(time))])
-        integrals = np.column_stack([held, -trapezoidal(speed, time)])
+        charge = np.concatenate([[0.0], np.cumsum(record.current[:-1] * np.diff(time))])
+        integrals = np.column_stack([charge, -trapezoidal(speed, time)])
         stretches = _stretches(record, speed, noise)
         firsts.append((len(blocks), stretches[0][0]))
         for first, last in stretches:
-            used = first + np.flatnonzero(record.valid[first:last])
+            index = first + np.flatnonzero(record.valid[first:last])
             sense = np.sign(np.mean(speed[first:last]))
-            change = integrals[used] - integrals[first]
-            blocks.append(np.column_stack([change, -sense * (time[used] - time[first])]))
-            rights.append(speed[used])
+            change = integrals[index] - integrals[first]
+            blocks.append(np.column_stack([change, -sense * (time[index] - time[first])]))
+            rights.append(speed[index])
         speeds.append(speed)
     # each interval starts at its own speed, which subtracting the means eliminates
     rows = np.vstack([block - block.mean(axis=0) for block in blocks])

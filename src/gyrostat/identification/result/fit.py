@@ -201,9 +201,9 @@ class Fit:
         lacking = [n for n in names if n not in self.parameters]
         if lacking:
             friction = set(lacking) & set(self.model.dimensions())
-            what = "friction" if friction else " and ".join(lacking).replace("_", " ")
+            quantity = "friction" if friction else " and ".join(lacking).replace("_", " ")
             raise InputError(
-                f"{self.method} does not identify the {what}: found no {', '.join(lacking)}, "
+                f"{self.method} does not identify the {quantity}: found no {', '.join(lacking)}, "
                 "expected a value to hold, or another method"
             )
 
@@ -234,16 +234,16 @@ class Fit:
 
     def wheel_model(self) -> WheelModel | None:
         """Content of model.toml; None if the method does not identify the friction."""
-        known = [*wheel_dimensions(self.model)]
-        values = {n: v for n, v in self.parameters.items() if n in known}
+        wheel_names = [*wheel_dimensions(self.model)]
+        values = {n: v for n, v in self.parameters.items() if n in wheel_names}
         if not set(self.model.dimensions()) <= set(values):
             return None
         sigma = dict(zip(self.names, self.sigma.tolist(), strict=True))
-        places = [k for k, n in enumerate(self.names) if n in known]
+        places = [k for k, n in enumerate(self.names) if n in wheel_names]
         return WheelModel(
             friction=self.model,
             values=values,
-            sigma={n: s for n, s in sigma.items() if n in known},
+            sigma={n: s for n, s in sigma.items() if n in wheel_names},
             origin={
                 "method": self.method,
                 "records": ", ".join(r.name for r in self.records),
@@ -272,13 +272,13 @@ class Fit:
         """
         self._require(self.model.dimensions())
         names = list(self.model.dimensions())
-        found = friction_torques(self.model, self.parameters, speed)
+        torques = friction_torques(self.model, self.parameters, speed)
         places = [k for k, n in enumerate(names) if n in self.names]
         columns = [self.names.index(names[k]) for k in places]
         covariance = np.zeros((len(names), len(names)))
         covariance[np.ix_(places, places)] = self.covariance[np.ix_(columns, columns)]
-        slope = found.by_parameters
-        return found.torque, np.sqrt(np.einsum("mi,ij,mj->m", slope, covariance, slope))
+        slope = torques.by_parameters
+        return torques.torque, np.sqrt(np.einsum("mi,ij,mj->m", slope, covariance, slope))
 
     def to_dict(self) -> dict[str, object]:
         """Content of fit.json."""

@@ -25,7 +25,7 @@ def content(fit: Fit) -> dict[str, object]:
         fit: Result of an identification.
     """
     sigma, shares = fit.sigma, fit.variance_shares
-    found = {
+    document = {
         "model": fit.model.name,
         "method": fit.method,
         "converged": fit.converged,
@@ -68,12 +68,12 @@ def content(fit: Fit) -> dict[str, object]:
         "warnings": list(fit.warnings),
     }
     if fit.comparison:
-        found["comparison"] = [row.to_dict() for row in fit.comparison]
+        document["comparison"] = [row.to_dict() for row in fit.comparison]
     if fit.temperatures:
-        found["temperature"] = [trend.to_dict() for trend in fit.temperatures]
+        document["temperature"] = [trend.to_dict() for trend in fit.temperatures]
     if fit.posterior is not None:
-        found["posterior"] = fit.posterior.to_dict()
-    return found
+        document["posterior"] = fit.posterior.to_dict()
+    return document
 
 
 def _tolerances(fit: Fit) -> dict[str, dict[str, object]]:
@@ -132,7 +132,7 @@ def parsed(
             impossible.
     """
     try:
-        found = parse(content)
+        result = parse(content)
         converged = content["converged"] if stated else content.get("converged", True)
         impossible = [str(reason) for reason in content.get("impossible", ())]
     except InputError:
@@ -150,4 +150,4 @@ def parsed(
             f"{name}: found a wheel that is not valid ({'; '.join(impossible)}), expected a valid "
             "one, or --force"
         )
-    return found
+    return result

@@ -26,9 +26,9 @@ def table(fit: Fit) -> list[str]:
     if fit.tolerances is not None:
         names = ("share of variance", *fit.variance_shares)
         tables.append(aligned(list(share_rows(fit)), names))
-    listed = [row for row, e in zip(effect_rows(fit), fit.effects, strict=True) if e.likely]
-    if listed:
-        tables.append(aligned(listed, ("effect outside the model", "size", "probability")))
+    likely_rows = [row for row, e in zip(effect_rows(fit), fit.effects, strict=True) if e.likely]
+    if likely_rows:
+        tables.append(aligned(likely_rows, ("effect outside the model", "size", "probability")))
     lines += [f"  {line}" for rows in tables for line in rows]
     for trend in fit.temperatures:
         slope = measured(trend.slope, trend.slope_sigma)
@@ -52,10 +52,10 @@ def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str]]:
         fit: The fit; its estimated parameters come first, then the held ones.
     """
     for name, value, sigma in zip(fit.names, fit.values, fit.sigma, strict=True):
-        seen = fit.observability[name]
-        clear = "over 1000" if seen.significance > 1000.0 else f"{seen.significance:.1f}"
-        verdict = f"{'yes' if seen.observable else 'NO'} ({clear} sigma)"
-        verdict = "given" if seen.given else verdict
+        status = fit.observability[name]
+        clear = "over 1000" if status.significance > 1000.0 else f"{status.significance:.1f}"
+        verdict = f"{'yes' if status.observable else 'NO'} ({clear} sigma)"
+        verdict = "given" if status.given else verdict
         yield name, measured(float(value), float(sigma)), si_unit(fit.dimensions[name]), verdict
     for name, value in fit.held.items():
         yield name, plain(value, 6), si_unit(fit.dimensions[name]), "held"
@@ -133,9 +133,9 @@ def summary(fit: Fit) -> list[str]:
     """Summary of a fit, one sentence per line."""
     records = ", ".join(r.name for r in fit.records)
     lines = [f"{fit.model.title} friction from {records} by the {fit.method} method"]
-    ended = "converged" if fit.converged else "DID NOT CONVERGE"
+    outcome = "converged" if fit.converged else "DID NOT CONVERGE"
     lines.append(
-        f"{ended} after {fit.iterations} iterations; {fit.samples} samples, "
+        f"{outcome} after {fit.iterations} iterations; {fit.samples} samples, "
         f"{fit.crossings} zero crossings"
     )
     if fit.rms_speed is not None:

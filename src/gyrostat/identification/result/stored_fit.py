@@ -69,15 +69,15 @@ class StoredFit:
 
 def parse_date(text: str) -> datetime | None:
     """Date and time from text, without time zone; None if it is not an unambiguous date."""
-    found = None
+    date = None
     with suppress(ValueError):
-        found = datetime.fromisoformat(text.strip())
+        date = datetime.fromisoformat(text.strip())
     for form in DATE_FORMATS:
         with suppress(ValueError):
-            found = found or datetime.strptime(text.strip(), form)
-    if found is not None and found.tzinfo is not None:
-        found = found.astimezone(UTC).replace(tzinfo=None)
-    return found
+            date = date or datetime.strptime(text.strip(), form)
+    if date is not None and date.tzinfo is not None:
+        date = date.astimezone(UTC).replace(tzinfo=None)
+    return date
 
 
 def stored_fit(fit: "Fit | str | os.PathLike[str]", *, force: bool = False) -> StoredFit:
@@ -93,12 +93,12 @@ def stored_fit(fit: "Fit | str | os.PathLike[str]", *, force: bool = False) -> S
     """
     if isinstance(fit, str | os.PathLike):
         path = Path(fit)
-        return read_fit(path, partial(_stored, str(path)), force=force)
+        return read_fit(path, partial(_parse, str(path)), force=force)
     name = ", ".join(record.name for record in fit.records)
-    return parsed(name, fit.to_dict(), partial(_stored, name), force=force)
+    return parsed(name, fit.to_dict(), partial(_parse, name), force=force)
 
 
-def _stored(name: str, content: Mapping[str, Any]) -> StoredFit:
+def _parse(name: str, content: Mapping[str, Any]) -> StoredFit:
     parameters = content["parameters"]
     names = tuple(
         n
@@ -107,8 +107,8 @@ def _stored(name: str, content: Mapping[str, Any]) -> StoredFit:
     )
     values = np.array([float(parameters[n]["value"]) for n in names])
     sigma = np.array([float(parameters[n]["sigma"]) for n in names])
-    known = list(content["correlation"]["names"])
-    places = [known.index(n) for n in names]
+    correlation_names = list(content["correlation"]["names"])
+    places = [correlation_names.index(n) for n in names]
     matrix = np.array(content["correlation"]["matrix"], dtype=float)[np.ix_(places, places)]
     covariance = matrix * np.outer(sigma, sigma)
     finite = np.all(np.isfinite(values)) and np.all(np.isfinite(covariance)) and np.all(sigma > 0)
@@ -127,15 +127,15 @@ def _stored(name: str, content: Mapping[str, Any]) -> StoredFit:
     metadata = content.get("metadata", ())
     serials = _each(metadata, "serial")
     if len(set(serials)) > 1:
-        found = ", ".join(dict.fromkeys(serials))
+        text = ", ".join(dict.fromkeys(serials))
         raise InputError(
-            f"{name}: found records of several wheels (serial {found}), expected one wheel"
+            f"{name}: found records of several wheels (serial {text}), expected one wheel"
         )
     dates = [date for date in map(parse_date, _each(metadata, "date")) if date is not None]
     means = [float(t) for t in content.get("mean_temperature", ()) if t is not None]
-    given = parameters.get("inertia", {})
+    inertia_entry = parameters.get("inertia", {})
     inertia = content.get("held", {}).get("inertia")
-    inertia = float(given["value"]) if given.get("given", False) else inertia
+    inertia = float(inertia_entry["value"]) if inertia_entry.get("given", False) else inertia
     return StoredFit(
         name=name,
         model=str(content["model"]),
