@@ -98,7 +98,7 @@ def result(
     reason: str,
     serial_sigma: Vector | None = None,
     warnings: Sequence[str] = (),
-    **rest,
+    **fields,
 ) -> Fit:
     """Result of a bench method, which does not model a whole record.
 
@@ -116,11 +116,11 @@ def result(
         serial_sigma: Standard deviations with correlated residuals; by default those of
             `covariance`.
         warnings: Warnings of the method, after those common to all fits.
-        rest: Other fields of `Fit`.
+        fields: Other fields of `Fit`.
     """
     names = tuple(estimates)
     formal = np.sqrt(np.diag(covariance))
-    seen = judge(
+    observability = judge(
         model,
         {**held, **estimates},
         names,
@@ -137,7 +137,7 @@ def result(
         noise_sigma=formal,
         least_squares=np.array([estimates[n] for n in names]),
         held=dict(held),
-        observability=seen,
+        observability=observability,
         converged=not reason,
         crossings=sum(
             len(crossing_times(r.time[r.valid], r.speed[r.valid], MOTION * speed_sigma))
@@ -148,6 +148,6 @@ def result(
         records=records,
         predicted=(),
         predicted_sigma=(),
-        **rest,
+        **fields,
     )
     return judged(fit, reason, scatter, warnings=warnings)

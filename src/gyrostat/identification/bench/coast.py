@@ -59,9 +59,9 @@ def coasting_speed(
         Speed, (m,), and its derivatives with respect to b/J, c/J and w0, (m, 3).
     """
     decay = np.exp(-viscous * time)
-    lost, bend = relaxed_time(time, viscous)
-    speed = initial * decay - coulomb * lost
-    slopes = np.column_stack([-time * initial * decay - coulomb * bend, -lost, decay])
+    decay_integral, bend = relaxed_time(time, viscous)
+    speed = initial * decay - coulomb * decay_integral
+    slopes = np.column_stack([-time * initial * decay - coulomb * bend, -decay_integral, decay])
     turns = speed > 0.0
     return np.where(turns, speed, 0.0), slopes * turns[:, None]
 
@@ -155,8 +155,8 @@ def identify_coast(
     check_signals(records)
     held = held_values(ViscousCoulomb, inertia, hold, ("inertia", "motor_constant"))
     scale = required(held, "inertia", "a coast shows friction only as a multiple of it (kg·m²)")
-    seen = max(noise_level(r.speed[r.valid]) for r in records)
-    coasts = [c for r in records for c in find_coasts(r, speed_sigma or seen)]
+    noise = max(noise_level(r.speed[r.valid]) for r in records)
+    coasts = [c for r in records for c in find_coasts(r, speed_sigma or noise)]
     if not coasts:
         raise InputError(
             f"{place(records)}: found no coast, expected {MIN_SAMPLES} or more samples without "
@@ -172,7 +172,7 @@ def identify_coast(
         list(start[2:, None]),
         records=records,
         speed_sigma=speed_sigma,
-        noise=seen,
+        noise=noise,
         scale=scale,
         count=2,
     )

@@ -74,19 +74,21 @@ def plateau_torques(plateaus: Sequence[Plateau], held: Mapping[str, float]) -> V
     return held["motor_constant"] * current - held.get("inertia", 0.0) * drift
 
 
-def _own_sigma(plateaus: Sequence[Plateau], held: Mapping[str, float]) -> tuple[Vector, Vector]:
+def _sigmas(plateaus: Sequence[Plateau], held: Mapping[str, float]) -> tuple[Vector, Vector]:
     """Standard deviations of speeds, rad/s, and torques, N·m, from the scatter of the plateaus."""
     count = np.array([p.count for p in plateaus], dtype=float)
 
-    def settled(values: Vector) -> Vector:
-        one = values**2 * count
-        common = float(np.average(one, weights=count))
-        return np.sqrt((count * one + COMMON_SCATTER * common) / (count + COMMON_SCATTER) / count)
+    def shrink(values: Vector) -> Vector:
+        variance = values**2 * count
+        common = float(np.average(variance, weights=count))
+        return np.sqrt(
+            (count * variance + COMMON_SCATTER * common) / (count + COMMON_SCATTER) / count
+        )
 
     return (
-        settled(np.array([p.speed_sigma for p in plateaus])),
+        shrink(np.array([p.speed_sigma for p in plateaus])),
         np.hypot(
-            held["motor_constant"] * settled(np.array([p.current_sigma for p in plateaus])),
+            held["motor_constant"] * shrink(np.array([p.current_sigma for p in plateaus])),
             held.get("inertia", 0.0) * np.array([p.drift_sigma for p in plateaus]),
         ),
     )
@@ -108,13 +110,13 @@ def _starts(
     return [first | dict.fromkeys(scales, float(scale)) for scale in reach]
 
 
-def _fitted(
+def _fit(
     model: type[Friction], held: Mapping[str, float], plateaus: Sequence[Plateau]
 ) -> FrictionCurve | None:
     """Fit a friction curve to the plateaus; None if no start succeeds."""
     speed = np.array([p.speed for p in plateaus])
     torque = plateau_torques(plateaus, held)
-    speed_sigma, torque_sigma = _own_sigma(plateaus, held)
+    speed_sigma, torque_sigma = _sigmas(plateaus, held)
     dimensions = model.dimensions()
     names = tuple(n for n in dimensions if n not in held)
     index = [list(dimensions).index(n) for n in names]
@@ -138,10 +140,10 @@ def _fitted(
         return minimise(evaluate, first, prior, Quadratic())
 
     starts = _starts(model, held, speed, torque, sigma)
-    ended = [(s, solution) for s in starts if (solution := run(s, sigma)) is not None]
-    if not ended:
+    fits = [(s, solution) for s in starts if (solution := run(s, sigma)) is not None]
+    if not fits:
         return None
-    start, solution = min(ended, key=lambda pair: pair[1].cost)
+    start, solution = min(fits, key=lambda pair: pair[1].cost)
     # the uncertainty of the speed adds to that of the torque by the slope of the curve
     values = dict(start) | dict(zip(names, solution.x.tolist(), strict=True))
     steepness = friction_torques(model, values, speed).by_speed
@@ -167,9 +169,9 @@ def _bends(curve: FrictionCurve, held: Mapping[str, float], speed: Vector) -> bo
         for n in bend_speeds(curve.model, held)
     )
     root = square_root(curve.excess**2 * curve.solution.covariance())
-    seen = judge(curve.model, {**held, **curve.values}, curve.names, root, lambda *_: "")
+    observability = judge(curve.model, {**held, **curve.values}, curve.names, root, lambda *_: "")
     falls = [
-        seen[n].observable and seen[n].significance > 0.0
+        observability[n].observable and observability[n].significance > 0.0
         for n in curve.model.vanishing_at
         if n in curve.names
     ]
@@ -186,17 +188,17 @@ def fit_curve(
     """
     default = bend_speeds(model, held)
     if not default:
-        return _fitted(model, held, plateaus), {}
+        return _fit(model, held, plateaus), {}
     speed = np.array([p.speed for p in plateaus])
     if len(speed) > len(set(model.dimensions()) - set(held)):
-        curve = _fitted(model, held, plateaus)
+        curve = _fit(model, held, plateaus)
         if curve is not None and _bends(curve, held, speed):
             return curve, {}
-    return _fitted(model, {**held, **default}, plateaus), default
+    return _fit(model, {**held, **default}, plateaus), default
 
 
 def preferred(line: FrictionCurve, other: FrictionCurve, count: int) -> bool:
     """Whether a curve with more parameters is very clearly better by the BIC."""
     gain = (line.misfit - other.misfit) / other.excess**2
-    more = len(other.names) - len(line.names)
-    return bool(gain - more * np.log(count) > CLEAR_SUPPORT)
+    extra_parameters = len(other.names) - len(line.names)
+    return bool(gain - extra_parameters * np.log(count) > CLEAR_SUPPORT)

@@ -53,16 +53,16 @@ def fit_stretches(
     """
     level = max(float(np.max(np.abs(speed))) for speed in speeds)
     sigma = speed_sigma or max(noise, NUMERICAL_NOISE * level)
-    shared, size = len(common), len(own[0])
+    offset, size = len(common), len(own[0])
 
     def evaluate(x: Vector) -> Evaluation:
         residuals, rows = [], []
-        for k, measured in enumerate(speeds):
-            places = [*range(shared), *range(shared + k * size, shared + (k + 1) * size)]
-            speed, slopes = model(k, x[:shared], x[places[shared:]])
+        for k, measurement in enumerate(speeds):
+            places = [*range(offset), *range(offset + k * size, offset + (k + 1) * size)]
+            speed, slopes = model(k, x[:offset], x[places[offset:]])
             block = np.zeros((len(speed), len(x)))
             block[:, places] = slopes
-            residuals.append((measured - speed) / sigma)
+            residuals.append((measurement - speed) / sigma)
             rows.append(block / sigma)
         return np.concatenate(residuals), np.vstack(rows)
 

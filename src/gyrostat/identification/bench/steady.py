@@ -34,29 +34,29 @@ def _choose(
     return ViscousCoulomb, Stribeck
 
 
-def _require_points(records: Sequence[Record], plateaus: Sequence[Plateau], needed: int) -> None:
-    if not needed:
+def _require_points(records: Sequence[Record], plateaus: Sequence[Plateau], count: int) -> None:
+    if not count:
         raise InputError("hold: found every friction parameter, expected one to estimate")
-    if len(plateaus) < max(needed, 1):
-        found = f"{len(plateaus) or 'no'} plateau{'s' * (len(plateaus) != 1)} of steady speed"
+    if len(plateaus) < max(count, 1):
+        text = f"{len(plateaus) or 'no'} plateau{'s' * (len(plateaus) != 1)} of steady speed"
         raise InputError(
-            f"{place(records)}: found {found}, expected at least {needed} for {needed} friction "
+            f"{place(records)}: found {text}, expected at least {count} for {count} friction "
             f"parameters: turning, settled, and held long enough, {MIN_SAMPLES} samples or more, "
             "to show that the speed does not drift"
         )
 
 
 def _warnings(curve: FrictionCurve, plateaus: Sequence[Plateau]) -> list[str]:
-    found = []
+    warnings = []
     if curve.excess > 2.0:
-        found.append(
+        warnings.append(
             f"the plateaus scatter {curve.excess:.1f} times more about the curve than the samples "
             "within them explain: the friction changed, or has another shape; sigma allows for it"
         )
     senses = {np.sign(p.speed) for p in plateaus}
     if len(senses) == 1 and "viscous_positive" in curve.values:
-        found.append("all plateaus have one sense of rotation: the other one is not observed")
-    return found
+        warnings.append("all plateaus have one sense of rotation: the other one is not observed")
+    return warnings
 
 
 def _cure(name: str) -> str:
@@ -106,26 +106,26 @@ def identify_steady(
     check_sigma(speed_sigma)
     check_signals(records)
     hold = hold or {}
-    chosen, richer = _choose(model, hold)
-    held = held_values(chosen, inertia, hold, tuple(wheel_dimensions(chosen)))
+    law, richer = _choose(model, hold)
+    held = held_values(law, inertia, hold, tuple(wheel_dimensions(law)))
     required(held, "motor_constant", "steady currents show friction only as a multiple of it")
     plateaus = [p for r in records for p in find_plateaus(r, speed_sigma)]
-    told = {**held, **bend_speeds(chosen, held)}
-    _require_points(records, plateaus, len(set(chosen.dimensions()) - set(told)))
+    constants = {**held, **bend_speeds(law, held)}
+    _require_points(records, plateaus, len(set(law.dimensions()) - set(constants)))
 
-    curve, by_default = fit_curve(chosen, held, plateaus)
+    curve, by_default = fit_curve(law, held, plateaus)
     if richer is not None and curve is not None and len(plateaus) > len(richer.dimensions()):
-        other, silent = fit_curve(richer, held, plateaus)
-        if other is not None and not silent and preferred(curve, other, len(plateaus)):
-            curve = other
+        candidate, silent = fit_curve(richer, held, plateaus)
+        if candidate is not None and not silent and preferred(curve, candidate, len(plateaus)):
+            curve = candidate
     if curve is None:
         raise InputError(
-            f"{place(records)}: found no {chosen.title} friction curve through the plateaus, "
+            f"{place(records)}: found no {law.title} friction curve through the plateaus, "
             "expected held values closer to this wheel"
         )
     speed = np.array([p.speed for p in plateaus])
     count = np.array([p.count for p in plateaus], dtype=float)
-    seen = float(np.sqrt(np.average([p.scatter**2 for p in plateaus], weights=count)))
+    rms_scatter = float(np.sqrt(np.average([p.scatter**2 for p in plateaus], weights=count)))
     return result(
         curve.model,
         "steady",
@@ -134,11 +134,11 @@ def identify_steady(
         {n: _cure(n) for n in curve.names},
         covariance=curve.excess**2 * curve.solution.covariance(),
         reason=curve.solution.reason,
-        scatter=[Scatter(place(records), seen, speed_sigma)],
+        scatter=[Scatter(place(records), rms_scatter, speed_sigma)],
         warnings=_warnings(curve, plateaus),
         iterations=curve.solution.iterations,
         samples=int(count.sum()),
-        speed_sigma=speed_sigma or seen,
+        speed_sigma=speed_sigma or rms_scatter,
         records=records,
         whiteness=None,
         friction_points=FrictionPoints(

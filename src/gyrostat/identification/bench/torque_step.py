@@ -80,7 +80,7 @@ def find_steps(record: Record, noise: float) -> list[Step]:
     speed = np.interp(record.time, record.time[record.valid], record.speed[record.valid])
     smooth = np.convolve(speed, np.full(SMOOTHING, 1.0 / SMOOTHING), mode="same")
     sense = np.where(np.abs(smooth) > CLEAR * noise, np.sign(smooth), 0.0)
-    found: list[tuple[float, float, float, NDArray[np.intp]]] = []
+    steps: list[tuple[float, float, float, NDArray[np.intp]]] = []
     for (_, before), (first, at), (after, _) in zip(edges, edges[1:], edges[2:], strict=False):
         sides = [np.arange(before, first), np.arange(at, after)]
         levels = [float(np.mean(record.current[side])) for side in sides]
@@ -89,29 +89,29 @@ def find_steps(record: Record, noise: float) -> list[Step]:
         near = [side[record.valid[side]] for side in sides]
         if change == 0.0 or swing > STEADY * abs(change) or min(map(len, near)) < MIN_SAMPLES:
             continue
-        turning = np.sign(np.median(speed[near[0][-MIN_SAMPLES:]]))
+        direction = np.sign(np.median(speed[near[0][-MIN_SAMPLES:]]))
         # a mean is trusted only if its neighbours' means have the same sense too
-        unclear = np.convolve(sense != turning, np.ones(SMOOTHING), mode="same") > 0.5
-        same = [~unclear[side] for side in near]
-        kept: NDArray[np.intp] = np.concatenate(
+        unclear = np.convolve(sense != direction, np.ones(SMOOTHING), mode="same") > 0.5
+        masks = [~unclear[side] for side in near]
+        index: NDArray[np.intp] = np.concatenate(
             [
-                near[0][np.logical_and.accumulate(same[0][::-1])[::-1]],
-                near[1][np.logical_and.accumulate(same[1])],
+                near[0][np.logical_and.accumulate(masks[0][::-1])[::-1]],
+                near[1][np.logical_and.accumulate(masks[1])],
             ]
         )
-        if min(int(np.sum(kept < at)), int(np.sum(kept >= at))) < MIN_SAMPLES:
+        if min(int(np.sum(index < at)), int(np.sum(index >= at))) < MIN_SAMPLES:
             continue
-        if found and found[-1][-1][-1] >= kept[0]:
-            middle = (found[-1][-1][-1] + kept[0]) // 2
-            found[-1] = (*found[-1][:-1], found[-1][-1][found[-1][-1] < middle])
-            kept = kept[kept >= middle]
+        if steps and steps[-1][-1][-1] >= index[0]:
+            middle = (steps[-1][-1][-1] + index[0]) // 2
+            steps[-1] = (*steps[-1][:-1], steps[-1][-1][steps[-1][-1] < middle])
+            index = index[index >= middle]
         # a spread step acts like an immediate one at the time that gives the same impulse
         part = (record.current[first:at] - levels[0]) / change
         moment = float(record.time[at]) - float(part @ np.diff(record.time[first : at + 1]))
-        found.append((moment, change, float(turning), kept))
+        steps.append((moment, change, float(direction), index))
     return [
-        Step(record.time[kept] - moment, record.speed[kept], change, turning)
-        for moment, change, turning, kept in found
+        Step(record.time[index] - moment, record.speed[index], change, direction)
+        for moment, change, direction, index in steps
     ]
 
 
@@ -122,7 +122,7 @@ def _start(steps: Sequence[Step]) -> tuple[float, list[Vector]]:
         kick = step.change * np.maximum(step.time, 0.0)
         rows = np.column_stack([kick, np.ones(len(kick)), step.time])
         first.append(np.linalg.lstsq(rows, step.speed, rcond=None)[0])
-    return float(np.median([own[0] for own in first])), [own[1:] for own in first]
+    return float(np.median([fit[0] for fit in first])), [fit[1:] for fit in first]
 
 
 def identify_torque_step(
@@ -159,8 +159,8 @@ def identify_torque_step(
     check_signals(records)
     held = held_values(ViscousCoulomb, inertia, hold, ("inertia",))
     scale = required(held, "inertia", "a step shows the motor constant only as a multiple (kg·m²)")
-    seen = max(noise_level(r.speed[r.valid]) for r in records)
-    steps = [s for r in records for s in find_steps(r, speed_sigma or seen)]
+    noise = max(noise_level(r.speed[r.valid]) for r in records)
+    steps = [s for r in records for s in find_steps(r, speed_sigma or noise)]
     if not steps:
         raise InputError(
             f"{place(records)}: found no step of current, expected one with {MIN_SAMPLES} or more "
@@ -172,14 +172,14 @@ def identify_torque_step(
     def model(k: int, common: Vector, separate: Vector) -> tuple[Vector, Matrix]:
         step = steps[k]
         viscous = 1 + senses.index(step.sense)
-        relaxed, bend = relaxed_time(step.time, float(common[viscous]))
+        decay_integral, bend = relaxed_time(step.time, float(common[viscous]))
         kick = step.change * (step.time >= 0.0)
         rate = separate[1] + common[0] * kick
-        slopes = np.zeros((len(relaxed), len(common) + 2))
-        slopes[:, 0] = kick * relaxed
+        slopes = np.zeros((len(decay_integral), len(common) + 2))
+        slopes[:, 0] = kick * decay_integral
         slopes[:, viscous] = rate * bend
-        slopes[:, -2:] = np.column_stack([np.ones_like(relaxed), relaxed])
-        return separate[0] + rate * relaxed, slopes
+        slopes[:, -2:] = np.column_stack([np.ones_like(decay_integral), decay_integral])
+        return separate[0] + rate * decay_integral, slopes
 
     (estimate,), outcome = fit_stretches(
         [step.speed for step in steps],
@@ -188,7 +188,7 @@ def identify_torque_step(
         separate,
         records=records,
         speed_sigma=speed_sigma,
-        noise=seen,
+        noise=noise,
         scale=scale,
         count=1,
     )

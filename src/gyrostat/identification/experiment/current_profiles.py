@@ -69,13 +69,13 @@ class Limits:
             current: Wanted currents, A.
             interval: Sample interval, s.
         """
-        limited = np.clip(current, -self.current, self.current)
+        profile = np.clip(current, -self.current, self.current)
         if np.isinf(self.slew):
-            return limited
-        before, step = np.zeros(limited.shape[:-1]), self.slew * interval
-        for k in range(limited.shape[-1]):
-            limited[..., k] = before = np.clip(limited[..., k], before - step, before + step)
-        return limited
+            return profile
+        before, step = np.zeros(profile.shape[:-1]), self.slew * interval
+        for k in range(profile.shape[-1]):
+            profile[..., k] = before = np.clip(profile[..., k], before - step, before + step)
+        return profile
 
 
 @dataclass(frozen=True)
@@ -100,8 +100,8 @@ class Shape:
         shortest = max(limits.duration / MOST_PERIODS, FEWEST_SAMPLES / limits.rate)
         ratio = min(shortest / limits.duration, 1.0)
         period = limits.duration * ratio ** float(self.coordinates[0])
-        described = FAMILIES[self.family][0]
-        return {"period": period, **described(self.coordinates[1:], limits, breakaway)}
+        family_numbers = FAMILIES[self.family][0]
+        return {"period": period, **family_numbers(self.coordinates[1:], limits, breakaway)}
 
     def current(self, time: Vector, limits: Limits, breakaway: float) -> Vector:
         """Current before the limits are applied, (N,), A.

@@ -55,46 +55,46 @@ class _Search:
 
     def __init__(
         self,
-        known: KnownWheel,
-        wanted: Matrix,
+        wheel: KnownWheel,
+        contrasts: Matrix,
         targets: Vector | None,
         limits: Limits,
         speed_sigma: float,
         ripple: float,
         random: np.random.Generator,
     ) -> None:
-        self.known, self.wanted, self.targets, self.limits = known, wanted, targets, limits
+        self.wheel, self.contrasts, self.targets, self.limits = wheel, contrasts, targets, limits
         self.random = random
-        every = list(known.values)
-        self.places = [every.index(n) for n in known.names]
-        self.root = square_root(known.covariance)
-        self.before = wanted.T @ known.covariance @ wanted
+        every = list(wheel.values)
+        self.places = [every.index(n) for n in wheel.names]
+        self.root = square_root(wheel.covariance)
+        self.before = contrasts.T @ wheel.covariance @ contrasts
         if np.any(np.diag(self.before) <= 0.0):
             raise InputError("design: found a parameter that is known exactly, expected another")
-        self.breakaway = breakaway_current(known)
+        self.breakaway = breakaway_current(wheel)
         full = limits.time()
         self.stride = -(-len(full) // MOST_SAMPLES)
         self.time = full[:: self.stride]
         self.noise = speed_sigma / np.sqrt(self.stride)
         self.ripple = ripple
-        estimate = known.nearest_possible(np.array([list(known.values.values())]))
-        self.wheels = np.vstack([estimate, known.draws(FINAL_WHEELS - 1, random, ripple)])
+        estimate = wheel.nearest_possible(np.array([list(wheel.values.values())]))
+        self.wheels = np.vstack([estimate, wheel.draws(FINAL_WHEELS - 1, random, ripple)])
 
     def at_rest(self, columns: Matrix) -> Vector:
         """Coefficients of the torques that act at rest alone in combinations (n, c), (c,)."""
-        names = self.known.names
-        places = [names.index(n) for n in self.known.model.vanishing_at if n in names]
+        names = self.wheel.names
+        places = [names.index(n) for n in self.wheel.model.vanishing_at if n in names]
         return columns[places].sum(axis=0)
 
     def current(self, shape: Shape, time: Vector) -> Vector:
         """Current of a shape within the limits, (N,), A."""
-        wanted = shape.current(time, self.limits, self.breakaway)
-        return self.limits.apply(wanted, time[1] - time[0])
+        profile = shape.current(time, self.limits, self.breakaway)
+        return self.limits.apply(profile, time[1] - time[0])
 
-    def gained(self, currents: Matrix, wheels: Matrix) -> Gained:
+    def uncertainty(self, currents: Matrix, wheels: Matrix) -> Gained:
         """Uncertainty after each current on each wheel."""
         return information_gained(
-            self.known.model,
+            self.wheel.model,
             wheels,
             currents,
             self.time,
@@ -104,19 +104,19 @@ class _Search:
             initial_speed=self.limits.initial_speed,
         )
 
-    def covariance(self, gained: Gained, columns: Matrix) -> Vector:
+    def covariance(self, uncertainty: Gained, columns: Matrix) -> Vector:
         """Covariance of combinations, with the ripple averaged over independent angles.
 
         Args:
-            gained: Uncertainty after b currents on d wheels, at k times.
+            uncertainty: Uncertainty after b currents on d wheels, at k times.
             columns: Coefficients of c combinations, (n, c).
 
         Returns:
             Covariance, (b, d, k, c, c), SI.
         """
-        rippled = self.ripple * self.at_rest(columns)
-        each = np.outer(rippled, rippled) / np.maximum(gained.angles, 1.0)[..., None, None]
-        return columns.T @ gained.covariance @ columns + each
+        ripple = self.ripple * self.at_rest(columns)
+        each = np.outer(ripple, ripple) / np.maximum(uncertainty.angles, 1.0)[..., None, None]
+        return columns.T @ uncertainty.covariance @ columns + each
 
     def scores(self, shapes: Sequence[Shape], wheels: Matrix) -> Vector:
         """Score of each shape on some wheels.
@@ -126,8 +126,8 @@ class _Search:
         the time where they are.
         """
         currents = np.array([self.current(shape, self.time) for shape in shapes])
-        gained = self.gained(currents, wheels)
-        covariance = self.covariance(gained, self.wanted)
+        uncertainty = self.uncertainty(currents, wheels)
+        covariance = self.covariance(uncertainty, self.contrasts)
         variance = np.diagonal(covariance, axis1=-2, axis2=-1)
         if self.targets is None:
             scale = np.sqrt(np.diag(self.before))
@@ -135,13 +135,13 @@ class _Search:
             logarithm = np.linalg.slogdet(unit)[1] / (2.0 * len(scale))
             score = np.quantile(logarithm, RELIABLE, axis=1)
         else:
-            left = np.max(0.5 * np.log(variance) - np.log(self.targets), axis=-1)
-            left = np.quantile(left, RELIABLE, axis=1)
-            first = np.argmax(left <= 0.0, axis=1)
+            excess = np.max(0.5 * np.log(variance) - np.log(self.targets), axis=-1)
+            excess = np.quantile(excess, RELIABLE, axis=1)
+            first = np.argmax(excess <= 0.0, axis=1)
             early = checkpoints(self.time)[first] / self.limits.duration - 1.0
-            score = np.where(np.any(left <= 0.0, axis=1), early - 1.0, left[:, -1])
-        fastest = np.nan_to_num(np.max(np.abs(gained.speed), axis=(1, 2)), nan=np.inf)
-        wrong = (fastest > self.limits.speed) | ~np.all(gained.resolved, axis=1)
+            score = np.where(np.any(excess <= 0.0, axis=1), early - 1.0, excess[:, -1])
+        fastest = np.nan_to_num(np.max(np.abs(uncertainty.speed), axis=(1, 2)), nan=np.inf)
+        wrong = (fastest > self.limits.speed) | ~np.all(uncertainty.resolved, axis=1)
         return np.where(wrong, INFEASIBLE + fastest, score)
 
     def run(self, say: Callable[[str], None]) -> tuple[Shape, int]:
@@ -151,8 +151,8 @@ class _Search:
             for family in FAMILIES
             for row in self.random.random((FIRST, COORDINATES))
         ]
-        few = self.wheels[:SEARCH_WHEELS]
-        scores = self.scores(shapes, few)
+        subset = self.wheels[:SEARCH_WHEELS]
+        scores = self.scores(shapes, subset)
         for turn in range(ROUNDS):
             order = np.argsort(scores, kind="stable")[:ELITE]
             say(f"  round {turn + 1} of {ROUNDS}: best {shapes[order[0]].family}")
@@ -160,18 +160,18 @@ class _Search:
             parents = [shapes[order[k % len(order)]] for k in range(EACH)]
             steps = spread * self.random.standard_normal((EACH, COORDINATES))
             # reflect at the ends of the range, which are then tried no more often than the inside
-            moved = 1.0 - np.abs(1.0 - np.abs(np.array([p.coordinates for p in parents]) + steps))
-            rows = np.clip(moved, 0.0, 1.0)
+            points = 1.0 - np.abs(1.0 - np.abs(np.array([p.coordinates for p in parents]) + steps))
+            rows = np.clip(points, 0.0, 1.0)
             new = [Shape(p.family, row) for p, row in zip(parents, rows, strict=True)]
             shapes += new
-            scores = np.concatenate([scores, self.scores(new, few)])
+            scores = np.concatenate([scores, self.scores(new, subset)])
         order = [k for k in np.argsort(scores, kind="stable") if scores[k] < INFEASIBLE]
         for first in range(0, len(order), ELITE):
             best = [shapes[k] for k in order[first : first + ELITE]]
             # few wheels may miss the one that a profile fails
-            judged = self.scores(best, self.wheels)
-            if judged.min() < INFEASIBLE:
-                return best[int(np.argmin(judged))], len(shapes)
+            final_scores = self.scores(best, self.wheels)
+            if final_scores.min() < INFEASIBLE:
+                return best[int(np.argmin(final_scores))], len(shapes)
         raise InputError(
             f"max speed: found {self.limits.speed:g} rad/s, expected more: every profile tried "
             "exceeds it"
@@ -224,72 +224,72 @@ def design_record(
     goals = np.array(targets, dtype=float) if len(targets) else None
     random = np.random.default_rng(seed)
     search = _Search(known, contrast, goals, limits, speed_sigma, torque, random)
-    shape, tried = search.run(say)
-    return _concluded(search, shape, tried, wanted, speed_sigma)
+    shape, count = search.run(say)
+    return _conclude(search, shape, count, wanted, speed_sigma)
 
 
-def _concluded(
+def _conclude(
     search: _Search,
     shape: Shape,
-    tried: int,
-    wanted: Sequence[str],
+    candidates: int,
+    combinations: Sequence[str],
     speed_sigma: float,
 ) -> Design:
     """Predict the uncertainty of the chosen profile over all wheels drawn, and cut it."""
-    known, goals, count = search.known, search.targets, len(wanted)
+    wheel, goals, count = search.wheel, search.targets, len(combinations)
     current = search.current(shape, search.time)[None]
-    columns = np.column_stack([search.wanted, np.eye(len(known.names))])
-    gained = search.gained(current, search.wheels)
-    covariance = search.covariance(gained, columns)[0]
+    columns = np.column_stack([search.contrasts, np.eye(len(wheel.names))])
+    uncertainty = search.uncertainty(current, search.wheels)
+    covariance = search.covariance(uncertainty, columns)[0]
     sigma = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))  # (wheels, times, all)
     reliable = np.quantile(sigma, RELIABLE, axis=0)
-    times, last, reached = checkpoints(search.time), len(reliable) - 1, None
+    times, last, reach_time = checkpoints(search.time), len(reliable) - 1, None
     if goals is not None:
-        met = np.all(reliable[:, :count] <= goals, axis=1)
-        if met.any():
-            last = int(np.argmax(met))
-            reached = float(times[last])
+        is_met = np.all(reliable[:, :count] <= goals, axis=1)
+        if is_met.any():
+            last = int(np.argmax(is_met))
+            reach_time = float(times[last])
     time = search.limits.time()
     time = time[time <= times[last] + 1e-9]
-    values = np.array([known.values[n] for n in known.names])
-    drawn = search.wheels[:, search.places]
-    prior = np.sqrt(np.diag(columns.T @ known.covariance @ columns))
+    values = np.array([wheel.values[n] for n in wheel.names])
+    draws = search.wheels[:, search.places]
+    prior = np.sqrt(np.diag(columns.T @ wheel.covariance @ columns))
     rows = []
-    for k, name in enumerate([*wanted, *known.names]):
+    for k, name in enumerate([*combinations, *wheel.names]):
         after = sigma[:, last, k]
         rows.append(
             Combination(
                 name=name,
-                dimension=known.dimension(name, "design"),
+                dimension=wheel.dimension(name, "design"),
                 value=float(columns[:, k] @ values),
                 before=float(prior[k]),
                 after=float(np.median(after)),
                 reliable=float(reliable[last, k]),
                 target=float(goals[k]) if goals is not None and k < count else None,
-                clear=float(np.mean(np.abs(drawn @ columns[:, k]) > CLEAR * after))
+                clear=float(np.mean(np.abs(draws @ columns[:, k]) > CLEAR * after))
                 if k < count
                 else None,
             )
         )
-    needed, at_rest = None, search.at_rest(search.wanted)
+    breakaways, at_rest = None, search.at_rest(search.contrasts)
     if goals is not None and np.any(search.ripple * at_rest):
-        needed = int(np.ceil(np.max((search.ripple * at_rest / goals) ** 2)))
+        breakaways = int(np.ceil(np.max((search.ripple * at_rest / goals) ** 2)))
     return Design(
         shape=shape,
         numbers=shape.numbers(search.limits, search.breakaway),
         time=time,
         current=search.current(shape, search.limits.time())[: len(time)],
-        speed=np.interp(time, search.time, gained.speed[0, 0]),
+        speed=np.interp(time, search.time, uncertainty.speed[0, 0]),
         wanted=tuple(rows[:count]),
         parameters=tuple(rows[count:]),
-        reached=reached,
+        reached=reach_time,
         history=(times[: last + 1], reliable[: last + 1, 0]),
-        events=float(np.median(gained.events[0, :, last])),
-        angles=float(np.median(gained.angles[0, :, last])),
+        events=float(np.median(uncertainty.events[0, :, last])),
+        angles=float(np.median(uncertainty.angles[0, :, last])),
         ripple=search.ripple,
-        needed=needed,
+        needed=breakaways,
         at_rest=bool(np.any(at_rest)),
         limits=search.limits,
         speed_sigma=speed_sigma,
-        candidates=tried,
+        candidates=candidates,
     )

@@ -114,12 +114,12 @@ class KnownWheel:
         effects: Mapping[str, Effect],
     ) -> Self:
         """Keep the parameters that any record of the wheel has."""
-        known = (*wheel_dimensions(model), "current_bias")
-        places = [k for k, n in enumerate(names) if n in known]
+        wheel_names = (*wheel_dimensions(model), "current_bias")
+        places = [k for k, n in enumerate(names) if n in wheel_names]
         ripple = effects.get(RIPPLE)
         return cls(
             model=model,
-            values={n: values.get(n, 0.0) for n in known},
+            values={n: values.get(n, 0.0) for n in wheel_names},
             names=tuple(names[k] for k in places),
             covariance=covariance[np.ix_(places, places)],
             speed_sigma=speed_sigma or None,
@@ -167,11 +167,11 @@ class KnownWheel:
             InputError: The text is no combination of parameters of one dimension.
         """
         dimensions = {**wheel_dimensions(self.model), "current_bias": "current"}
-        chosen = np.array(self.names)[self.contrast(text, where) != 0.0]
-        found = {dimensions[name] for name in chosen}
-        if len(found) > 1:
+        names = np.array(self.names)[self.contrast(text, where) != 0.0]
+        term_dimensions = {dimensions[name] for name in names}
+        if len(term_dimensions) > 1:
             raise InputError(f"{where}: found {text!r}, expected parameters of one unit")
-        return found.pop()
+        return term_dimensions.pop()
 
     def draws(self, count: int, random: np.random.Generator, ripple: float = 0.0) -> Matrix:
         """Draw wheels from the distribution of the estimates, without impossible ones.
@@ -188,19 +188,19 @@ class KnownWheel:
             torque.
         """
         every = list(self.values)
-        drawn = np.tile([self.values[n] for n in every], (_TRIALS * count, 1))
+        samples = np.tile([self.values[n] for n in every], (_TRIALS * count, 1))
         places = [every.index(n) for n in self.names]
-        noise = random.standard_normal((len(drawn), len(places)))
-        drawn[:, places] += noise @ square_root(self.covariance).T
-        limited = self.nearest_possible(drawn)
-        possible = np.flatnonzero(np.all(limited == drawn, axis=1))
-        order = np.concatenate([possible, np.setdiff1d(np.arange(len(drawn)), possible)])
-        chosen = limited[order[:count]]
+        noise = random.standard_normal((len(samples), len(places)))
+        samples[:, places] += noise @ square_root(self.covariance).T
+        nearest = self.nearest_possible(samples)
+        possible = np.flatnonzero(np.all(nearest == samples, axis=1))
+        order = np.concatenate([possible, np.setdiff1d(np.arange(len(samples)), possible)])
+        wheels = nearest[order[:count]]
         for name, reference in self.model.vanishing_at.items():
-            place = every.index(name)
-            chosen[:, place] += ripple * random.standard_normal(count)
-            chosen[:, place] = np.maximum(chosen[:, place], chosen[:, every.index(reference)])
-        return chosen
+            index = every.index(name)
+            wheels[:, index] += ripple * random.standard_normal(count)
+            wheels[:, index] = np.maximum(wheels[:, index], wheels[:, every.index(reference)])
+        return wheels
 
     def nearest_possible(self, drawn: Matrix) -> Matrix:
         """Nearest wheels that can exist.
@@ -208,18 +208,18 @@ class KnownWheel:
         Args:
             drawn: Parameters in the order of `values`, (m, all), SI.
         """
-        every, found = list(self.values), drawn.copy()
+        every, wheels = list(self.values), drawn.copy()
         for name in set(self.model.dimensions()) - set(self.model.signed()):
             least = 0.1 * self.values[name] if name in self.model.held_by_default else 0.0
-            found[:, every.index(name)] = np.maximum(found[:, every.index(name)], least)
+            wheels[:, every.index(name)] = np.maximum(wheels[:, every.index(name)], least)
         for name in ("inertia", "motor_constant"):
-            value, place = self.values[name], every.index(name)
-            share = found[:, place] / value
-            found[:, place] = value * np.maximum(share, 0.1)
+            value, index = self.values[name], every.index(name)
+            share = wheels[:, index] / value
+            wheels[:, index] = value * np.maximum(share, 0.1)
         for name, reference in self.model.vanishing_at.items():
-            place = every.index(name)
-            found[:, place] = np.maximum(found[:, place], found[:, every.index(reference)])
-        return found
+            index = every.index(name)
+            wheels[:, index] = np.maximum(wheels[:, index], wheels[:, every.index(reference)])
+        return wheels
 
 
 def _content(path: Path, content: Mapping[str, Any]) -> tuple[Any, ...]:
@@ -234,7 +234,7 @@ def _content(path: Path, content: Mapping[str, Any]) -> tuple[Any, ...]:
         model = friction_law(content["model"], f"{path}: model")
     else:
         digests = {str(name): str(digest) for name, digest in law["sources"].items()}
-        found, _ = law_below(path.parent, law["python"], f"{path}: law", digests)
-        model = static(found, f"{path}: law")
+        law_class, _ = law_below(path.parent, law["python"], f"{path}: law", digests)
+        model = static(law_class, f"{path}: law")
     effects = {e["name"]: Effect(**e) for e in content.get("effects", ())}
     return model, values, names, covariance, noise, effects

@@ -54,14 +54,14 @@ def _program(model: type[Friction], places: tuple[int, ...]):
         # in units of the earlier uncertainty, so that the matrix is well conditioned
         columns = jnp.column_stack([jacobian[:, jnp.array(places)], jacobian[:, -1]])
         rows = columns @ root / noise
-        added = jax.ops.segment_sum(rows[:, :, None] * rows[:, None, :], part, CHECKPOINTS)
-        information = jnp.eye(len(root)) + jnp.cumsum(added, axis=0)
+        increments = jax.ops.segment_sum(rows[:, :, None] * rows[:, None, :], part, CHECKPOINTS)
+        information = jnp.eye(len(root)) + jnp.cumsum(increments, axis=0)
         covariance = (root @ jnp.linalg.inv(information) @ root.T)[:, :-1, :-1]
         starts = (speed[:-1] == 0.0) & (speed[1:] != 0.0)
-        # information of the mean of a torque with the correlation exp(-turned / RETURN)
-        turned = jnp.cumsum(0.5 * jnp.abs(speed[1:] + speed[:-1]) * jnp.diff(time))
-        last = jax.lax.cummax(jnp.where(starts, turned, -jnp.inf))
-        apart = turned - jnp.append(-jnp.inf, last[:-1])
+        # information of the mean of a torque with the correlation exp(-angle / RETURN)
+        angle = jnp.cumsum(0.5 * jnp.abs(speed[1:] + speed[:-1]) * jnp.diff(time))
+        last = jax.lax.cummax(jnp.where(starts, angle, -jnp.inf))
+        apart = angle - jnp.append(-jnp.inf, last[:-1])
         alone = jnp.where(starts, jnp.tanh(0.5 * apart / RETURN), 0.0)
         counts = jnp.column_stack([starts, alone])
         events, angles = jax.ops.segment_sum(counts, part[1:], CHECKPOINTS).T
@@ -115,12 +115,12 @@ def information_gained(
     noise = np.float64(speed_sigma)  # a number of Python would compile the program again
     lanes = [(b, d) for b in range(len(currents)) for d in range(len(wheels))]
     theta = np.column_stack([wheels, np.full(len(wheels), initial_speed)])
-    found = []
+    parts = []
     for first in range(0, len(lanes), LANES):
         group = [lanes[k % len(lanes)] for k in range(first, first + LANES)]
         b, d = (np.array(index) for index in zip(*group, strict=True))
         result = program(theta[d], currents[b], time, noise, jnp.asarray(part), full)
-        found.append([np.asarray(column) for column in result])
-    joined = [np.concatenate(column)[: len(lanes)] for column in zip(*found, strict=True)]
+        parts.append([np.asarray(column) for column in result])
+    fields = [np.concatenate(column)[: len(lanes)] for column in zip(*parts, strict=True)]
     shape = (len(currents), len(wheels))
-    return Gained(*(column.reshape(*shape, *column.shape[1:]) for column in joined))
+    return Gained(*(column.reshape(*shape, *column.shape[1:]) for column in fields))

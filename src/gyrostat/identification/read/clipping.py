@@ -45,20 +45,20 @@ def clipped_current(record: Record) -> Finding | None:
     """
     stretches, count = _stretches(record), len(record.time)
     fewest, most = STRETCHES
-    everything = sum(last - first for first, last in stretches) == count
-    if everything or not fewest <= len(stretches) <= most or count < FEWEST_WINDOWS:
+    constant = sum(last - first for first, last in stretches) == count
+    if constant or not fewest <= len(stretches) <= most or count < FEWEST_WINDOWS:
         return None
     columns = np.zeros((count, len(stretches)))
     for k, (first, last) in enumerate(stretches):
         columns[first:last, k] = record.current[first:last]
     speed = filled_speed(record)
     _, plain = motion_regression(record.time, record.current, speed)
-    found, better = motion_regression(record.time, record.current, speed, columns)
-    freedom = min(WINDOWS, count - 1) - len(found)
+    coefficients, better = motion_regression(record.time, record.current, speed, columns)
+    freedom = min(WINDOWS, count - 1) - len(coefficients)
     gain = (plain - better) / len(stretches)
-    if found[0] == 0.0 or freedom < 1 or not gain * freedom > CLEAR_F * better:
+    if coefficients[0] == 0.0 or freedom < 1 or not gain * freedom > CLEAR_F * better:
         return None
-    excess = found[3:] / found[0]
+    excess = coefficients[3:] / coefficients[0]
     if np.min(excess) < BELOW or np.max(excess) < EXCEEDED:
         return None
     evidence = WINDOWS * float(np.log(plain / max(better, np.finfo(float).tiny)))
@@ -74,8 +74,8 @@ def without_clipped(record: Record) -> Record:
         record: Record with a clipped current.
     """
     stretches = _stretches(record)
-    none = np.zeros(len(record.time), dtype=bool)
-    after = (none if record.restart is None else record.restart).copy()
+    no_restarts = np.zeros(len(record.time), dtype=bool)
+    after = (no_restarts if record.restart is None else record.restart).copy()
     for first, last in stretches:
         after[first + 1 : last + 1] = True
     samples = sum(last - first for first, last in stretches)

@@ -122,14 +122,14 @@ def fastest_acceleration(record: Record, lines: list[Line], floor: float) -> flo
         lines: Lines in time order.
         floor: Noise of the speed, rad/s.
     """
-    found = [0.0]
+    accelerations = [0.0]
     for line in lines:
         if len(line.index) > 2 and abs(line.rise) > CLEAR_MOTION * max(line.scatter, floor):
-            found.append(abs(line.rise) / np.ptp(record.time[line.index]))
+            accelerations.append(abs(line.rise) / np.ptp(record.time[line.index]))
     for before, after in pairwise(lines):
         old, new = before.index[-JUMP_SAMPLES:], after.index[:JUMP_SAMPLES]
         jump = abs(record.speed[new].mean() - record.speed[old].mean())
         noise = max(before.scatter, after.scatter, floor)
         if jump > CLEAR_MOTION * noise * np.sqrt(1.0 / len(old) + 1.0 / len(new)):
-            found.append(jump / (record.time[new].mean() - record.time[old].mean()))
-    return float(max(found))
+            accelerations.append(jump / (record.time[new].mean() - record.time[old].mean()))
+    return float(max(accelerations))

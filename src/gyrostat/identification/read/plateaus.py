@@ -75,7 +75,7 @@ def _noise(speed: Vector) -> float:
     return max(scatter(speed[::stride]) for stride in (1, MIN_SAMPLES // 2, MIN_SAMPLES))
 
 
-def _hidden(misfit: Vector, step: float | None) -> float:
+def _rounding_sigma(misfit: Vector, step: float | None) -> float:
     """Standard deviation of the mean's error that quantisation causes.
 
     Args:
@@ -99,7 +99,7 @@ def mean_sigma(samples: Vector, step: float | None) -> float:
     count = len(samples)
     misfit = samples - samples.mean()
     variance = serial_meat(misfit[:, None], correlation_length(misfit))[0, 0] / count**2
-    return float(np.hypot(np.sqrt(variance * count / (count - 1.0)), _hidden(misfit, step)))
+    return float(np.hypot(np.sqrt(variance * count / (count - 1.0)), _rounding_sigma(misfit, step)))
 
 
 def _drift(time: Vector, speed: Vector, step: float | None, least: float) -> tuple[float, float]:
@@ -113,21 +113,21 @@ def _drift(time: Vector, speed: Vector, step: float | None, least: float) -> tup
     misfit = speed - speed.mean() - rate * t
     meat = serial_meat((t * misfit)[:, None], correlation_length(misfit))[0, 0] / power**2
     # quantisation that does not average out hides a difference between the two ends
-    ends = np.sqrt(2.0) * _hidden(misfit, step) / (time[-1] - time[0])
+    ends = np.sqrt(2.0) * _rounding_sigma(misfit, step) / (time[-1] - time[0])
     return rate, float(np.hypot(np.sqrt(max(meat, least**2 / power)), ends))
 
 
-def _settled(record: Record, line: Line, least: float) -> NDArray[np.intp]:
+def _trim(record: Record, line: Line, least: float) -> NDArray[np.intp]:
     """Samples of a line without the end parts that differ from the rest."""
     parts = np.array_split(line.index, PARTS)
 
-    def stands_out(part: NDArray[np.intp], rest: NDArray[np.intp]) -> bool:
+    def stands_out(part: NDArray[np.intp], remainder: NDArray[np.intp]) -> bool:
         for series, small in (
             (record.speed, least),
-            (record.current, SMALL * abs(record.current[rest].mean())),
+            (record.current, SMALL * abs(record.current[remainder].mean())),
         ):
-            sigma = mean_sigma(series[rest], None) * np.sqrt(1.0 + len(rest) / len(part))
-            if abs(series[part].mean() - series[rest].mean()) > max(CLEAR * sigma, small):
+            sigma = mean_sigma(series[remainder], None) * np.sqrt(1.0 + len(remainder) / len(part))
+            if abs(series[part].mean() - series[remainder].mean()) > max(CLEAR * sigma, small):
                 return True
         return False
 
@@ -176,7 +176,7 @@ def find_plateaus(record: Record, speed_sigma: float | None = None) -> list[Plat
     for line in lines:
         if len(line.index) < MIN_SAMPLES:
             continue
-        part = _settled(record, line, least)
+        part = _trim(record, line, least)
         speed, current = record.speed[part], record.current[part]
         scatter = max(float(np.std(speed)), least)
         drift, drift_sigma = _drift(record.time[part], speed, speed_step, least)

@@ -83,8 +83,8 @@ def motion_regression(
     right = np.diff(smooth[edges])
     size = np.linalg.norm(rows, axis=0)
     size = np.where(size > 0.0, size, 1.0)
-    solved = np.linalg.lstsq(rows / size, right, rcond=1e-10)[0] / size
-    return solved, float(np.sum((right - rows @ solved) ** 2))
+    coefficients = np.linalg.lstsq(rows / size, right, rcond=1e-10)[0] / size
+    return coefficients, float(np.sum((right - rows @ coefficients) ** 2))
 
 
 def _both_ways(values: Vector, clear: float) -> bool:
@@ -141,8 +141,8 @@ def signed_current(record: Record) -> Record:
         acceleration = _smooth(np.gradient(speed, record.time))
         guide = acceleration
         for _ in range(ROUNDS):
-            signed = np.where(guide < 0.0, -size, size)
-            (_, viscous, coulomb), _ = motion_regression(record.time, signed, speed)
+            trial = np.where(guide < 0.0, -size, size)
+            (_, viscous, coulomb), _ = motion_regression(record.time, trial, speed)
             guide = acceleration + max(viscous, 0.0) * speed + max(coulomb, 0.0) * np.sign(speed)
     current = np.where(guide < 0.0, -size, size)
     return replace(
@@ -174,13 +174,13 @@ def lost_sign(record: Record) -> Finding | None:
     if turns_both_ways:
         if np.any(record.current < 0.0) and np.any(record.current > 0.0):
             return None
-        name, other = "unsigned_current", signed_current(record)
+        name, candidate = "unsigned_current", signed_current(record)
     else:
-        name, other = "unsigned_speed", signed_speed(record)
-        if other is None or np.min(_smooth(speed)) < -clear:
+        name, candidate = "unsigned_speed", signed_speed(record)
+        if candidate is None or np.min(_smooth(speed)) < -clear:
             return None
     _, misfit = motion_regression(record.time, record.current, speed)
-    _, better = motion_regression(record.time, other.current, filled_speed(other))
+    _, better = motion_regression(record.time, candidate.current, filled_speed(candidate))
     if not better < CLEARLY_BETTER * misfit:
         return None
     evidence = WINDOWS * float(np.log(misfit / max(better, np.finfo(float).tiny)))

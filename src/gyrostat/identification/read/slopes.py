@@ -24,10 +24,10 @@ def temperature_offsets(records: Sequence[Record]) -> tuple[float, ...]:
         One value for each record; empty if the temperatures are unknown or lie within `DISTINCT`.
     """
     means = [None if r.temperature is None else float(np.mean(r.temperature)) for r in records]
-    known = [t for t in means if t is not None]
-    if len(known) < max(len(records), 2) or np.ptp(known) < DISTINCT:
+    temperatures = [t for t in means if t is not None]
+    if len(temperatures) < max(len(records), 2) or np.ptp(temperatures) < DISTINCT:
         return ()
-    return tuple(t - float(np.mean(known)) for t in known)
+    return tuple(t - float(np.mean(temperatures)) for t in temperatures)
 
 
 def slope_dimensions(model: type[Friction]) -> dict[str, str]:

@@ -137,26 +137,26 @@ def block_tests(residual: Vector, fitted: Matrix | None = None) -> dict[int, flo
     count = len(residual)
     basis = np.zeros((count, 0))
     if fitted is not None:
-        left, size, _ = np.linalg.svd(fitted, full_matrices=False)
-        basis = left[:, size > 1e-10 * size.max(initial=0.0)]
+        vectors, size, _ = np.linalg.svd(fitted, full_matrices=False)
+        basis = vectors[:, size > 1e-10 * size.max(initial=0.0)]
     fewest = max(FEWEST_BLOCKS, 2 * basis.shape[1] + 2)
-    total, found, length = float(residual @ residual), {}, 2
+    total, probabilities, length = float(residual @ residual), {}, 2
     while count // length >= fewest:
         blocks = count // length
-        used = blocks * length
-        sums = residual[:used].reshape(blocks, length).sum(axis=1)
-        taken = basis[:used].reshape(blocks, length, basis.shape[1]).sum(axis=1)
+        end = blocks * length
+        sums = residual[:end].reshape(blocks, length).sum(axis=1)
+        basis_sums = basis[:end].reshape(blocks, length, basis.shape[1]).sum(axis=1)
         between = float(sums @ sums) / length
-        freedom = blocks - float(np.sum(taken**2)) / length
-        rest = count - basis.shape[1] - freedom
+        freedom = blocks - float(np.sum(basis_sums**2)) / length
+        within_freedom = count - basis.shape[1] - freedom
         within = max(total - between, np.finfo(float).tiny)
-        ratio = (between / freedom) / (within / rest)
-        above, below = 2.0 / (9.0 * freedom), 2.0 / (9.0 * rest)
+        ratio = (between / freedom) / (within / within_freedom)
+        above, below = 2.0 / (9.0 * freedom), 2.0 / (9.0 * within_freedom)
         deviation = (1.0 - below) * np.cbrt(ratio) - (1.0 - above)
         z = deviation / np.sqrt(below * np.cbrt(ratio) ** 2 + above)
-        found[length] = math.erfc(abs(z) / math.sqrt(2.0))
+        probabilities[length] = math.erfc(abs(z) / math.sqrt(2.0))
         length *= 2
-    return found
+    return probabilities
 
 
 def whiteness(
@@ -222,8 +222,8 @@ def quantum(values: Vector) -> float | None:
         return None
     gaps = np.diff(levels)
     step = float(gaps.min())
-    whole = np.abs(gaps / step - np.round(gaps / step))
-    return step if step > 0.0 and float(whole.max()) < 0.05 else None
+    remainder = np.abs(gaps / step - np.round(gaps / step))
+    return step if step > 0.0 and float(remainder.max()) < 0.05 else None
 
 
 def crossing_times(time: Vector, speed: Vector, noise: float) -> Vector:
