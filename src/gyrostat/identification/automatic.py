@@ -75,7 +75,7 @@ class _Choice:
         return f"{self.loss} loss" if self.loss != before.loss else f"model {self.model}"
 
 
-def _restored(record: Record) -> Record:
+def _restore(record: Record) -> Record:
     """Record with a missing sign restored and intervals of clipped current removed."""
     finding = lost_sign(record)
     if finding is not None:
@@ -100,11 +100,11 @@ def solve_automatically(problem: Problem, *, on_progress: Progress | None = None
     Raises:
         InputError: The records or the request cannot give an estimate.
     """
-    problem = replace(problem, records=tuple(_restored(record) for record in problem.records))
+    problem = replace(problem, records=tuple(_restore(record) for record in problem.records))
 
-    def fitted(choice: _Choice) -> Fit:
+    def fit_choice(choice: _Choice) -> Fit:
         law = friction_law(choice.model)
-        known = SpeedPrediction(problem.records, law, "zero-order").names
+        names = SpeedPrediction(problem.records, law, "zero-order").names
         wider = replace(
             problem,
             model=law,
@@ -112,26 +112,26 @@ def solve_automatically(problem: Problem, *, on_progress: Progress | None = None
             loss=choice.loss,
             include=choice.include,
         )
-        return solve(wider.named({name: name for name in known}), on_progress=on_progress)
+        return solve(wider.named({name: name for name in names}), on_progress=on_progress)
 
     def attempt(choice: _Choice) -> Fit | None:
         try:
-            fit = fitted(choice)
+            fit = fit_choice(choice)
         except InputError:
             return None
         return fit if fit.converged else None
 
     choice, causes = _Choice(loss=problem.loss), []
-    fit, refused = fitted(choice), set()
+    fit, failures = fit_choice(choice), set()
     for _ in range(MOST_STEPS):
-        trials = [(f, choice.with_finding(f)) for f in fit.findings if f.names[0] not in refused]
+        trials = [(f, choice.with_finding(f)) for f in fit.findings if f.names[0] not in failures]
         step = next(((f, c) for f, c in trials if c is not None), None)
         if step is None:
             break
         finding, wider = step
         richer = attempt(wider)
         if richer is None or (richer.impossible and not fit.impossible):
-            refused.add(finding.names[0])
+            failures.add(finding.names[0])
             continue
         causes.append(f"{wider.change(choice)} ({' or '.join(finding.titles)})")
         fit, choice = richer, wider

@@ -62,28 +62,28 @@ def candidates_of(
         usual.append(known.model)
     laws = [friction_law(model) for model in models or usual]
     every = {p for law in (*laws, *usual) for p in law.dimensions()}
-    ended: list[tuple[str, Fit | None, str]] = []
+    outcomes: list[tuple[str, Fit | None, str]] = []
     for law in laws:
         name, absent = law.name, every - set(law.dimensions())
         if known is not None and known.model.name == name and not known.effects:
-            ended.append((name, known, ""))
+            outcomes.append((name, known, ""))
             continue
         try:
-            kept = {n: n for n in problem.asked - absent}
-            alike = replace(problem.named(kept), model=law, white_noise=True)
-            fit = solve(alike)
-            ended.append((name, fit, ""))
+            names = {n: n for n in problem.asked - absent}
+            candidate = replace(problem.named(names), model=law, white_noise=True)
+            fit = solve(candidate)
+            outcomes.append((name, fit, ""))
         except InputError as error:
-            ended.append((name, None, str(error)))
-    valid = [fit for _, fit, _ in ended if fit is not None and fit.converged]
+            outcomes.append((name, None, str(error)))
+    valid = [fit for _, fit, _ in outcomes if fit is not None and fit.converged]
     if not valid:
-        return [Candidate(name, fit, None, None, None, why) for name, fit, why in ended]
+        return [Candidate(name, fit, None, None, None, why) for name, fit, why in outcomes]
     noise = min(valid, key=lambda f: f.speed_sigma).speed_sigmas
     size = {id(f): (_deviance(f, noise, chosen_loss), len(f.names)) for f in valid}
     aic = {key: deviance + 2.0 * count for key, (deviance, count) in size.items()}
     bic = {key: d + count * np.log(valid[0].samples) for key, (d, count) in size.items()}
     rows = []
-    for name, fit, why in ended:
+    for name, fit, why in outcomes:
         if fit is None or not fit.converged:
             rows.append(Candidate(name, fit, None, None, None, why or "did not converge"))
             continue
@@ -107,6 +107,6 @@ def _held_out(fit: Fit, records: Sequence[Record], current_hold: CurrentHold) ->
     if not records:
         return None
     wheel = {n: v for n, v in fit.parameters.items() if not n.startswith("initial_speed")}
-    seen = [validate(fit.model, wheel, r, current_hold=current_hold) for r in records]
-    total = sum(v.samples for v in seen)
-    return float(np.sqrt(sum(v.rms_speed**2 * v.samples for v in seen) / total))
+    validations = [validate(fit.model, wheel, r, current_hold=current_hold) for r in records]
+    total = sum(v.samples for v in validations)
+    return float(np.sqrt(sum(v.rms_speed**2 * v.samples for v in validations) / total))

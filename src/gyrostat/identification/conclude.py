@@ -54,7 +54,7 @@ class _Estimate:
     scores: tuple[Score, ...] = ()
 
 
-def _averaged(
+def _average(
     prediction: SpeedPrediction,
     selection: Selection,
     outcome: Outcome,
@@ -67,11 +67,11 @@ def _averaged(
 ) -> _Estimate:
     """Average over effects outside the model; `plain` if the averaged estimate is not valid."""
     index, linear = selection.index(prediction), plain.linear
-    everything = dict(zip(prediction.names, outcome.values.tolist(), strict=True))
+    parameters = dict(zip(prediction.names, outcome.values.tolist(), strict=True))
     formal = dict(zip(selection.free, np.sqrt(np.diag(plain.covariance)).tolist(), strict=True))
-    allowed = nuisances(prediction, linear, everything, formal)
-    further = candidates(prediction, linear, everything)
-    allowed += [effect for effect in further if effect.name in include]
+    effects = nuisances(prediction, linear, parameters, formal)
+    further = candidates(prediction, linear, parameters)
+    effects += [effect for effect in further if effect.name in include]
     beside = [effect for effect in further if effect.name not in include]
     segments = []
     for record, each, sigma in zip(prediction.records, linear, sigmas, strict=True):
@@ -81,16 +81,16 @@ def _averaged(
                 residual=residual,
                 rows=each.jacobian[:, index],
                 linear=each,
-                noise=torque_noise(prediction, record, each, everything),
+                noise=torque_noise(prediction, record, each, parameters),
                 sigma=sigma,
                 weight=loss.weight(np.nan_to_num(residual) / sigma),
             )
         )
     x = outcome.values[index]
     try:
-        found = average(
+        mixture = average(
             segments,
-            allowed,
+            effects,
             selection.prior,
             x,
             selection.scale,
@@ -98,33 +98,33 @@ def _averaged(
             beside=beside,
             names=selection.free,
             ripple=ripple,
-            resolution=resolution(prediction, everything, formal),
+            resolution=resolution(prediction, parameters, formal),
         )
     except np.linalg.LinAlgError:
         return plain
     values = outcome.values.copy()
-    values[index] = x + found.shift
-    shifted = prediction.linearise(values)
-    if shifted is None or prediction.stuck([(s.speed, s.jacobian) for s in shifted], sigmas):
-        return replace(plain, findings=found.findings, scores=found.scores)
+    values[index] = x + mixture.shift
+    final = prediction.linearise(values)
+    if final is None or prediction.stuck([(s.speed, s.jacobian) for s in final], sigmas):
+        return replace(plain, findings=mixture.findings, scores=mixture.scores)
     speeds = []
-    for k, each in enumerate(shifted):
-        columns = [effect.columns[k] for effect in allowed]
-        speeds.append(each.speed + np.column_stack(columns) @ found.coefficients)
+    for k, each in enumerate(final):
+        columns = [effect.columns[k] for effect in effects]
+        speeds.append(each.speed + np.column_stack(columns) @ mixture.coefficients)
     return _Estimate(
         values=values,
-        covariance=found.covariance,
+        covariance=mixture.covariance,
         predicted=tuple(speeds),
-        linear=shifted,
-        effects=found.effects,
-        findings=found.findings,
-        scores=found.scores,
+        linear=final,
+        effects=mixture.effects,
+        findings=mixture.findings,
+        scores=mixture.scores,
     )
 
 
 def _widening(model, names: Sequence[str], honest: Matrix, formal: Matrix) -> dict[str, float]:
     """Name -> standard deviation of its effect, relative to that in white noise alone."""
-    found = {}
+    factors = {}
     for k, name in enumerate(names):
         contrast = np.eye(len(names))[k]
         reference = model.vanishing_at.get(name)
@@ -133,8 +133,8 @@ def _widening(model, names: Sequence[str], honest: Matrix, formal: Matrix) -> di
         ratio = (contrast @ honest @ contrast) / max(
             contrast @ formal @ contrast, np.finfo(float).tiny
         )
-        found[name] = float(np.sqrt(max(ratio, 1.0)))
-    return found
+        factors[name] = float(np.sqrt(max(ratio, 1.0)))
+    return factors
 
 
 def conclude(
@@ -177,7 +177,7 @@ def conclude(
     if solution.converged and not white_noise:
         smallest = NUMERICAL_NOISE * deterministic.speed_level
         sigmas = speed_sigmas if sigma_given else [max(n, smallest) for n in noise]
-        best = _averaged(
+        best = _average(
             prediction,
             selection,
             outcome,
@@ -190,7 +190,7 @@ def conclude(
         )
     wider = widened(best.covariance, np.sqrt(np.diag(formal)))
     counts = [int(r.valid.sum()) for r in records]
-    everything = dict(zip(prediction.names, best.values.tolist(), strict=True))
+    parameters = dict(zip(prediction.names, best.values.tolist(), strict=True))
     crossings = sum(
         len(crossing_times(r.time, speed, sigma))
         for r, speed, sigma in zip(records, plain.predicted, speed_sigmas, strict=True)
@@ -204,11 +204,11 @@ def conclude(
         covariance=wider,
         noise_sigma=np.sqrt(np.diag(formal)),
         least_squares=outcome.values[index],
-        held={n: v for n, v in everything.items() if n not in selection.free},
+        held={n: v for n, v in parameters.items() if n not in selection.free},
         observability=observability(
             prediction,
             selection,
-            everything,
+            parameters,
             solution,
             deterministic,
             _widening(prediction.model, selection.free, wider, formal),
@@ -241,18 +241,18 @@ def conclude(
             ),
             tolerances,
         )
-    left = [record.speed - speed for record, speed in zip(records, plain.predicted, strict=True)]
-    used = [each[record.valid] for each, record in zip(left, records, strict=True)]
-    levels = residual_levels(used, len(selection.free), loss)
-    stated = speed_sigmas if sigma_given else [None] * len(records)
-    parts = zip(records, levels, stated, noise, strict=True)
-    scatter = [Scatter(r.name, level, given, each) for r, level, given, each in parts]
+    residuals = [r.speed - speed for r, speed in zip(records, plain.predicted, strict=True)]
+    valid_residuals = [each[record.valid] for each, record in zip(residuals, records, strict=True)]
+    levels = residual_levels(valid_residuals, len(selection.free), loss)
+    stated_sigmas = speed_sigmas if sigma_given else [None] * len(records)
+    parts = zip(records, levels, stated_sigmas, noise, strict=True)
+    scatter = [Scatter(r.name, level, stated, each) for r, level, stated, each in parts]
     silent = bool(best.effects) or white_noise or not solution.converged
     faults = [
-        f for record, each in zip(records, left, strict=True) for f in found_in(record, each, loss)
+        f for r, each in zip(records, residuals, strict=True) for f in found_in(r, each, loss)
     ]
-    refused = () if silent else (UNJUDGED,)
-    return judged(fit, solution.reason, scatter, faults=faults, refused=refused)
+    reasons = () if silent else (UNJUDGED,)
+    return judged(fit, solution.reason, scatter, faults=faults, refused=reasons)
 
 
 def with_tolerances(fit: Fit, errors: Propagated, tolerances: Mapping[str, float]) -> Fit:

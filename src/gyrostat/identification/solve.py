@@ -50,18 +50,18 @@ SHOWN = 3000
 reveal, come from the wheel or from pooled samples that share their ends."""
 
 
-def _given_sigmas(
+def _speed_sigmas(
     speed_sigma: float | Sequence[float] | None, count: int
 ) -> tuple[float, ...] | None:
     """Stated noise of each record, rad/s, or None."""
     if speed_sigma is None:
         return None
-    given = np.atleast_1d(np.asarray(speed_sigma, dtype=float)).tolist()
-    for sigma in given:
+    sigmas = np.atleast_1d(np.asarray(speed_sigma, dtype=float)).tolist()
+    for sigma in sigmas:
         check_sigma(sigma)
-    if len(given) not in (1, count):
-        raise InputError(f"speed sigma: found {len(given)} values, expected 1 or {count}")
-    return tuple(given * count if len(given) == 1 else given)
+    if len(sigmas) not in (1, count):
+        raise InputError(f"speed sigma: found {len(sigmas)} values, expected 1 or {count}")
+    return tuple(sigmas * count if len(sigmas) == 1 else sigmas)
 
 
 def _explains(outcome: Outcome, measure: Measurements, loss: Loss, noise: Sequence[float]) -> bool:
@@ -70,9 +70,9 @@ def _explains(outcome: Outcome, measure: Measurements, loss: Loss, noise: Sequen
     levels = residual_levels(parts, len(outcome.solution.x), loss)
     if not outcome.solution.converged or max(levels) > EXCESS:
         return False
-    left = [k * sigma / n for k, sigma, n in zip(levels, measure.sigmas, noise, strict=True) if n]
+    ratios = [k * sigma / n for k, sigma, n in zip(levels, measure.sigmas, noise, strict=True) if n]
     residual = outcome.solution.residual
-    if len(residual) < FEW or max(left, default=0.0) < EXPLAINED:
+    if len(residual) < FEW or max(ratios, default=0.0) < EXPLAINED:
         return True
     test = whiteness(residual, power=SHOWN)
     return min(test.runs_probability, test.ljung_box_probability) > CHANCE
@@ -142,9 +142,9 @@ def solve(
     pooled = [pool(cut(record)) for record in problem.records]
     records = tuple(record for record, _ in pooled)
     chosen_loss = loss_named(problem.loss)
-    given = _given_sigmas(problem.speed_sigma, len(records))
-    if given is not None:
-        given = tuple(s / np.sqrt(size) for s, (_, size) in zip(given, pooled, strict=True))
+    sigmas = _speed_sigmas(problem.speed_sigma, len(records))
+    if sigmas is not None:
+        sigmas = tuple(s / np.sqrt(size) for s, (_, size) in zip(sigmas, pooled, strict=True))
     prediction = SpeedPrediction(records, friction_law(problem.model), problem.current_hold)
     check_signals(records)
     deterministic = integral_regression(records)
@@ -154,29 +154,29 @@ def solve(
     noise = [noise_level(r.speed[r.valid]) for r in records]
     check_excitation(records, prediction.model, selection.free, noise)
     smallest = NUMERICAL_NOISE * deterministic.speed_level
-    measure = Measurements(prediction, given or [max(n, smallest) for n in noise])
-    most = DEFAULT_ITERATIONS if problem.max_iterations is None else problem.max_iterations
+    measure = Measurements(prediction, sigmas or [max(n, smallest) for n in noise])
+    limit = DEFAULT_ITERATIONS if problem.max_iterations is None else problem.max_iterations
 
-    best = _search(selection, measure, chosen_loss, most, noise, on_progress)
+    best = _search(selection, measure, chosen_loss, limit, noise, on_progress)
     if best is None:
-        lost = [finding for r in records if (finding := lost_sign(r)) is not None]
-        if lost:
+        findings = [finding for r in records if (finding := lost_sign(r)) is not None]
+        if findings:
             raise InputError(
-                f"{place(records)}: found a {lost[0].titles[0]}, expected a signed one; "
-                f"{lost[0].options[0]} restores it"
+                f"{place(records)}: found a {findings[0].titles[0]}, expected a signed one; "
+                f"{findings[0].options[0]} restores it"
             )
         raise InputError(
             f"{place(records)}: found no start from which the modelled wheel turns as the record "
             "does, expected start or held values closer to this wheel"
         )
-    if given is None:
+    if sigmas is None:
         parts = measure.by_record(best.solution.residual)
         levels = residual_levels(parts, len(best.solution.x), chosen_loss)
-        seen = zip(levels, measure.sigmas, strict=True)
-        shown = Measurements(prediction, [max(level * s, smallest) for level, s in seen])
-        again = refine(selection, shown, best.values, chosen_loss, most, best.solution.iterations)
-        if again is not None:
-            best, measure = again, shown
+        pairs = zip(levels, measure.sigmas, strict=True)
+        final = Measurements(prediction, [max(level * s, smallest) for level, s in pairs])
+        last = refine(selection, final, best.values, chosen_loss, limit, best.solution.iterations)
+        if last is not None:
+            best, measure = last, final
     fit = conclude(
         problem,
         prediction,
@@ -191,7 +191,7 @@ def solve(
     if not (problem.posterior and fit.converged):
         return fit
     places = [fit.names.index(name) for name in selection.free]
-    found = sample_posterior(
+    posterior = sample_posterior(
         prediction,
         selection.free,
         fit.parameters,
@@ -201,4 +201,4 @@ def solve(
         () if problem.white_noise else fit.effects,
         on_progress=on_draws,
     )
-    return replace(fit, posterior=found)
+    return replace(fit, posterior=posterior)

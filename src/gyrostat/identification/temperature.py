@@ -41,14 +41,14 @@ def trends_of(
     temperatures: list[float] = []
     fits: list[Fit] = []
     means = [None if r.temperature is None else float(np.mean(r.temperature)) for r in records]
-    known = [t for t in means if t is not None]
-    if len(known) < 2 or np.ptp(known) < DISTINCT:
+    values = [t for t in means if t is not None]
+    if len(values) < 2 or np.ptp(values) < DISTINCT:
         return []
-    for place, (record, temperature) in enumerate(zip(records, means, strict=True)):
+    for index, (record, temperature) in enumerate(zip(records, means, strict=True)):
         if temperature is None:
             continue
         try:
-            fit = solve(problem.alone(place))
+            fit = solve(problem.alone(index))
             failure = "" if fit.converged else f"{record.name}: did not converge alone"
         except InputError as error:
             fit, failure = None, str(error)

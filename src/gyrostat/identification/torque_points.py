@@ -41,8 +41,8 @@ def _windows(record: Record, noise: float) -> Matrix:
     mean = speed.mean(axis=1)
     # exclude rest and changes of the sense of rotation
     moves = np.abs(mean) > 0.5 * np.abs(slope) * np.ptp(time, axis=1) + 2.0 * noise
-    when = (time[:, 0] - record.time[0]) / np.ptp(record.time)
-    return np.column_stack([mean, current.mean(axis=1), slope, when])[moves]
+    fraction = (time[:, 0] - record.time[0]) / np.ptp(record.time)
+    return np.column_stack([mean, current.mean(axis=1), slope, fraction])[moves]
 
 
 def torque_points(fit: Fit) -> FrictionPoints | None:
@@ -54,12 +54,12 @@ def torque_points(fit: Fit) -> FrictionPoints | None:
     Returns:
         Points with the standard errors of their means; None if the records give too few.
     """
-    known = fit.parameters
-    if not {"motor_constant", "inertia"} <= set(known):
+    wheel = fit.parameters
+    if not {"motor_constant", "inertia"} <= set(wheel):
         return None
-    speed, current, slope, when = _all_windows(fit).T
-    motor = known["motor_constant"] * (current + known.get("current_bias", 0.0))
-    return _binned(speed, motor - known["inertia"] * slope, when)
+    speed, current, slope, time = _all_windows(fit).T
+    motor = wheel["motor_constant"] * (current + wheel.get("current_bias", 0.0))
+    return _bin(speed, motor - wheel["inertia"] * slope, time)
 
 
 def _all_windows(fit: Fit) -> Matrix:
@@ -98,15 +98,15 @@ def torque_regression(fit: Fit) -> list[Regression]:
         empty if the records or the model do not allow it.
     """
     names = ("motor_constant", "viscous", "coulomb")
-    known = fit.parameters
-    if not {*names, "inertia"} <= set(known):
+    wheel = fit.parameters
+    if not {*names, "inertia"} <= set(wheel):
         return []
     speed, current, slope, _ = _all_windows(fit).T
-    bias = known.get("current_bias", 0.0)
+    bias = wheel.get("current_bias", 0.0)
     rows = np.column_stack([current + bias, -speed, -np.sign(speed)])
     free = [k for k, name in enumerate(names) if name in fit.names]
-    held = [k for k in range(len(names)) if k not in free]
-    right = known["inertia"] * slope - rows[:, held] @ np.array([known[names[k]] for k in held])
+    fixed = [k for k in range(len(names)) if k not in free]
+    right = wheel["inertia"] * slope - rows[:, fixed] @ np.array([wheel[names[k]] for k in fixed])
     rows = rows[:, free]
     if not free or len(right) < FEWEST * len(names):
         return []
@@ -114,27 +114,27 @@ def torque_regression(fit: Fit) -> list[Regression]:
     if not np.all(size > 0.0) or np.linalg.matrix_rank(rows / size) < len(free):
         return []
     inverse = np.linalg.inv((rows / size).T @ (rows / size)) / np.outer(size, size)
-    solved = inverse @ rows.T @ right
-    scatter = np.sum((right - rows @ solved) ** 2) / (len(right) - len(free))
-    found = []
-    for value, variance, k in zip(solved, scatter * np.diag(inverse), free, strict=True):
+    solution = inverse @ rows.T @ right
+    scatter = np.sum((right - rows @ solution) ** 2) / (len(right) - len(free))
+    table = []
+    for value, variance, k in zip(solution, scatter * np.diag(inverse), free, strict=True):
         sigma = fit.sigma[fit.names.index(names[k])]
-        apart = (value - known[names[k]]) / np.hypot(sigma, np.sqrt(variance))
-        found.append(Regression(names[k], float(value), float(np.sqrt(variance)), float(apart)))
-    return found
+        apart = (value - wheel[names[k]]) / np.hypot(sigma, np.sqrt(variance))
+        table.append(Regression(names[k], float(value), float(np.sqrt(variance)), float(apart)))
+    return table
 
 
-def _binned(speed: Vector, torque: Vector, when: Vector) -> FrictionPoints | None:
+def _bin(speed: Vector, torque: Vector, time: Vector) -> FrictionPoints | None:
     """Means and standard errors in bins of speed."""
     if len(speed) < FEWEST:
         return None
     width = float(np.max(np.abs(speed))) / BINS
-    place = np.floor(speed / width)
+    bin_index = np.floor(speed / width)
     rows = []
-    for k in np.unique(place):
-        in_bin = place == k
+    for k in np.unique(bin_index):
+        in_bin = bin_index == k
         count = int(in_bin.sum())
         if count >= FEWEST:
             error = float(np.std(torque[in_bin], ddof=1)) / np.sqrt(count)
-            rows.append((speed[in_bin].mean(), torque[in_bin].mean(), error, when[in_bin].mean()))
+            rows.append((speed[in_bin].mean(), torque[in_bin].mean(), error, time[in_bin].mean()))
     return FrictionPoints(*map(np.array, zip(*rows, strict=True))) if rows else None

@@ -39,18 +39,18 @@ UNKNOWN = 1e-12
 _Values = Mapping[str, Any]
 
 
-def _reached(record: Record, sense: int, noise: float) -> tuple[float, float]:
+def _largest_speed(record: Record, sense: int, noise: float) -> tuple[float, float]:
     """Largest speed in one sense held over `HELD` samples, and its standard deviation, rad/s.
 
-    The place is found in every second sample and the speed is the mean of the others, so that the
+    It is sought in every second sample and the speed is the mean of the others, so that the
     largest noise does not select itself.
     """
     speed = sense * record.speed[record.valid]
     pairs = speed[: 2 * (len(speed) // 2)].reshape(-1, 2)
     width = min(HELD, len(pairs))
     kernel = np.full(width, 1.0 / width)
-    place = int(np.argmax(np.convolve(pairs[:, 0], kernel, mode="valid")))
-    return float(pairs[place : place + width, 1].mean()), noise / np.sqrt(width)
+    start = int(np.argmax(np.convolve(pairs[:, 0], kernel, mode="valid")))
+    return float(pairs[start : start + width, 1].mean()), noise / np.sqrt(width)
 
 
 class _Test:
@@ -61,7 +61,7 @@ class _Test:
         self.values = {name: float(value) for name, value in model.values.items()}
         self.names, self.covariance = model.covariance()
         record = validation.record
-        self.speeds = {sense: _reached(record, sense, validation.noise) for sense in (1, -1)}
+        self.speeds = {sense: _largest_speed(record, sense, validation.noise) for sense in (1, -1)}
         self.current = float(np.max(np.abs(record.current)))
 
     def parameter(self, values: _Values, name: str, sense: int) -> Any:
@@ -121,10 +121,10 @@ class _Test:
             return "the model does not predict this record"
         if not np.any(slope @ self.covariance @ slope):
             return "its value is given without a standard deviation, not identified"
-        wanted = REACHED * limit.conditions.get("speed", 0.0)
-        reached = max(s for n, (s, _) in self.speeds.items() if sense in (0, n))
-        if reached < wanted:
-            return f"the record reaches only {plain(reached / RPM)} rpm"
+        required_speed = REACHED * limit.conditions.get("speed", 0.0)
+        largest_speed = max(s for n, (s, _) in self.speeds.items() if sense in (0, n))
+        if largest_speed < required_speed:
+            return f"the record reaches only {plain(largest_speed / RPM)} rpm"
         if self.current < REACHED * limit.conditions.get("current", 0.0):
             return f"the record reaches only {plain(self.current)} A"
         # the record gives torques and motor constant per inertia
@@ -133,22 +133,22 @@ class _Test:
             return ""
         size = np.array([abs(self.values[self.validation.names[k]]) for k in places])
         size = np.where(size > 0.0, size, 1.0)
-        known = self.validation.information[np.ix_(places, places)] * np.outer(size, size)
+        information = self.validation.information[np.ix_(places, places)] * np.outer(size, size)
         part = size * slope[places]
-        spread = part @ np.linalg.solve(known + UNKNOWN * np.eye(len(places)), part)
+        spread = part @ np.linalg.solve(information + UNKNOWN * np.eye(len(places)), part)
         if value**2 < CLEAR**2 * spread:
             return "the record alone does not determine it"
         return ""
 
-    def of_model(self, limit: Limit, sense: int, *, both: bool) -> Line:
+    def of_model(self, limit: Limit, sense: int, *, symmetric: bool) -> Line:
         """Line of a quantity that follows from the model."""
         value, gradient = jax.value_and_grad(self.quantity(limit, sense))(self.values)
         slope = np.array([float(gradient[n]) for n in self.names])
         sigma = float(np.sqrt(max(slope @ self.covariance @ slope, 0.0)))
-        shown = 0 if both else sense
-        why = self.unconfirmed(limit, slope, float(value), shown)
+        line_sense = 0 if symmetric else sense
+        why = self.unconfirmed(limit, slope, float(value), line_sense)
         verdict = NOT_JUDGED if why else judged(limit, float(value), sigma)
-        return Line(limit, shown, float(value), sigma, verdict, why)
+        return Line(limit, line_sense, float(value), sigma, verdict, why)
 
     def of_record(self, limit: Limit, sense: int) -> Line:
         """Line of a quantity that the record reaches: speed, or momentum at this speed."""
@@ -174,8 +174,11 @@ class _Test:
         if limit.quantity in ("speed_limit", "momentum_limit"):
             return [self.of_record(limit, sense) for sense in (1, -1)]
         ahead, back = (float(self.quantity(limit, sense)(self.values)) for sense in (1, -1))
-        both = bool(np.isclose(ahead, back, rtol=1e-12, atol=0.0))
-        return [self.of_model(limit, sense, both=both) for sense in ((1,) if both else (1, -1))]
+        symmetric = bool(np.isclose(ahead, back, rtol=1e-12, atol=0.0))
+        return [
+            self.of_model(limit, sense, symmetric=symmetric)
+            for sense in ((1,) if symmetric else (1, -1))
+        ]
 
 
 def accept(sheet: WheelSheet, model: WheelModel, validation: Validation) -> Acceptance:

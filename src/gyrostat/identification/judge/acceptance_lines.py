@@ -105,10 +105,10 @@ class Acceptance:
     def verdict(self) -> str:
         """Result of the test in one line."""
         count = Counter(line.verdict for line in self.lines if line.verdict != NO_LIMIT)
-        told = ", ".join(f"{n} {verdict}" for verdict, n in count.items()) or "no line has a limit"
+        text = ", ".join(f"{n} {verdict}" for verdict, n in count.items()) or "no line has a limit"
         complete = set(count) == {PASS}
         result = "REJECTED" if self.failed else "accepted" if complete else "NOT YET ACCEPTED"
-        return f"{self.sheet}: {result} ({told})"
+        return f"{self.sheet}: {result} ({text})"
 
     def to_dict(self) -> dict[str, object]:
         """Part `acceptance` of validation.json."""

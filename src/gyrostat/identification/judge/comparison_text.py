@@ -32,7 +32,7 @@ def _spread(item: BatchSpread) -> tuple[str, ...]:
     return item.parameter, measured(item.mean, item.mean_sigma), spread, item.unit
 
 
-def _tested(item: Any) -> tuple[str, str]:
+def _significance(item: Any) -> tuple[str, str]:
     chance = "< 0.0001" if item.chance < 1e-4 else f"{item.chance:.4f}"
     return chance, "YES" if item.significant else "no"
 
@@ -51,7 +51,7 @@ def tables(comparison: Comparison) -> list[tuple[str, tuple[str, ...], list[Any]
         (
             title,
             (*header, "p", "significant"),
-            [((*text(item), *_tested(item)), item) for item in items],
+            [((*text(item), *_significance(item)), item) for item in items],
         )
         for title, header, text, items in every
         if items
@@ -60,23 +60,23 @@ def tables(comparison: Comparison) -> list[tuple[str, tuple[str, ...], list[Any]
 
 def verdict(comparison: Comparison) -> str:
     """Result of a comparison in one sentence."""
-    changed = [f"{c.parameter} of {c.fit}" for c in comparison.changes if c.significant]
-    changed += [f"trend of {t.parameter}" for t in comparison.trends if t.significant]
-    changed += [f"spread of {s.parameter}" for s in comparison.spreads if s.significant]
-    told = ", ".join(changed) or "nothing"
+    results = [f"{c.parameter} of {c.fit}" for c in comparison.changes if c.significant]
+    results += [f"trend of {t.parameter}" for t in comparison.trends if t.significant]
+    results += [f"spread of {s.parameter}" for s in comparison.spreads if s.significant]
+    text = ", ".join(results) or "nothing"
     return (
         f"significant over {comparison.tests} tests (Holm, {100.0 * FALSE_ALARMS:.0f} % false "
-        f"alarms over all): {told}"
+        f"alarms over all): {text}"
     )
 
 
 def shared_text(comparison: Comparison) -> str:
     """What the fits have in common, in one sentence."""
-    what = "one wheel" if comparison.same_wheel else "different wheels"
+    kind = "one wheel" if comparison.same_wheel else "different wheels"
     names = " and ".join(name.replace("_", " ") for name in comparison.shared)
     if not names:
-        return f"fits of {what}; all errors are taken as independent"
-    return f"fits of {what}; the error of the {names} is common to them and cancels in differences"
+        return f"fits of {kind}; all errors are taken as independent"
+    return f"fits of {kind}; the error of the {names} is common to them and cancels in differences"
 
 
 def comparison_table(comparison: Comparison) -> list[str]:

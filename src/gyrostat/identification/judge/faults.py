@@ -63,13 +63,13 @@ def outliers(record: Record, residual: Vector) -> Finding | None:
         record: Record of the samples.
         residual: Measured minus modelled speed, (N,), rad/s; NaN where missing.
     """
-    used = residual[record.valid]
-    if len(used) < 4 * NEIGHBOURS:
+    samples = residual[record.valid]
+    if len(samples) < 4 * NEIGHBOURS:
         return None
-    padded = np.pad(used, NEIGHBOURS // 2, mode="edge")
+    padded = np.pad(samples, NEIGHBOURS // 2, mode="edge")
     windows = np.lib.stride_tricks.sliding_window_view(padded, NEIGHBOURS)
     around = np.median(np.delete(windows, NEIGHBOURS // 2, axis=1), axis=1)
-    apart = used - around
+    apart = samples - around
     # includes the noise of the neighbours' median
     level = NORMAL_MAD * float(np.median(np.abs(apart)))
     step = quantum(record.speed[record.valid]) or 0.0
@@ -78,10 +78,10 @@ def outliers(record: Record, residual: Vector) -> Finding | None:
     if level == 0.0 or not far.any():
         return None
     count = int(far.sum())
-    evidence = float(np.sum(z[far] ** 2 - 2.0 * np.log(len(used))))
+    evidence = float(np.sum(z[far] ** 2 - 2.0 * np.log(len(samples))))
     title = f"outliers in the speed of {record.name}, fraction of the samples"
     return fault_finding(
-        "outliers", title, count / len(used), evidence, significance=float(z.max())
+        "outliers", title, count / len(samples), evidence, significance=float(z.max())
     )
 
 
@@ -99,10 +99,10 @@ def counter(record: Record, residual: Vector) -> Finding | None:
         return None
     gate = float(np.median(np.diff(record.time)))
     pulses = 2.0 * np.pi / (step * gate)
-    whole = round(pulses)
+    integer = round(pulses)
     title = f"quantised speed of {record.name} (step {step / RPM:.4g} rpm)"
-    if whole >= 1 and abs(pulses - whole) < WHOLE * whole:
-        title += f": a pulse counter with {whole} pulses per turn and a gate of {gate:.3g} s"
+    if integer >= 1 and abs(pulses - integer) < WHOLE * integer:
+        title += f": a pulse counter with {integer} pulses per turn and a gate of {gate:.3g} s"
     return fault_finding("quantum", title, step, float(len(speeds)), unit="rad/s")
 
 
@@ -118,27 +118,27 @@ def implausible(
         current: Largest current, A.
     """
     motor = abs(motor_constant or 0.0)
-    found = []
+    reasons = []
     if speed > FASTEST:
-        found.append(f"the wheel reaches {speed:.0f} rad/s = {speed / RPM:.0f} rpm")
+        reasons.append(f"the wheel reaches {speed:.0f} rad/s = {speed / RPM:.0f} rpm")
     elif 0.0 < speed < SLOWEST:
-        found.append(f"the wheel reaches only {speed:.3g} rad/s = {speed / RPM:.3g} rpm")
+        reasons.append(f"the wheel reaches only {speed:.3g} rad/s = {speed / RPM:.3g} rpm")
     if motor * speed > BACK_EMF:
-        found.append(
+        reasons.append(
             f"k_m times the largest speed is a back-EMF of {motor * speed:.0f} V, above any "
             "wheel's supply"
         )
     if current > LARGEST_CURRENT:
-        found.append(f"the current reaches {current:.0f} A")
+        reasons.append(f"the current reaches {current:.0f} A")
     elif 0.0 < current < SMALLEST_CURRENT:
-        found.append(f"the current reaches only {current:.3g} A")
+        reasons.append(f"the current reaches only {current:.3g} A")
     low, high = MOTOR_CONSTANTS
     if motor_constant is not None:
         if inertia is not None:
             low = max(low, WEAKEST * (inertia / 1e-3) ** GROWTH)
         if not low <= motor <= high:
-            found.append(f"k_m = {motor:.3g} N·m/A lies outside {low:.2g} to {high:g}")
-    return found
+            reasons.append(f"k_m = {motor:.3g} N·m/A lies outside {low:.2g} to {high:g}")
+    return reasons
 
 
 def wrong_units(
@@ -160,8 +160,8 @@ def wrong_units(
         return None
 
     def cures(of_speed: float = 1.0, of_current: float = 1.0, of_time: float = 1.0) -> bool:
-        scaled = None if motor is None else motor * of_speed / (of_current * of_time)
-        return not implausible(scaled, inertia, of_speed * speed, of_current * current)
+        motor_constant = None if motor is None else motor * of_speed / (of_current * of_time)
+        return not implausible(motor_constant, inertia, of_speed * speed, of_current * current)
 
     slips = [slip for slip, factor in SPEED_FACTORS.items() if cures(of_speed=factor)]
     slips += [slip for slip, factor in CURRENT_FACTORS.items() if cures(of_current=factor)]
@@ -191,7 +191,7 @@ def found_in(record: Record, residual: Vector, loss: Loss) -> list[Finding]:
         residual: Measured minus modelled speed, (N,), rad/s; NaN where missing.
         loss: Loss of the fit; with a robust one, outliers are not reported.
     """
-    seen = [lost_sign(record), clipped_current(record), counter(record, residual)]
+    findings = [lost_sign(record), clipped_current(record), counter(record, residual)]
     if isinstance(loss, Quadratic):
-        seen.append(outliers(record, residual))
-    return [finding for finding in seen if finding is not None]
+        findings.append(outliers(record, residual))
+    return [finding for finding in findings if finding is not None]

@@ -138,9 +138,9 @@ class Comparison:
         """Content of comparison.json."""
 
         def row(item: Any) -> dict[str, object]:
-            found = asdict(item) | {"significant": item.significant}
-            found.pop("covariance", None)
-            return found
+            entry = asdict(item) | {"significant": item.significant}
+            entry.pop("covariance", None)
+            return entry
 
         return {
             "same_wheel": self.same_wheel,

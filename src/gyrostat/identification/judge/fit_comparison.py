@@ -39,19 +39,19 @@ BENCH = ("current_scale", "speed_scale", "clock")
 class _Joint:
     """Estimates of all fits with their covariance, including the errors that they share."""
 
-    def __init__(self, fits: Sequence[StoredFit], shared: Sequence[str]) -> None:
+    def __init__(self, fits: Sequence[StoredFit], tolerances: Sequence[str]) -> None:
         self.fits = fits
         self.places = {
-            (k, name): place
-            for place, (k, name) in enumerate((k, n) for k, f in enumerate(fits) for n in f.names)
+            (k, name): index
+            for index, (k, name) in enumerate((k, n) for k, f in enumerate(fits) for n in f.names)
         }
         self.values = np.concatenate([fit.values for fit in fits])
         self.covariance = np.zeros((len(self.values), len(self.values)))
         columns = [[self.places[k, n] for n in fit.names] for k, fit in enumerate(fits)]
-        for fit, place in zip(fits, columns, strict=True):
-            self.covariance[np.ix_(place, place)] = fit.covariance
+        for fit, index in zip(fits, columns, strict=True):
+            self.covariance[np.ix_(index, index)] = fit.covariance
         self.shared = set()
-        for name in shared:
+        for name in tolerances:
             for i, first in enumerate(fits):
                 for j, second in enumerate(fits):
                     if i != j and _alike(first, second, name):
@@ -79,38 +79,38 @@ def _alike(first: StoredFit, second: StoredFit, name: str) -> bool:
     """Whether two fits were given the same quantity with the same tolerance."""
     if name not in first.tolerances or name not in second.tolerances:
         return False
-    same = first.tolerances[name].sigma == second.tolerances[name].sigma
-    return same and (name != "inertia" or first.inertia == second.inertia)
+    same_sigma = first.tolerances[name].sigma == second.tolerances[name].sigma
+    return same_sigma and (name != "inertia" or first.inertia == second.inertia)
 
 
 def _over_time(joint: _Joint, labels: Sequence[str]) -> tuple[list[Change], list[Trend]]:
     """Changes of one wheel from its first fit, and trends; p-values of single tests."""
     changes, trends = [], []
-    fits, when = joint.fits, days(joint.fits)
+    fits, times = joint.fits, days(joint.fits)
     for k in range(1, len(fits)):
         names = [n for n in fits[k].names if n in fits[0].names]
         if not names:
             continue
         apart, covariance = joint.change(k, 0, names)
         sigma = np.sqrt(np.diag(covariance))
-        whitened = covariance / np.outer(sigma, sigma)
-        scaled = apart / sigma
-        joined = float(scaled @ np.linalg.pinv(whitened, rcond=1e-9, hermitian=True) @ scaled)
-        freedom = int(np.linalg.matrix_rank(whitened, tol=1e-9, hermitian=True))
-        chance = float(chdtrc(freedom, joined))
+        correlation = covariance / np.outer(sigma, sigma)
+        z = apart / sigma
+        statistic = float(z @ np.linalg.pinv(correlation, rcond=1e-9, hermitian=True) @ z)
+        freedom = int(np.linalg.matrix_rank(correlation, tol=1e-9, hermitian=True))
+        chance = float(chdtrc(freedom, statistic))
         changes.append(Change(ALL, labels[k], labels[0], None, None, "", chance))
         for n, d, s in zip(names, apart.tolist(), sigma.tolist(), strict=True):
             unit = fits[k].units[fits[k].names.index(n)]
             changes.append(Change(n, labels[k], labels[0], d, s, unit, two_sided(d / s)))
     for name in common_parameters(fits):
         places, values, covariance = joint.estimates(name)
-        if when is None or len(np.unique(when[places])) < FEWEST:
+        if times is None or len(np.unique(times[places])) < FEWEST:
             continue
-        found = line(when[places], values, covariance)
+        trend = line(times[places], values, covariance)
         unit = fits[places[0]].units[fits[places[0]].names.index(name)]
-        sigma = float(np.sqrt(found.covariance[1, 1]))
+        sigma = float(np.sqrt(trend.covariance[1, 1]))
         trends.append(
-            Trend(name, found.start, found.slope, sigma, found.covariance, unit, found.chance)
+            Trend(name, trend.start, trend.slope, sigma, trend.covariance, unit, trend.chance)
         )
     return changes, trends
 
@@ -122,15 +122,15 @@ def _of_batch(joint: _Joint, labels: Sequence[str]) -> tuple[list[Change], list[
         places, values, covariance = joint.estimates(name)
         first = joint.fits[places[0]]
         unit = first.units[first.names.index(name)]
-        found = between(values, covariance)
-        spreads.append(BatchSpread(parameter=name, unit=unit, **asdict(found)))
-        for own, k in enumerate(places if len(places) >= FEWEST else ()):
-            difference, sigma, chance = from_others(values, covariance, own)
+        spread = between(values, covariance)
+        spreads.append(BatchSpread(parameter=name, unit=unit, **asdict(spread)))
+        for index, k in enumerate(places if len(places) >= FEWEST else ()):
+            difference, sigma, chance = from_others(values, covariance, index)
             changes.append(Change(name, labels[k], OTHERS, difference, sigma, unit, chance))
     return changes, spreads
 
 
-def _notes(fits: Sequence[StoredFit], same_wheel: bool, asked: Sequence[str]) -> list[str]:
+def _notes(fits: Sequence[StoredFit], same_wheel: bool, tolerances: Sequence[str]) -> list[str]:
     """Remarks on data that make a comparison less certain."""
     notes = []
     if len({fit.model for fit in fits}) > 1:
@@ -151,11 +151,11 @@ def _notes(fits: Sequence[StoredFit], same_wheel: bool, asked: Sequence[str]) ->
         )
     if same_wheel and days(fits) is None:
         notes.append("no trend: a date is unknown (comment '# date: 2026-03-01' in each record)")
-    for name in asked:
-        having = [fit for fit in fits if name in fit.tolerances]
-        if having and not all(_alike(having[0], fit, name) for fit in fits):
-            what = f"the tolerances of {name.replace('_', ' ')} differ between fits"
-            notes.append(f"{what}: only equal ones are taken as the same error")
+    for name in tolerances:
+        with_tolerance = [fit for fit in fits if name in fit.tolerances]
+        if with_tolerance and not all(_alike(with_tolerance[0], fit, name) for fit in fits):
+            text = f"the tolerances of {name.replace('_', ' ')} differ between fits"
+            notes.append(f"{text}: only equal ones are taken as the same error")
     return notes
 
 
@@ -177,29 +177,29 @@ def compare_fits(
         raise InputError(f"compare: found {len(fits)} fit, expected at least 2")
     if not common_parameters(fits):
         raise InputError("compare: found no parameter that two fits have in common, expected one")
-    when = days(fits)
-    if when is not None:
-        order: list[int] = np.argsort(when, kind="stable").tolist()
+    times = days(fits)
+    if times is not None:
+        order: list[int] = np.argsort(times, kind="stable").tolist()
         fits = [fits[k] for k in order]
         labels = [labels[k] for k in order]
-    asked = [*(["inertia"] if same_wheel else []), *(BENCH if same_bench else [])]
-    joint = _Joint(fits, asked)
+    tolerances = [*(["inertia"] if same_wheel else []), *(BENCH if same_bench else [])]
+    joint = _Joint(fits, tolerances)
     trends, spreads = [], []
     if same_wheel:
         changes, trends = _over_time(joint, labels)
     else:
         changes, spreads = _of_batch(joint, labels)
     every = [*changes, *trends, *spreads]
-    adjusted = holm([item.chance for item in every]).tolist()
-    judged = [replace(item, chance=p) for item, p in zip(every, adjusted, strict=True)]
+    chances = holm([item.chance for item in every]).tolist()
+    results = [replace(item, chance=p) for item, p in zip(every, chances, strict=True)]
     return Comparison(
         fits=tuple(fits),
         labels=tuple(labels),
         same_wheel=same_wheel,
-        shared=tuple(name for name in asked if name in joint.shared),
-        changes=tuple(item for item in judged if isinstance(item, Change)),
-        trends=tuple(item for item in judged if isinstance(item, Trend)),
-        spreads=tuple(item for item in judged if isinstance(item, BatchSpread)),
+        shared=tuple(name for name in tolerances if name in joint.shared),
+        changes=tuple(item for item in results if isinstance(item, Change)),
+        trends=tuple(item for item in results if isinstance(item, Trend)),
+        spreads=tuple(item for item in results if isinstance(item, BatchSpread)),
         tests=len(every),
-        notes=tuple(_notes(fits, same_wheel, asked)),
+        notes=tuple(_notes(fits, same_wheel, tolerances)),
     )

@@ -51,21 +51,21 @@ def impossible(fit: Fit) -> list[str]:
     Args:
         fit: Result of the identification.
     """
-    found = _unexplained(fit)
+    messages = _unknown_torque(fit)
     for name, value, sigma in zip(fit.names, fit.values, fit.sigma, strict=True):
         wheel = name == "motor_constant" or name in fit.model.coefficients()
         if wheel and name not in fit.model.signed() and value < -2.0 * sigma:
-            found.append(f"{name} is negative ({value:.3g}): no wheel has this")
+            messages.append(f"{name} is negative ({value:.3g}): no wheel has this")
     if fit.parameters.get("motor_constant", 0.0) < 0.0:
-        found.append("current and speed have opposite senses: reverse the sign of one of them")
-    for name, seen in fit.observability.items():
-        if seen.observable and seen.significance < 0.0:
+        messages.append("current and speed have opposite senses: reverse the sign of one of them")
+    for name, observability in fit.observability.items():
+        if observability.observable and observability.significance < 0.0:
             reference = fit.model.vanishing_at[name]
-            found.append(
-                f"{name} lies {-seen.significance:.1f} sigma below {reference}: the model "
+            messages.append(
+                f"{name} lies {-observability.significance:.1f} sigma below {reference}: the model "
                 "contradicts the record (no friction rises as a wheel starts to turn)"
             )
-    return found + _no_friction(fit)
+    return messages + _no_friction(fit)
 
 
 def _no_friction(fit: Fit) -> list[str]:
@@ -79,31 +79,31 @@ def _no_friction(fit: Fit) -> list[str]:
 
 def _free_at_rest(fit: Fit) -> list[str]:
     """Message about a law of the user's that never lets the wheel stick."""
-    law, known = fit.model, fit.parameters
-    if law.is_shipped() or not set(law.dimensions()) <= set(known):
+    law, values = fit.model, fit.parameters
+    if law.is_shipped() or not set(law.dimensions()) <= set(values):
         return []
-    if not is_free_at_rest(law.of(**{name: known[name] for name in law.dimensions()})):
+    if not is_free_at_rest(law.of(**{name: values[name] for name in law.dimensions()})):
         return []
     return [f"{law.__name__} has no friction at rest: the modelled wheel never sticks"]
 
 
 def _scatter_warnings(scatter: Sequence[Scatter]) -> list[str]:
-    found = []
+    warnings = []
     for record in scatter:
         if record.stated is not None:
             low, high = STATED
             if not low < record.level / record.stated < high:
-                found.append(
+                warnings.append(
                     f"{record.name}: the residuals are {record.level:.3g} rad/s, but the stated "
                     f"speed sigma is {record.stated:.3g} rad/s: one of the two is wrong"
                 )
         elif record.noise and record.level > UNEXPLAINED * record.noise:
-            found.append(
+            warnings.append(
                 f"{record.name}: the residuals are {record.level:.3g} rad/s, "
                 f"{record.level / record.noise:.1f} times the noise that the record itself shows: "
                 "the model is incomplete, or no start led to the right minimum"
             )
-    return found
+    return warnings
 
 
 def _sentence(fit: Fit, finding: Finding) -> str:
@@ -120,9 +120,9 @@ def _sentence(fit: Fit, finding: Finding) -> str:
     if finding.evidence is not None:
         parts.append(f"BIC falls by {finding.evidence:.0f}")
     noise = dict(zip(fit.names, fit.noise_sigma.tolist(), strict=True))
-    moved = {n: s / noise[n] for n, s in finding.shifts.items() if noise.get(n)}
-    largest = sorted(moved, key=lambda n: -abs(moved[n]))[:MOST_MOVED]
-    words = [f"{n} by {moved[n]:+.1f} sigma" for n in largest if abs(moved[n]) > MOVED]
+    shifts = {n: s / noise[n] for n, s in finding.shifts.items() if noise.get(n)}
+    largest = sorted(shifts, key=lambda n: -abs(shifts[n]))[:MOST_MOVED]
+    words = [f"{n} by {shifts[n]:+.1f} sigma" for n in largest if abs(shifts[n]) > MOVED]
     if words:
         parts.append(f"including it changes {', '.join(words)} of least squares")
     parts.append(" or ".join(finding.options))
@@ -144,7 +144,7 @@ def _correlation_warning(fit: Fit) -> str:
     return f"{text}; {cause}"
 
 
-def _unexplained(fit: Fit) -> list[str]:
+def _unknown_torque(fit: Fit) -> list[str]:
     """Message about an unknown torque that hides the friction."""
     walk = next((e for e in fit.effects if e.name == "torque_walk"), None)
     if walk is None or walk.probability < 0.5 or walk.value < UNRELIABLE:

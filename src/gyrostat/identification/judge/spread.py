@@ -74,17 +74,17 @@ def line(time: Vector, values: Vector, covariance: Matrix) -> Line:
     rows = np.column_stack([np.ones(len(time)), time])
     weight = np.linalg.inv(covariance)
     spread = np.linalg.inv(rows.T @ weight @ rows)
-    solved = spread @ rows.T @ weight @ values
-    left, freedom = values - rows @ solved, len(time) - 2
-    chance = two_sided(solved[1] / np.sqrt(spread[1, 1]))
+    theta = spread @ rows.T @ weight @ values
+    residual, freedom = values - rows @ theta, len(time) - 2
+    chance = two_sided(theta[1] / np.sqrt(spread[1, 1]))
     if freedom > 0:
-        excess = float(left @ weight @ left) / freedom
+        excess = float(residual @ weight @ residual) / freedom
         if excess > 1.0:
-            shared = max(0.0, float(covariance[~np.eye(len(time), dtype=bool)].min()))
-            spread = excess * spread - (excess - 1.0) * np.diag([shared, 0.0])
-            t = abs(solved[1]) / np.sqrt(spread[1, 1])
+            common = max(0.0, float(covariance[~np.eye(len(time), dtype=bool)].min()))
+            spread = excess * spread - (excess - 1.0) * np.diag([common, 0.0])
+            t = abs(theta[1]) / np.sqrt(spread[1, 1])
             chance = max(chance, float(2.0 * stdtr(freedom, -t)))
-    return Line(float(solved[0]), float(solved[1]), np.asarray(spread, dtype=np.float64), chance)
+    return Line(float(theta[0]), float(theta[1]), np.asarray(spread, dtype=np.float64), chance)
 
 
 @dataclass(frozen=True)
@@ -113,8 +113,8 @@ def _mean(values: Vector, covariance: Matrix, variance: float) -> tuple[float, f
     weight = np.linalg.inv(covariance + variance * np.eye(len(values)))
     total = float(weight.sum())
     mean = float(weight.sum(axis=0) @ values) / total
-    left = values - mean
-    return mean, 1.0 / total, float(left @ weight @ left)
+    residual = values - mean
+    return mean, 1.0 / total, float(residual @ weight @ residual)
 
 
 def between(values: Vector, covariance: Matrix) -> Spread:
@@ -165,9 +165,9 @@ def from_others(values: Vector, covariance: Matrix, place: int) -> tuple[float, 
         of a wheel like the others (Student's t with n - 2 degrees of freedom).
     """
     others = np.delete(np.arange(len(values)), place)
-    rest = covariance[np.ix_(others, others)]
-    spread = between(values[others], rest).spread ** 2
-    weight = np.linalg.inv(rest + spread * np.eye(len(others))).sum(axis=0)
+    covariance_of_others = covariance[np.ix_(others, others)]
+    spread = between(values[others], covariance_of_others).spread ** 2
+    weight = np.linalg.inv(covariance_of_others + spread * np.eye(len(others))).sum(axis=0)
     contrast = np.zeros(len(values))
     contrast[others] = -weight / weight.sum()
     contrast[place] = 1.0

@@ -126,12 +126,12 @@ def _best_prediction(
     Every segment of the record has its own initial speed; that of the first one is returned.
     """
     record = prediction.records[0]
-    told = {"current_bias": 0.0, **values}
+    parameters = {"current_bias": 0.0, **values}
     wheel = prediction.names[: -len(prediction.initial_speeds)]
-    missing = [n for n in wheel if n not in told]
+    missing = [n for n in wheel if n not in parameters]
     if missing:
         raise InputError(f"wheel model: found no {missing[0]}, expected its value")
-    base = np.array([told[n] for n in wheel], dtype=float)
+    base = np.array([parameters[n] for n in wheel], dtype=float)
     speeds = [record.speed[part][record.valid[part]] for part in record.segments]
     sigma = max(noise, NUMERICAL_NOISE * float(np.max(np.abs(np.concatenate(speeds))))) or 1.0
     first = np.array([np.median(segment[:FIRST_SPEEDS]) for segment in speeds])
@@ -139,10 +139,10 @@ def _best_prediction(
 
     def evaluate(x: Vector) -> Evaluation | None:
         # a model that sticks is not refused: its residuals show how bad it is
-        predicted = prediction(np.append(base, x))
-        if predicted is None:
+        point = prediction(np.append(base, x))
+        if point is None:
             return None
-        speed, rows = predicted[0]
+        speed, rows = point[0]
         residual = (record.speed - speed)[record.valid]
         return residual / sigma, rows[record.valid, len(base) :] / sigma
 
@@ -154,15 +154,15 @@ def _best_prediction(
     if solution is None:
         raise InputError(unlike)
     initial = np.clip(solution.x, first - reach, first + reach)
-    predicted = prediction.linearise(np.append(base, initial))
-    if predicted is None:
+    linear = prediction.linearise(np.append(base, initial))
+    if linear is None:
         raise InputError(unlike)
     # the bounded minimum lies at a bound, or where no correction lowers the cost
-    found = solution.reason != UNFINISHED or np.any(initial != solution.x)
-    return float(initial[0]), predicted[0], bool(found)
+    converged = solution.reason != UNFINISHED or np.any(initial != solution.x)
+    return float(initial[0]), linear[0], bool(converged)
 
 
-def _own_columns(
+def _parameter_columns(
     prediction: SpeedPrediction, linear: Linearisation, names: Sequence[str]
 ) -> Matrix:
     """Derivatives of the speed by parameters, (N, n), with the initial speeds refitted.
@@ -172,8 +172,8 @@ def _own_columns(
     """
     columns = linear.jacobian[:, [prediction.names.index(n) for n in names]]
     starts = linear.jacobian[:, -len(prediction.initial_speeds) :]
-    used = prediction.records[0].valid
-    return columns - starts @ np.linalg.lstsq(starts[used], columns[used], rcond=1e-10)[0]
+    valid = prediction.records[0].valid
+    return columns - starts @ np.linalg.lstsq(starts[valid], columns[valid], rcond=1e-10)[0]
 
 
 def validate(
@@ -201,13 +201,13 @@ def validate(
     check_signals([record])
     noise = noise_level(record.speed[record.valid])
     prediction = SpeedPrediction([record], model, current_hold)
-    initial, linear, found = _best_prediction(prediction, values, noise)
+    initial, linear, converged = _best_prediction(prediction, values, noise)
     names, matrix = covariance or ((), np.zeros((0, 0)))
-    columns = _own_columns(prediction, linear, names)
+    columns = _parameter_columns(prediction, linear, names)
     variance = np.einsum("mi,ij,mj->m", columns, matrix, columns)
     speed, spread = linear.speed, np.sqrt(np.maximum(variance, 0.0))
     residual = record.speed - speed
-    used = residual[record.valid]
+    errors = residual[record.valid]
     exact = NUMERICAL_NOISE * float(np.sqrt(np.mean(speed**2)))
     level = float(np.hypot(noise, exact)) or 1.0
     width = INTERVAL * np.sqrt(spread**2 + noise**2 + exact**2)
@@ -220,17 +220,17 @@ def validate(
         record=record,
         predicted=speed,
         initial_speed=initial,
-        rms_speed=float(np.sqrt(np.mean(used**2))),
-        mean=float(np.mean(used)),
-        largest=float(np.max(np.abs(used))),
+        rms_speed=float(np.sqrt(np.mean(errors**2))),
+        mean=float(np.mean(errors)),
+        largest=float(np.max(np.abs(errors))),
         rms_near_crossings=float(np.sqrt(np.mean(close**2))) if len(close) else None,
         noise=noise,
-        samples=len(used),
+        samples=len(errors),
         crossings=len(changes),
-        whiteness=whiteness(used) if len(used) >= 10 else None,
-        converged=bool(found),
+        whiteness=whiteness(errors) if len(errors) >= 10 else None,
+        converged=bool(converged),
         predicted_sigma=spread,
-        inside=float(np.mean(np.abs(used) <= width[record.valid])),
+        inside=float(np.mean(np.abs(errors) <= width[record.valid])),
         names=tuple(names),
         information=columns[record.valid].T @ columns[record.valid] / level**2,
     )
