@@ -74,8 +74,8 @@ def without_clipped(record: Record) -> Record:
         record: Record with a clipped current.
     """
     stretches = _stretches(record)
-    no_restarts = np.zeros(len(record.time), dtype=bool)
-    after = (no_restarts if record.restart is None else record.restart).copy()
+    restart = record.restart
+    after = np.zeros(len(record.time), dtype=bool) if restart is None else restart.copy()
     for first, last in stretches:
         after[first + 1 : last + 1] = True
     samples = sum(last - first for first, last in stretches)

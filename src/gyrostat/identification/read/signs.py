@@ -34,11 +34,6 @@ ROUNDS = 5
 BOTH_WAYS = 0.05
 """Smallest fraction of samples with the rarer sign in a signal of both signs."""
 
-TITLES = {
-    "unsigned_speed": "speed without sign",
-    "unsigned_current": "current without sign",
-}
-
 
 def _smooth(values: Vector) -> Vector:
     """Running mean; at both ends over the samples that there are."""
@@ -174,9 +169,9 @@ def lost_sign(record: Record) -> Finding | None:
     if turns_both_ways:
         if np.any(record.current < 0.0) and np.any(record.current > 0.0):
             return None
-        name, candidate = "unsigned_current", signed_current(record)
+        quantity, candidate = "current", signed_current(record)
     else:
-        name, candidate = "unsigned_speed", signed_speed(record)
+        quantity, candidate = "speed", signed_speed(record)
         if candidate is None or np.min(_smooth(speed)) < -clear:
             return None
     _, misfit = motion_regression(record.time, record.current, speed)
@@ -184,4 +179,5 @@ def lost_sign(record: Record) -> Finding | None:
     if not better < CLEARLY_BETTER * misfit:
         return None
     evidence = WINDOWS * float(np.log(misfit / max(better, np.finfo(float).tiny)))
-    return fault_finding(name, f"{TITLES[name]} in {record.name}", evidence=evidence)
+    title = f"{quantity} without sign in {record.name}"
+    return fault_finding(f"unsigned_{quantity}", title, evidence=evidence)

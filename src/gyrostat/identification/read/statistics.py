@@ -88,20 +88,10 @@ def autocorrelation(residual: Vector, lags: int) -> Vector:
     return products[1:] / products[0] if products[0] > 0.0 else np.zeros(lags)
 
 
-def _chi_square_exceeds(statistic: float, freedom: int) -> float:
-    """Probability that a chi-square variable with an even number of degrees of freedom is larger.
-
-    A Poisson sum; importing scipy.special would slow down every command.
-    """
-    half, term, total = 0.5 * statistic, 1.0, 1.0
-    for k in range(1, freedom // 2):
-        term *= half / k
-        total += term
-    return math.exp(-half) * total
-
-
 def chi_square_tail(deviance: float, freedom: int) -> float:
     """Probability that a chi-square variable is larger (Abramowitz and Stegun, 26.4.4 and 26.4.5).
+
+    Importing scipy.special would slow down every command.
 
     Args:
         deviance: Value of the variable.
@@ -109,7 +99,11 @@ def chi_square_tail(deviance: float, freedom: int) -> float:
     """
     value = max(deviance, 0.0)
     if freedom % 2 == 0:
-        return _chi_square_exceeds(value, freedom)
+        half, term, total = 0.5 * value, 1.0, 1.0
+        for k in range(1, freedom // 2):
+            term *= half / k
+            total += term
+        return math.exp(-half) * total
     term = math.sqrt(2.0 * value / math.pi) * math.exp(-0.5 * value)
     total = math.erfc(math.sqrt(0.5 * value))
     for odd in range(3, freedom + 1, 2):
@@ -191,7 +185,7 @@ def whiteness(
         runs_probability=math.erfc(z / math.sqrt(2.0)),
         lags=lags,
         ljung_box=statistic,
-        ljung_box_probability=_chi_square_exceeds(statistic, lags),
+        ljung_box_probability=chi_square_tail(statistic, lags),
         block_lengths=tuple(blocks),
         block_probabilities=tuple(blocks.values()),
     )
