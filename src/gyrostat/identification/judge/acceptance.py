@@ -175,10 +175,8 @@ class _Test:
             return [self.of_record(limit, sense) for sense in (1, -1)]
         ahead, back = (float(self.quantity(limit, sense)(self.values)) for sense in (1, -1))
         symmetric = bool(np.isclose(ahead, back, rtol=1e-12, atol=0.0))
-        return [
-            self.of_model(limit, sense, symmetric=symmetric)
-            for sense in ((1,) if symmetric else (1, -1))
-        ]
+        senses = (1,) if symmetric else (1, -1)
+        return [self.of_model(limit, sense, symmetric=symmetric) for sense in senses]
 
 
 def accept(sheet: WheelSheet, model: WheelModel, validation: Validation) -> Acceptance:

@@ -9,6 +9,7 @@ family: the probability of any false alarm among them is at most 5 %
 
 from collections.abc import Sequence
 from dataclasses import asdict, replace
+from itertools import permutations
 
 import numpy as np
 from scipy.special import chdtrc
@@ -41,10 +42,8 @@ class _Joint:
 
     def __init__(self, fits: Sequence[StoredFit], tolerances: Sequence[str]) -> None:
         self.fits = fits
-        self.places = {
-            (k, name): index
-            for index, (k, name) in enumerate((k, n) for k, f in enumerate(fits) for n in f.names)
-        }
+        pairs = [(k, name) for k, fit in enumerate(fits) for name in fit.names]
+        self.places = {pair: index for index, pair in enumerate(pairs)}
         self.values = np.concatenate([fit.values for fit in fits])
         self.covariance = np.zeros((len(self.values), len(self.values)))
         columns = [[self.places[k, n] for n in fit.names] for k, fit in enumerate(fits)]
@@ -52,14 +51,11 @@ class _Joint:
             self.covariance[np.ix_(index, index)] = fit.covariance
         self.shared = set()
         for name in tolerances:
-            for i, first in enumerate(fits):
-                for j, second in enumerate(fits):
-                    if i != j and _alike(first, second, name):
-                        errors = np.outer(
-                            first.tolerances[name].errors, second.tolerances[name].errors
-                        )
-                        self.covariance[np.ix_(columns[i], columns[j])] += errors
-                        self.shared.add(name)
+            for i, j in permutations(range(len(fits)), 2):
+                if _alike(fits[i], fits[j], name):
+                    errors = (fits[k].tolerances[name].errors for k in (i, j))
+                    self.covariance[np.ix_(columns[i], columns[j])] += np.outer(*errors)
+                    self.shared.add(name)
 
     def estimates(self, name: str) -> tuple[list[int], Vector, Matrix]:
         """Fits that have a parameter, its values and their covariance."""

@@ -14,8 +14,6 @@ from scipy.special import chdtrc, chdtri, ndtr, stdtr  # scipy.stats takes long 
 
 from gyrostat.core.types import Matrix, Vector
 
-CONFIDENCE = 0.95
-
 
 def two_sided(z: float) -> float:
     """Probability of a normal deviate of at least this size."""
