@@ -1,6 +1,6 @@
 """Build the result and its uncertainty from a finished iteration."""
 
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -55,15 +55,13 @@ class _Estimate:
 
 
 def _average(
+    problem: Problem,
     prediction: SpeedPrediction,
     selection: Selection,
     outcome: Outcome,
     loss: Loss,
     plain: _Estimate,
     sigmas: Sequence[float],
-    stated: bool,
-    include: Collection[str],
-    ripple: float | None,
 ) -> _Estimate:
     """Average over effects outside the model; `plain` if the averaged estimate is not valid."""
     index, linear = selection.index(prediction), plain.linear
@@ -71,8 +69,8 @@ def _average(
     formal = dict(zip(selection.free, np.sqrt(np.diag(plain.covariance)).tolist(), strict=True))
     effects = nuisances(prediction, linear, parameters, formal)
     further = candidates(prediction, linear, parameters)
-    effects += [effect for effect in further if effect.name in include]
-    beside = [effect for effect in further if effect.name not in include]
+    effects += [effect for effect in further if effect.name in problem.include]
+    beside = [effect for effect in further if effect.name not in problem.include]
     segments = []
     for record, each, sigma in zip(prediction.records, linear, sigmas, strict=True):
         residual = np.where(record.valid, record.speed - each.speed, np.nan)
@@ -94,10 +92,10 @@ def _average(
             selection.prior,
             x,
             selection.scale,
-            stated=stated,
+            stated=problem.speed_sigma is not None,
             beside=beside,
             names=selection.free,
-            ripple=ripple,
+            ripple=problem.ripple,
             resolution=resolution(prediction, parameters, formal),
         )
     except np.linalg.LinAlgError:
@@ -168,26 +166,11 @@ def conclude(
     assert linear is not None  # the iteration visits admissible points only
     index = selection.index(prediction)
     formal = covariance(solution, loss, selection.prior)
-    best = plain = _Estimate(
-        outcome.values,
-        formal,
-        tuple(each.speed for each in linear),
-        linear,
-    )
+    best = plain = _Estimate(outcome.values, formal, tuple(each.speed for each in linear), linear)
     if solution.converged and not white_noise:
         smallest = NUMERICAL_NOISE * deterministic.speed_level
         sigmas = speed_sigmas if sigma_given else [max(n, smallest) for n in noise]
-        best = _average(
-            prediction,
-            selection,
-            outcome,
-            loss,
-            plain,
-            sigmas,
-            sigma_given,
-            problem.include,
-            problem.ripple,
-        )
+        best = _average(problem, prediction, selection, outcome, loss, plain, sigmas)
     wider = widened(best.covariance, np.sqrt(np.diag(formal)))
     counts = [int(r.valid.sum()) for r in records]
     parameters = dict(zip(prediction.names, best.values.tolist(), strict=True))
