@@ -116,8 +116,7 @@ def _start(coasts: Sequence[Coast]) -> Vector:
     """Ratios b/J and c/J and initial speeds, by regression on the integrated equation of motion."""
     rows, right = [], []
     for k, coast in enumerate(coasts):
-        columns = np.zeros((len(coast.time), len(coasts)))
-        columns[:, k] = 1.0
+        columns = np.tile(np.eye(len(coasts))[k], (len(coast.time), 1))
         rows.append(np.column_stack([-trapezoidal(coast.speed, coast.time), -coast.time, columns]))
         right.append(coast.speed)
     start = np.linalg.lstsq(np.vstack(rows), np.concatenate(right), rcond=None)[0]

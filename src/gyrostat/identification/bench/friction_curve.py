@@ -161,9 +161,9 @@ def bend_speeds(model: type[Friction], held: Mapping[str, float]) -> dict[str, f
     return {n: default[n] for n in model.held_by_default if n not in held}
 
 
-def _bends(curve: FrictionCurve, held: Mapping[str, float], speed: Vector) -> bool:
+def _bends(curve: FrictionCurve, held: Mapping[str, float], plateaus: Sequence[Plateau]) -> bool:
     """Whether the friction clearly decreases from its static level, at low speeds."""
-    size = np.abs(speed)
+    size = np.abs([p.speed for p in plateaus])
     low = all(
         size.min() <= NEAR_ENOUGH * curve.values[n] and curve.values[n] <= LOW_SPEEDS * size.max()
         for n in bend_speeds(curve.model, held)
@@ -187,12 +187,9 @@ def fit_curve(
         The curve, or None if no start succeeds; and the values held in the end.
     """
     default = bend_speeds(model, held)
-    if not default:
-        return _fit(model, held, plateaus), {}
-    speed = np.array([p.speed for p in plateaus])
-    if len(speed) > len(set(model.dimensions()) - set(held)):
+    if default and len(plateaus) > len(set(model.dimensions()) - set(held)):
         curve = _fit(model, held, plateaus)
-        if curve is not None and _bends(curve, held, speed):
+        if curve is not None and _bends(curve, held, plateaus):
             return curve, {}
     return _fit(model, {**held, **default}, plateaus), default
 

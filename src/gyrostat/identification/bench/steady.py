@@ -123,7 +123,6 @@ def identify_steady(
             f"{place(records)}: found no {law.title} friction curve through the plateaus, "
             "expected held values closer to this wheel"
         )
-    speed = np.array([p.speed for p in plateaus])
     count = np.array([p.count for p in plateaus], dtype=float)
     rms_scatter = float(np.sqrt(np.average([p.scatter**2 for p in plateaus], weights=count)))
     return result(
@@ -142,7 +141,7 @@ def identify_steady(
         records=records,
         whiteness=None,
         friction_points=FrictionPoints(
-            speed=speed,
+            speed=np.array([p.speed for p in plateaus]),
             torque=plateau_torques(plateaus, held),
             sigma=curve.excess * curve.sigma,
         ),
