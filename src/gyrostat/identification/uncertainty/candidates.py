@@ -112,8 +112,7 @@ class _Candidates:
             shape: Function that gives the effect on the speed in a record.
             each: Whether every record has its own coefficient.
         """
-        pairs = list(zip(self.prediction.records, self.linear, strict=True))
-        inputs = [shape(record, linear) for record, linear in pairs]
+        inputs = list(map(shape, self.prediction.records, self.linear))
         present = [k for k, columns in enumerate(inputs) if columns is not None]
         if not present:
             return
@@ -161,16 +160,14 @@ def candidates(
 
         return shape
 
-    def sense(linear: Linearisation) -> Vector:
-        return np.sign(linear.speed[1:] + linear.speed[:-1])
-
     def one_sided_dry(_, linear: Linearisation) -> Matrix:
         # constant in sign: where the wheel turns back within an interval, as elsewhere
         dry = make.dry_torque(np.abs(_inside(linear)))
         return (-np.mean(dry, axis=1) * make.per_torque(linear))[:, None]
 
     def one_sided_viscous(_, linear: Linearisation) -> Matrix:
-        return (sense(linear) * make.torque(linear, make.viscous))[:, None]
+        sense = np.sign(linear.speed[1:] + linear.speed[:-1])
+        return (sense * make.torque(linear, make.viscous))[:, None]
 
     if not any(np.any(each.jacobian[:, prediction.names.index("current_bias")]) for each in linear):
         return []

@@ -194,9 +194,8 @@ def _describe(
     bare, plain, _ = problem.solve(before.level, before.chosen)
     kind, index = first
     if kind == "shape":
-        width = len(problem.places[index])
-        columns = np.arange(len(solution) - width, len(solution))
-        largest = columns[int(np.argmax(np.abs(solution[columns])))]
+        size = solution[-len(problem.places[index]) :]
+        largest = int(np.argmax(np.abs(size))) - len(size)
         value, sigma = float(solution[largest]), float(np.sqrt(covariance[largest, largest]))
         unit = problem.effects[index].unit
     else:
@@ -228,16 +227,15 @@ def _scores(problem: _Problem, state: _State, keys: Sequence[_Key]) -> list[Scor
         after = _add(problem, before, (kind, index))
         bare = problem.solve(before.level, before.chosen)[0]
         deviance, solution, covariance = problem.solve(after.level, after.chosen)
-        width = len(problem.places[index])
-        columns = np.arange(len(solution) - width, len(solution))
-        sigma = np.sqrt(np.maximum(np.diag(covariance)[columns], np.finfo(float).tiny))
-        most = int(np.argmax(np.abs(solution[columns]) / sigma))
+        size = solution[-len(problem.places[index]) :]
+        sigma = np.sqrt(np.maximum(np.diag(covariance)[-len(size) :], np.finfo(float).tiny))
+        most = int(np.argmax(np.abs(size) / sigma))
         effect = problem.effects[index]
         scores.append(
             Score(
                 name=effect.name,
                 title=effect.title,
-                value=float(solution[columns[most]]),
+                value=float(size[most]),
                 sigma=float(sigma[most]),
                 unit=effect.unit,
                 significance=float(np.sqrt(max(bare - deviance, 0.0))),

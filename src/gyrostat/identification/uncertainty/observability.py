@@ -108,9 +108,7 @@ def _measured_root(solution: Solution, selection: Selection, posterior_sigma: Ve
     if not (has_prior and np.linalg.norm(root[index]) > DECIDED * posterior_sigma[index]):
         return root
     others = [k for k in range(len(selection.free)) if k != index]
-    row = root[index].copy()
-    root = np.zeros_like(root)
-    root[index] = row
+    root[others] = 0.0
     root[np.ix_(others, range(len(others)))] = _root(
         solution.jacobian[:, others], selection.scale[others]
     )

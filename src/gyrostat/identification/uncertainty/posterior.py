@@ -124,25 +124,15 @@ def sample_posterior(
     sigma = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
     likely_nuisances = [e for e in nuisances(prediction, linear, values, sigma) if e.name in likely]
     levels = [likely[n].value if n in likely else 0.0 for n, _ in TORQUES]
-    records = [
-        record_data(
-            prediction,
-            k,
-            noise,
-            torque_noise(prediction, record, each, values),
-            levels,
-            each.transition,
-            np.column_stack(
-                [
-                    np.zeros((len(record.time), 0)),
-                    *(_spread(likely[e.name]) * e.columns[k] for e in likely_nuisances),
-                ]
-            ),
+    records = []
+    parts = zip(prediction.records, linear, speed_sigmas, strict=True)
+    for k, (record, each, speed_sigma) in enumerate(parts):
+        noise = torque_noise(prediction, record, each, values)
+        spreads = [_spread(likely[e.name]) * e.columns[k] for e in likely_nuisances]
+        columns = np.column_stack([np.zeros((len(record.time), 0)), *spreads])
+        records.append(
+            record_data(prediction, k, speed_sigma, noise, levels, each.transition, columns)
         )
-        for k, (record, each, noise) in enumerate(
-            zip(prediction.records, linear, speed_sigmas, strict=True)
-        )
-    ]
     data = posed(prediction, names, values, covariance, prior, records)
     log_density = density(prediction.model, prediction.hold, prediction.shared)
     draws, acceptance = sample(log_density, data, len(names), on_progress=on_progress)

@@ -135,12 +135,7 @@ DEDICATED: dict[str, dict[str, dict[str, float]]] = {
         "viscous": {"inertia": 1.0, "clock": -1.0},
     },
     "torque-step": {
-        "motor_constant": {
-            "inertia": 1.0,
-            "speed_scale": 1.0,
-            "clock": -1.0,
-            "current_scale": -1.0,
-        },
+        "motor_constant": {"inertia": 1.0, "speed_scale": 1.0, "clock": -1.0, "current_scale": -1.0}
     },
 }
 """Method -> dimension of an estimate -> its exponents as a power law of the given quantities."""
