@@ -71,8 +71,7 @@ def candidates_of(
         try:
             names = {n: n for n in problem.asked - absent}
             candidate = replace(problem.named(names), model=law, white_noise=True)
-            fit = solve(candidate)
-            outcomes.append((name, fit, ""))
+            outcomes.append((name, solve(candidate), ""))
         except InputError as error:
             outcomes.append((name, None, str(error)))
     valid = [fit for _, fit, _ in outcomes if fit is not None and fit.converged]

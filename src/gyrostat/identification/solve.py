@@ -18,12 +18,7 @@ from gyrostat.identification.fit.problem import Problem
 from gyrostat.identification.fit.selection import Selection, check_start, select
 from gyrostat.identification.fit.stages import Measurements, Outcome, Progress, refine, run_stages
 from gyrostat.identification.fit.start_values import integral_regression
-from gyrostat.identification.read.checks import (
-    check_excitation,
-    check_sigma,
-    check_signals,
-    place,
-)
+from gyrostat.identification.read.checks import check_excitation, check_sigma, check_signals, place
 from gyrostat.identification.read.signs import lost_sign
 from gyrostat.identification.read.statistics import NUMERICAL_NOISE, noise_level, whiteness
 from gyrostat.identification.result.fit import Fit

@@ -92,10 +92,7 @@ def content(design: Design) -> dict[str, object]:
         "reached": design.reached,
         "wanted": [asdict(each) for each in design.wanted],
         "parameters": {each.name: asdict(each) for each in design.parameters},
-        "history": {
-            "time": design.history[0].tolist(),
-            "sigma": design.history[1].tolist(),
-        },
+        "history": {"time": design.history[0].tolist(), "sigma": design.history[1].tolist()},
         "breakaways": design.events,
         "independent_breakaways": design.angles,
         "breakaways_needed": design.needed,

@@ -229,11 +229,7 @@ def design_record(
 
 
 def _conclude(
-    search: _Search,
-    shape: Shape,
-    candidates: int,
-    combinations: Sequence[str],
-    speed_sigma: float,
+    search: _Search, shape: Shape, candidates: int, combinations: Sequence[str], speed_sigma: float
 ) -> Design:
     """Predict the uncertainty of the chosen profile over all wheels drawn, and cut it."""
     wheel, goals, count = search.wheel, search.targets, len(combinations)

@@ -214,8 +214,7 @@ class KnownWheel:
             wheels[:, every.index(name)] = np.maximum(wheels[:, every.index(name)], least)
         for name in ("inertia", "motor_constant"):
             value, index = self.values[name], every.index(name)
-            share = wheels[:, index] / value
-            wheels[:, index] = value * np.maximum(share, 0.1)
+            wheels[:, index] = value * np.maximum(wheels[:, index] / value, 0.1)
         for name, reference in self.model.vanishing_at.items():
             index = every.index(name)
             wheels[:, index] = np.maximum(wheels[:, index], wheels[:, every.index(reference)])

@@ -160,14 +160,10 @@ class SpeedPrediction:
         self.model = model
         self.hold: CurrentHold = hold
         self.shared = len(wheel_dimensions(model)) + 1
-        first = (
-            ("initial_speed",)
-            if len(records) == 1
-            else tuple(f"initial_speed_{k + 1}" for k in range(len(records)))
-        )
+        endings = [""] if len(records) == 1 else [f"_{k + 1}" for k in range(len(records))]
         restarts = sum(len(r.segments) - 1 for r in records)
-        further = tuple(f"initial_speed_restart_{k + 1}" for k in range(restarts))
-        self.initial_speeds = first + further
+        endings += [f"_restart_{k + 1}" for k in range(restarts)]
+        self.initial_speeds = tuple(f"initial_speed{ending}" for ending in endings)
         offsets = temperature_offsets(self.records)
         slopes = slope_dimensions(model) if offsets else {}
         self.dimensions = {

@@ -90,11 +90,7 @@ def _tolerances(fit: Fit) -> dict[str, dict[str, object]]:
 
 
 def read_fit(
-    path: Path,
-    parse: Callable[[Mapping[str, Any]], T],
-    *,
-    force: bool = False,
-    stated: bool = True,
+    path: Path, parse: Callable[[Mapping[str, Any]], T], *, force: bool = False, stated: bool = True
 ) -> T:
     """Read a fit.json; for the arguments and errors see `parsed`."""
     text = read_text(path, "a fit.json")
