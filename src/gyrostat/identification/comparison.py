@@ -56,7 +56,7 @@ def candidates_of(
     known: Fit | None = None,
 ) -> list[Candidate]:
     """Candidates for the records of a problem; see `compare`."""
-    chosen_loss = loss_named(problem.loss)
+    loss = loss_named(problem.loss)
     usual = [*FRICTION_MODELS.values()]
     if known is not None and known.model not in usual:
         usual.append(known.model)
@@ -78,7 +78,7 @@ def candidates_of(
     if not valid:
         return [Candidate(name, fit, None, None, None, why) for name, fit, why in outcomes]
     noise = min(valid, key=lambda f: f.speed_sigma).speed_sigmas
-    size = {id(f): (_deviance(f, noise, chosen_loss), len(f.names)) for f in valid}
+    size = {id(f): (_deviance(f, noise, loss), len(f.names)) for f in valid}
     aic = {key: deviance + 2.0 * count for key, (deviance, count) in size.items()}
     bic = {key: d + count * np.log(valid[0].samples) for key, (d, count) in size.items()}
     rows = []
@@ -86,11 +86,10 @@ def candidates_of(
         if fit is None or not fit.converged:
             rows.append(Candidate(name, fit, None, None, None, why or "did not converge"))
             continue
-        held_out_rms = None
         try:
             held_out_rms = _held_out(fit, held_out, problem.current_hold)
         except InputError as error:
-            why = str(error)
+            held_out_rms, why = None, str(error)
         relative = [float(c[id(fit)] - min(c.values())) for c in (aic, bic)]
         rows.append(Candidate(name, fit, relative[0], relative[1], held_out_rms, why))
     return sorted(rows, key=lambda row: np.inf if row.bic is None else row.bic)

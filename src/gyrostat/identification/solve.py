@@ -136,7 +136,7 @@ def solve(
     """
     pooled = [pool(cut(record)) for record in problem.records]
     records = tuple(record for record, _ in pooled)
-    chosen_loss = loss_named(problem.loss)
+    loss = loss_named(problem.loss)
     sigmas = _speed_sigmas(problem.speed_sigma, len(records))
     if sigmas is not None:
         sigmas = tuple(s / np.sqrt(size) for s, (_, size) in zip(sigmas, pooled, strict=True))
@@ -152,7 +152,7 @@ def solve(
     measure = Measurements(prediction, sigmas or [max(n, smallest) for n in noise])
     limit = DEFAULT_ITERATIONS if problem.max_iterations is None else problem.max_iterations
 
-    best = _search(selection, measure, chosen_loss, limit, noise, on_progress)
+    best = _search(selection, measure, loss, limit, noise, on_progress)
     if best is None:
         findings = [finding for r in records if (finding := lost_sign(r)) is not None]
         if findings:
@@ -166,10 +166,10 @@ def solve(
         )
     if sigmas is None:
         parts = measure.by_record(best.solution.residual)
-        levels = residual_levels(parts, len(best.solution.x), chosen_loss)
+        levels = residual_levels(parts, len(best.solution.x), loss)
         pairs = zip(levels, measure.sigmas, strict=True)
         final = Measurements(prediction, [max(level * s, smallest) for level, s in pairs])
-        last = refine(selection, final, best.values, chosen_loss, limit, best.solution.iterations)
+        last = refine(selection, final, best.values, loss, limit, best.solution.iterations)
         if last is not None:
             best, measure = last, final
     fit = conclude(
@@ -177,7 +177,7 @@ def solve(
         prediction,
         selection,
         best,
-        chosen_loss,
+        loss,
         deterministic,
         speed_sigmas=measure.sigmas,
         noise=noise,

@@ -228,7 +228,7 @@ def validate(
         samples=len(errors),
         crossings=len(changes),
         whiteness=whiteness(errors) if len(errors) >= 10 else None,
-        converged=bool(converged),
+        converged=converged,
         predicted_sigma=spread,
         inside=float(np.mean(np.abs(errors) <= width[record.valid])),
         names=tuple(names),
