@@ -215,15 +215,15 @@ def bench_record(
         raise InputError(
             f"rate: found {telemetry.rate:g} Hz, expected a higher rate for this friction curve"
         )
-    measured = np.asarray(speed) + telemetry.speed_sigma * noise_random.standard_normal(len(time))
+    reading = np.asarray(speed) + telemetry.speed_sigma * noise_random.standard_normal(len(time))
     if telemetry.speed_quantum > 0.0:
-        measured = telemetry.speed_quantum * np.round(measured / telemetry.speed_quantum)
+        reading = telemetry.speed_quantum * np.round(reading / telemetry.speed_quantum)
     valid = noise_random.random(len(time)) >= telemetry.dropouts
     return Record(
         name=name,
         time=time,
         current=current,
-        speed=np.where(valid, measured, np.nan),
+        speed=np.where(valid, reading, np.nan),
         valid=valid,
     )
 
