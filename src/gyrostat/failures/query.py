@@ -62,7 +62,7 @@ class Case:
         limits = np.broadcast_to(np.asarray(spacecraft.wheels.momentum_limit, float), count)
         torques = np.broadcast_to(np.asarray(spacecraft.wheels.torque_limit, float), count)
         working = tuple(k for k in range(count) if k not in failed)
-        chosen = list(working)
+        columns = list(working)
         frozen = sum((axes[:, k] * value for k, value in failed.items()), np.zeros(3))
         radius = float(np.linalg.norm(total))
         if radius < NEGLIGIBLE_RATE * np.linalg.eigvalsh(inertia)[0]:
@@ -73,8 +73,8 @@ class Case:
             radius=radius,
             working=working,
             failed=dict(failed),
-            torque_limits=torques[chosen],
-            held=MomentumSet.of(axes[:, chosen], limits[chosen], frozen),
+            torque_limits=torques[columns],
+            held=MomentumSet.of(axes[:, columns], limits[columns], frozen),
         )
 
     def all_wheels(self, working: Vector) -> Vector:
@@ -92,14 +92,14 @@ def vector(value: Any, length: int, name: str, unit: str) -> Vector:
         InputError: The value is not such an array.
     """
     try:
-        found = np.asarray(value, dtype=float)
+        array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
-        found = np.zeros(0)
+        array = np.zeros(0)
     # comparisons with NaN are false
-    if found.shape != (length,) or not np.all(np.abs(found) <= LARGEST):
-        wanted = f"{length} finite numbers below {LARGEST:g} {unit}".rstrip()
-        raise InputError(f"{name}: found {value}, expected {wanted}")
-    return found
+    if array.shape != (length,) or not np.all(np.abs(array) <= LARGEST):
+        expected = f"{length} finite numbers below {LARGEST:g} {unit}".rstrip()
+        raise InputError(f"{name}: found {value}, expected {expected}")
+    return array
 
 
 def unit_vector(value: Any, name: str) -> Vector:
@@ -108,11 +108,11 @@ def unit_vector(value: Any, name: str) -> Vector:
     Raises:
         InputError: The value is not such an array, or it is zero.
     """
-    found = vector(value, 3, name, "")
-    size = float(np.linalg.norm(found))
+    array = vector(value, 3, name, "")
+    size = float(np.linalg.norm(array))
     if size == 0.0:
         raise InputError(f"{name}: found zero, expected a direction")
-    return found / size
+    return array / size
 
 
 def unit_quaternion(value: Any, name: str) -> Vector:
