@@ -52,17 +52,18 @@ class Rarity:
 def rarity(replications: Sequence[Replication]) -> Rarity:
     """Combine independent replications."""
     probabilities = np.array([each.probability for each in replications])
-    doubts = _early_ends(replications)
-    estimates = probabilities[np.isfinite(probabilities)]
-    if len(estimates) < len(probabilities):
-        return Rarity(None, None, None, None, tuple(doubts), _limit(replications))
-    low, high = interval(estimates, _chain_variance(replications))
-    mean = float(np.mean(estimates))
-    variation = float(np.std(estimates, ddof=1) / np.sqrt(len(estimates)) / mean)
-    doubts += _disagreement(replications, low, high)
-    doubts += _slow_chains(replications)
-    doubts += _first_level(replications, low, high)
-    return Rarity(mean, low, high, variation, tuple(doubts))
+    if not np.all(np.isfinite(probabilities)):
+        doubts = tuple(_early_ends(replications))
+        return Rarity(None, None, None, None, doubts, _limit(replications))
+    low, high = interval(probabilities, _chain_variance(replications))
+    mean = float(np.mean(probabilities))
+    variation = float(np.std(probabilities, ddof=1) / np.sqrt(len(probabilities)) / mean)
+    doubts = (
+        *_disagreement(replications, low, high),
+        *_slow_chains(replications),
+        *_first_level(replications, low, high),
+    )
+    return Rarity(mean, low, high, variation, doubts)
 
 
 def _limit(replications: Sequence[Replication]) -> float:

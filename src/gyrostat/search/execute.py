@@ -138,8 +138,7 @@ def _fly(
             on_progress(runs, campaign.runs)
 
     flights = Flights(
-        *(scenario, campaign, question.response),
-        **{"found": load, "store": keep, "opener": pool, "on_progress": tell},
+        scenario, campaign, question.response, found=load, store=keep, opener=pool, on_progress=tell
     )
     together(question.searches(campaign.runs, campaign.seed), flights.fly)
     return count

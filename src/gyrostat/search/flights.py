@@ -93,12 +93,8 @@ class Flights:
         responses = np.full((len(numbers), *rows.shape[1:]), -np.inf)
         responses[valid] = rows
         ends = np.cumsum([len(each) for each, _, _ in requests])[:-1]
-        return [
-            Answers(number, normal, response)
-            for (number, normal, _), response in zip(
-                requests, np.split(responses, ends), strict=True
-            )
-        ]
+        parts = np.split(responses, ends)
+        return [Answers(*each[:2], part) for each, part in zip(requests, parts, strict=True)]
 
     def _register(self, moves: Moves) -> tuple[NDArray[np.int64], Matrix, Matrix]:
         """Numbers, standard normal numbers and values of requested flights."""
@@ -138,15 +134,14 @@ class Flights:
             progress += len(piece.runs)
             self._on_progress(progress)
 
-        if pending and self._opener is None:
-            raise InputError(
-                "search: found requested runs that are not in the table, expected all of them: use "
-                "the version that started it, or another folder"
-            )
-        if pending and self._opener is not None:
-            carry_out(
-                pending, self._simulate, self._opener, take, window=2 * (os.cpu_count() or 1) + 2
-            )
+        if pending:
+            if self._opener is None:
+                raise InputError(
+                    "search: found requested runs that are not in the table, expected all of them: "
+                    "use the version that started it, or another folder"
+                )
+            window = 2 * (os.cpu_count() or 1) + 2
+            carry_out(pending, self._simulate, self._opener, take, window=window)
         if not pieces:
             return self._response(defaultdict(lambda: np.zeros(0)))
         responses = []
@@ -163,7 +158,7 @@ class Flights:
     def _matches(self, piece: Piece, columns: Columns) -> bool:
         """Whether columns have the values and the noise of the flights that were requested."""
         expected = dict(zip(self._scenario.dispersed, piece.values.T, strict=True))
-        expected |= {PARENT: self._parents[piece.runs], REPLACED: self._shares[piece.runs]}
+        expected |= self._noise_columns(piece)
         return all(np.array_equal(columns[name], each) for name, each in expected.items())
 
     def _simulate(self, piece: Piece) -> Columns:
@@ -171,8 +166,10 @@ class Flights:
         scenario, seed = self._scenario, self._campaign.seed
         keys = noise_of(piece.runs, self._parents, self._shares, seed, parts_of(scenario))
         columns = fly_given(scenario, piece.runs, piece.values, keys).columns
-        noise_columns = {PARENT: self._parents[piece.runs], REPLACED: self._shares[piece.runs]}
-        return {**columns, **noise_columns}
+        return {**columns, **self._noise_columns(piece)}
+
+    def _noise_columns(self, piece: Piece) -> Columns:
+        return {PARENT: self._parents[piece.runs], REPLACED: self._shares[piece.runs]}
 
 
 def allowed(scenario: Scenario, values: Matrix) -> NDArray[np.bool_]:

@@ -138,12 +138,8 @@ def tune(
 
 def _finalists(value: Vector, excess: Vector) -> list[int]:
     """Candidates with the smallest value for each margin to the limits, each once."""
-    finalists = []
-    for margin in MARGINS:
-        fine = np.flatnonzero(excess <= -margin)
-        if len(fine):
-            finalists.append(int(fine[np.argmin(value[fine])]))
-    return [*dict.fromkeys(finalists)]
+    sets = [np.flatnonzero(excess <= -margin) for margin in MARGINS]
+    return [*dict.fromkeys(int(fine[np.argmin(value[fine])]) for fine in sets if len(fine))]
 
 
 def _percentiles(answers: Answers, candidates: int) -> Matrix:

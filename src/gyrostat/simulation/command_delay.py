@@ -29,12 +29,9 @@ def delay_line(plant: Any, state: Any, command: Any, period: Scalar, delay: int)
         zero_command = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), command)
         steady = plant.steady_command(state, zero_command)
         line = jax.tree.map(lambda zeros, value: zeros + value, line, steady)
-    return tuple(
-        leaf if moves else None
-        for leaf, moves in zip(
-            jax.tree.leaves(line), _moves(plant, state, command, period), strict=True
-        )
-    )
+    flags = _moves(plant, state, command, period)
+    leaves = zip(jax.tree.leaves(line), flags, strict=True)
+    return tuple(leaf if moves else None for leaf, moves in leaves)
 
 
 def _moves(plant: Any, state: Any, command: Any, period: Scalar) -> list[bool]:
@@ -61,9 +58,7 @@ def delayed(line: DelayLine, command: Any) -> tuple[DelayLine, Any]:
     if not line:
         return line, command
     leaves, tree = jax.tree.flatten(command)
-    next_line, outputs = [], []
-    for queue, leaf in zip(line, leaves, strict=True):
-        next_queue, output = (None, leaf) if queue is None else pushed(queue, leaf)
-        next_line.append(next_queue)
-        outputs.append(output)
-    return tuple(next_line), jax.tree.unflatten(tree, outputs)
+    pairs = zip(line, leaves, strict=True)
+    steps = ((None, leaf) if queue is None else pushed(queue, leaf) for queue, leaf in pairs)
+    next_line, outputs = zip(*steps, strict=True)
+    return next_line, jax.tree.unflatten(tree, outputs)
