@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked, positive
-from gyrostat.core.jax64 import jnp
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.validation import require
 from gyrostat.estimation.torque_walk import TorqueWalk, correct, predict
 
@@ -72,11 +72,8 @@ class FrictionTorqueFilter(Checked):
         valid = jnp.isfinite(momentum)
         sample = jnp.where(valid, momentum, 0.0)
         walk, innovation, variance = correct(estimate.walk, sample, self.momentum_sigma**2)
-        posterior = TorqueWalk(
-            *(jnp.where(valid, new, old) for new, old in zip(walk, estimate.walk, strict=True))
-        )
         return FrictionTorqueEstimate(
-            posterior,
+            jax.tree.map(lambda new, old: jnp.where(valid, new, old), walk, estimate.walk),
             jnp.where(valid, innovation, 0.0),
             jnp.where(valid, variance, 0.0),
             estimate.missed + jnp.where(valid, 0.0, 1.0),

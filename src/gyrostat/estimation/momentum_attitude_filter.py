@@ -7,7 +7,7 @@ from jaxtyping import Array, Bool, Float
 from gyrostat.core import rotations
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, positive, size
-from gyrostat.core.jax64 import jnp
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite, symmetric
 from gyrostat.core.rotations import cross_matrix
 from gyrostat.spacecraft import Spacecraft
@@ -212,10 +212,11 @@ class MomentumAttitudeFilter(Checked):
         )
         prediction = estimate._replace(innovation=jnp.zeros(3), surprise=jnp.zeros(()))
         start = self._initial(attitude, estimate.wheel_speed)
-        parts = (jnp.where(estimate.started, a, b) for a, b in zip(corrected, start, strict=True))
-        return MomentumAttitudeEstimate(
-            *(jnp.where(measured, a, b) for a, b in zip(parts, prediction, strict=True))
-        )
+
+        def select(new: Any, first: Any, old: Any) -> Any:
+            return jnp.where(measured, jnp.where(estimate.started, new, first), old)
+
+        return jax.tree.map(select, corrected, start, prediction)
 
     def _initial(self, attitude: Quaternion, wheel_speed: PerWheel) -> MomentumAttitudeEstimate:
         """Estimate from the first measured attitude, for a body at rest within `rate_sigma`."""

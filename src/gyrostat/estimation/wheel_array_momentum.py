@@ -6,7 +6,7 @@ from jaxtyping import Array, Bool, Float
 
 from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.checked import Checked, positive
-from gyrostat.core.jax64 import jnp
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import to_body, to_inertial
 from gyrostat.estimation.torque_walk import TorqueWalk, correct, predict
@@ -146,8 +146,5 @@ class WheelArrayFilter(Checked):
         zero = jnp.zeros_like(momentum)
         initial = TorqueWalk(momentum, zero, self.variance, zero, self.initial_sigma**2)
         update, _, _ = correct(estimate.wheels, momentum, self.variance)
-        wheels = (
-            jnp.where(estimate.begun(), later, start)
-            for start, later in zip(initial, update, strict=True)
-        )
-        return WheelArrayEstimate(total, TorqueWalk(*wheels))
+        wheels = jax.tree.map(lambda a, b: jnp.where(estimate.begun(), a, b), update, initial)
+        return WheelArrayEstimate(total, wheels)

@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked, positive
-from gyrostat.core.jax64 import jnp
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.estimation.torque_walk import TorqueWalk, correct, predict
 
 UNKNOWN_TORQUE = 10.0
@@ -79,9 +79,7 @@ class MomentumFilter(Checked):
         update = MomentumEstimate(*walk, jnp.where(surprised, 0.0, mean), one)
         start = MomentumEstimate(measured, zero, noise, zero, UNKNOWN_TORQUE**2 * noise, zero, one)
         begins = estimate.started == 0.0
-        return MomentumEstimate(
-            *(jnp.where(begins, a, b) for a, b in zip(start, update, strict=True))
-        )
+        return jax.tree.map(lambda a, b: jnp.where(begins, a, b), start, update)
 
 
 class WheelMomentumFilter(Checked):

@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -94,10 +95,7 @@ def nearest_direction(case: Case, body: Vector, wanted: Vector) -> Rest | None:
 
 def certificate_of_roll(case: Case, body: Vector, wanted: Vector) -> Certificate:
     """Certificate at the roll angle with the lowest bound, for a boresight on its target."""
-
-    def certificate(momentum: Vector) -> Certificate:
-        return certificate_at(case.held, case.inertia, momentum)
-
+    certificate = partial(certificate_at, case.held, case.inertia)
     return certificate(best_roll(case, body, wanted, lambda momentum: certificate(momentum).rate))
 
 

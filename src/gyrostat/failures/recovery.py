@@ -221,9 +221,7 @@ def recover(
             torque, stopped_momenta = float(limits[wheel]), {**wheel_momenta, wheel: 0.0}
             feasibility = holdable(model, start.momentum, failed=stopped_momenta, target=target)
             time = settles(feasibility, wheel, replace(loss, brake_torque=torque))
-            gains[wheel] = BrakeGain(
-                torque, None if feasibility.attitude is None else feasibility.angle, time
-            )
+            gains[wheel] = BrakeGain(torque, feasibility.angle, time)
     torque: Any = vector(external_torque, 3, "external torque", "N·m")
     plant = Gyrostat(with_brakes(spacecraft, losses), failures, external_torque=torque)
     drift = momentum_drift(
