@@ -117,7 +117,7 @@ class Guarded(Checked):
             measurement: Measurement as the sensors give it.
         """
         sample = self.guard(memory.guard, measurement, memory.period)
-        fallback = memory.controller, memory.command, jnp.array(False)
+        like = jax.tree.map(jnp.asarray, (memory.controller, memory.command, jnp.array(False)))
 
         def compute() -> tuple[Any, Any, Any]:
             # without barriers XLA computes the controller again for every result that needs it
@@ -126,7 +126,6 @@ class Guarded(Checked):
             inner, command = jax.lax.optimization_barrier(outputs)
             return inner, command, finite((inner, command), memory.controller)
 
-        like = jax.tree.map(jnp.asarray, fallback)
         inner, command, computed = jax.lax.cond(sample.good, _as(like, compute), lambda: like)
 
         def accept() -> tuple[Any, GuardMemory, Any]:

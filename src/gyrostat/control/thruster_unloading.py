@@ -122,13 +122,12 @@ class ThrusterUnloading(Checked):
                 `impulse` is below the impulse of a pulse of minimum length.
         """
         shortest = 2.0 * self.arm * self.force * self.minimum
-        impulses = {"end": self.end, "impulse": self.impulse}
         if not np.all(np.asarray(self.end) < self.begin):
             raise InputError(
                 f"end of the unloading: found {np.max(self.end):g} N·m·s, expected below its "
                 f"begin, {np.min(self.begin):g} N·m·s"
             )
-        for name, value in impulses.items():
+        for name, value in (("end", self.end), ("impulse", self.impulse)):
             if not np.all(np.asarray(value) >= shortest):
                 raise InputError(
                     f"{name} of the unloading: found {np.min(value):g} N·m·s, expected at "

@@ -126,10 +126,8 @@ class NullSpaceControl(Checked):
         starts, ends = [zero], [zero]
         if self.bands is not None:
             inner, outer = jnp.moveaxis(jnp.asarray(self.bands) / jnp.abs(scale), 1, 0)
-            starts, ends = (
-                [zero, *(zero + inner), *(zero - outer)],
-                [zero, *(zero + outer), *(zero - inner)],
-            )
+            starts += [*(zero + inner), *(zero - outer)]
+            ends += [*(zero + outer), *(zero - inner)]
         starts, ends = (jnp.where(moves, each, jnp.inf) for each in map(jnp.stack, (starts, ends)))
         level, crosses = state.level(starts, ends, self.clearance)
         target = jnp.where(exists, level, 0.0) * direction

@@ -278,11 +278,9 @@ class EstimatingCompensator(Checked):
         table_torque = self.motor_constant * (command.friction_current - command.current)
         under_way, acting = pushed(memory.under_way, table_torque)
         undisturbed = RateEstimate(memory.undisturbed, memory.rate.torque)
-        return EstimatingMemory(
-            memory.law,
-            self.momentum.predict(memory.momentum, period),
-            self.observer.predict(memory.rate, acting, period),
-            memory.scale,
-            self.observer.predict(undisturbed, table_torque, period).rate,
-            under_way,
+        return memory._replace(
+            momentum=self.momentum.predict(memory.momentum, period),
+            rate=self.observer.predict(memory.rate, acting, period),
+            undisturbed=self.observer.predict(undisturbed, table_torque, period).rate,
+            under_way=under_way,
         )

@@ -65,11 +65,8 @@ class FrictionFeedForward(Checked):
         memory, command = self.controller(memory, inner_measurement)
         demand = command.torque
         sense = jnp.where(jnp.where(turns, speed, demand) < 0.0, -1.0, 1.0)
-        resting = jnp.clip(
-            demand / (SOFTNESS * jnp.maximum(self.friction.breakaway_torque(sense), 1e-300)),
-            -1.0,
-            1.0,
-        )
+        breakaway = jnp.maximum(self.friction.breakaway_torque(sense), 1e-300)
+        resting = jnp.clip(demand / (SOFTNESS * breakaway), -1.0, 1.0)
         drive = jnp.where(turns, 1.0, jnp.abs(resting))
         friction = drive * self.friction.torque(jnp.where(turns, speed, 0.0), sense)
         torque = demand + jnp.where(demand == 0.0, 0.0, self.share * friction)

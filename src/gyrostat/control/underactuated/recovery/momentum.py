@@ -120,8 +120,7 @@ class MomentumRecovery(Checked):
             update = total.updated(attitude, self._measure(measurement), self.momentum_time)
             # without the speed of a failed wheel the momentum is not measured
             unknown = self._is_unknown(measurement)
-            pairs = zip(total.predicted(), update, strict=True)
-            total = MomentumEstimate(*(jnp.where(unknown, *pair) for pair in pairs))
+            total = jax.tree.map(lambda a, b: jnp.where(unknown, a, b), total.predicted(), update)
             law = replace(law, total_momentum=total.momentum)
         body = rotations.to_body(attitude, law.total_momentum)
         motion, forward = None, None
