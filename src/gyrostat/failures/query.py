@@ -61,8 +61,7 @@ class Case:
                 raise InputError(f"failed wheel {wheel}: found {value}, expected N·m·s")
         limits = np.broadcast_to(np.asarray(spacecraft.wheels.momentum_limit, float), count)
         torques = np.broadcast_to(np.asarray(spacecraft.wheels.torque_limit, float), count)
-        working = tuple(k for k in range(count) if k not in failed)
-        columns = list(working)
+        working = [k for k in range(count) if k not in failed]
         frozen = sum((axes[:, k] * value for k, value in failed.items()), np.zeros(3))
         radius = float(np.linalg.norm(total))
         if radius < NEGLIGIBLE_RATE * np.linalg.eigvalsh(inertia)[0]:
@@ -71,10 +70,10 @@ class Case:
             inertia=inertia,
             momentum=total,
             radius=radius,
-            working=working,
+            working=tuple(working),
             failed=dict(failed),
-            torque_limits=torques[columns],
-            held=MomentumSet.of(axes[:, columns], limits[columns], frozen),
+            torque_limits=torques[working],
+            held=MomentumSet.of(axes[:, working], limits[working], frozen),
         )
 
     def all_wheels(self, working: Vector) -> Vector:

@@ -127,8 +127,7 @@ def _as_data(spacecraft: Spacecraft) -> Spacecraft:
 
 @stored_tree_function
 def _start(spacecraft: Spacecraft, attitude: Any, rate: Any, wheel_speed: Any) -> GyrostatState:
-    start = Gyrostat(spacecraft).start
-    return start(attitude=attitude, rate=rate, wheel_speed=wheel_speed)
+    return Gyrostat(spacecraft).start(attitude=attitude, rate=rate, wheel_speed=wheel_speed)
 
 
 @stored_tree_function

@@ -168,7 +168,7 @@ class Flights:
         columns = fly_given(scenario, piece.runs, piece.values, keys).columns
         return {**columns, **self._noise_columns(piece)}
 
-    def _noise_columns(self, piece: Piece) -> Columns:
+    def _noise_columns(self, piece: Piece) -> dict[str, Any]:
         return {PARENT: self._parents[piece.runs], REPLACED: self._shares[piece.runs]}
 
 

@@ -242,8 +242,7 @@ class MomentumRecovery(Checked):
                 "wheels at the target, expected more: it alone can turn the spacecraft about the "
                 "normal"
             )
-        law = TwoWheelLaw(loop, normal, attitude, momentum)
-        return cls(law, normal, failed_axes, inertia)
+        return cls(TwoWheelLaw(loop, normal, attitude, momentum), normal, failed_axes, inertia)
 
 
 @stored_tree_function

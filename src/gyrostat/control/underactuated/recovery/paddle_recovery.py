@@ -127,8 +127,7 @@ class PaddleRecovery(Checked):
         if not isinstance(turning.law, ThreeAxisLaw):
             raise InputError("paddle: found an axis in the plane of the wheels, expected another")
         loop = replace(turning.law.wheels, gain=rate_gain, drag_time=drag_time)
-        law = replace(turning.law, wheels=loop, turn_gain=turn_gain)
-        turning = replace(turning, law=law)
+        turning = replace(turning, law=replace(turning.law, wheels=loop, turn_gain=turn_gain))
         wheels = np.arange(3) != paddle
         sweeping = ZeroMomentumRecovery.plan(spacecraft, wheels, target=target)
         return cls(turning, sweeping, paddle, angle_limit)

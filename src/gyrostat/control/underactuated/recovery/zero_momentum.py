@@ -195,5 +195,4 @@ class ZeroMomentumRecovery(Checked):
         step = rotations.product(rotations.conjugate(turned(sweep, angle)), turned(sweep, later))
         twist = rotations.from_rotation_vector(jnp.array([0.0, 0.0, 0.5]) * drift * memory.period)
         step = rotations.product(rotations.product(twist, step), twist)
-        quaternion = rotations.product(memory.reference, self.sweeps.in_body(step))
-        return rotations.normalised(quaternion)
+        return rotations.normalised(rotations.product(memory.reference, self.sweeps.in_body(step)))
