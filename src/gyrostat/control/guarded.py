@@ -92,8 +92,8 @@ class Guarded(Checked):
                 f"{type(self.controller).__name__}: found a command of {', '.join(fields)}, "
                 f"expected one of {', '.join(actuated)} for the safe command zero"
             )
-        none = jax.tree.map(lambda shape: jnp.zeros(shape.shape, shape.dtype), command)
-        return GuardedMemory(inner, guard, none, jnp.asarray(period, dtype=float))
+        zero = jax.tree.map(lambda shape: jnp.zeros(shape.shape, shape.dtype), command)
+        return GuardedMemory(inner, guard, zero, jnp.asarray(period, dtype=float))
 
     def __call__(self, memory: GuardedMemory, measurement: Any) -> tuple[GuardedMemory, Any]:
         """Compute the command, with the status of the sample as additional fields.
@@ -116,49 +116,48 @@ class Guarded(Checked):
             memory: Memory from the last sample.
             measurement: Measurement as the sensors give it.
         """
-        seen = self.guard(memory.guard, measurement, memory.period)
-        stays = memory.controller, memory.command, jnp.array(False)
+        sample = self.guard(memory.guard, measurement, memory.period)
+        like = jax.tree.map(jnp.asarray, (memory.controller, memory.command, jnp.array(False)))
 
-        def stepped() -> tuple[Any, Any, Any]:
+        def compute() -> tuple[Any, Any, Any]:
             # without barriers XLA computes the controller again for every result that needs it
-            measurement = jax.lax.optimization_barrier(seen.measurement)
-            after = self.controller(memory.controller, measurement)
-            inner, command = jax.lax.optimization_barrier(after)
+            measurement = jax.lax.optimization_barrier(sample.measurement)
+            outputs = self.controller(memory.controller, measurement)
+            inner, command = jax.lax.optimization_barrier(outputs)
             return inner, command, finite((inner, command), memory.controller)
 
-        like = jax.tree.map(jnp.asarray, stays)
-        inner, command, computed = jax.lax.cond(seen.good, _as(like, stepped), lambda: like)
+        inner, command, computed = jax.lax.cond(sample.good, _as(like, compute), lambda: like)
 
-        def taken() -> tuple[Any, GuardMemory, Any]:
-            return inner, seen.used, command
+        def accept() -> tuple[Any, GuardMemory, Any]:
+            return inner, sample.used, command
 
-        def missing() -> tuple[Any, GuardMemory, Any]:
-            before, safe = memory.controller, self._safe(memory.command, jnp.array(False))
-            later = predicted(self.controller, before, memory.guard.last, safe)
-            stays = finite(later, before)
-            later = jax.tree.map(lambda new, old: jnp.where(stays, new, old), later, before)
-            return later, seen.missed, memory.command
+        def predict() -> tuple[Any, GuardMemory, Any]:
+            previous, safe = memory.controller, self._safe(memory.command, jnp.array(False))
+            later = predicted(self.controller, previous, memory.guard.last, safe)
+            is_finite = finite(later, previous)
+            later = jax.tree.map(lambda new, old: jnp.where(is_finite, new, old), later, previous)
+            return later, sample.missed, memory.command
 
         like = jax.tree.map(jnp.asarray, (memory.controller, memory.guard, memory.command))
-        inner, guard, last = jax.lax.cond(computed, _as(like, taken), _as(like, missing))
-        status = jnp.where(seen.good & ~computed, int(SampleStatus.NOT_COMPUTED), seen.status)
+        inner, guard, last = jax.lax.cond(computed, _as(like, accept), _as(like, predict))
+        status = jnp.where(sample.good & ~computed, int(SampleStatus.NOT_COMPUTED), sample.status)
         report = SampleReport(status, guard.samples_missed)
         memory = GuardedMemory(inner, guard, last, memory.period)
         return memory, self._safe(last, computed), report
 
-    def _safe(self, last: Any, used: Any) -> Any:
+    def _safe(self, command: Any, computed: Any) -> Any:
         """Last accepted command; if this sample was not used, the safe command."""
         if self.guard.on_bad == "hold":
-            return last
+            return command
 
-        def gated(value: Any) -> Any:
-            return jnp.where(used, value, jnp.zeros_like(value))
+        def gate(value: Any) -> Any:
+            return jnp.where(computed, value, jnp.zeros_like(value))
 
-        if not hasattr(last, "_fields"):
-            return jax.tree.map(gated, last)
+        if not hasattr(command, "_fields"):
+            return jax.tree.map(gate, command)
         actuated = (*ACTUATED, *self.actuators)
-        sent = [name for name in last._fields if name in actuated]
-        return last._replace(**{name: gated(getattr(last, name)) for name in sent})
+        names = [name for name in command._fields if name in actuated]
+        return command._replace(**{name: gate(getattr(command, name)) for name in names})
 
 
 def finite(tree: Any, known: Any = ()) -> Any:
@@ -179,8 +178,8 @@ def finite(tree: Any, known: Any = ()) -> Any:
         if jnp.issubdtype(jnp.result_type(leaf), jnp.floating) and jnp.size(leaf)
     ]
     while len(sums) > 1:
-        odd = sums[-1:] if len(sums) % 2 else []
-        sums = [a + b for a, b in zip(sums[::2], sums[1::2], strict=False)] + odd
+        remainder = sums[-1:] if len(sums) % 2 else []
+        sums = [a + b for a, b in zip(sums[::2], sums[1::2], strict=False)] + remainder
     return jnp.isfinite(sums[0]) if sums else jnp.array(True)
 
 

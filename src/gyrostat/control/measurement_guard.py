@@ -155,15 +155,15 @@ class MeasurementGuard(Checked):
             lambda x: jax.ShapeDtypeStruct(jnp.shape(x), jnp.result_type(x)), measurement
         )
         names = [name for name, shape in shapes._asdict().items() if _is_real(shape)]
-        given = dict(limits or {})
-        for name in given:
+        bounds = dict(limits or {})
+        for name in bounds:
             if name not in names:
                 raise InputError(
                     f"limits of a measurement: found {name}, expected one of {', '.join(names)}"
                 )
         if on_bad not in ON_BAD:
             raise InputError(f"on bad samples: found {on_bad!r}, expected {' or '.join(ON_BAD)}")
-        return cls({name: given.get(name, FieldLimits()) for name in names}, on_bad, shapes)
+        return cls({name: bounds.get(name, FieldLimits()) for name in names}, on_bad, shapes)
 
     def check_own(self) -> None:
         """Validate the limits.
@@ -182,13 +182,13 @@ class MeasurementGuard(Checked):
 
     def start(self) -> GuardMemory:
         """Initial memory, without an accepted value."""
-        last = jax.tree.map(lambda shape: jnp.zeros(shape.shape, shape.dtype), self.sample)
+        blank = jax.tree.map(lambda shape: jnp.zeros(shape.shape, shape.dtype), self.sample)
         flags = {
-            name: jnp.full(jnp.shape(getattr(last, flag)), REACQUIRE)
+            name: jnp.full(jnp.shape(getattr(blank, flag)), REACQUIRE)
             for name in self.limits
             if (flag := self._flag(name)) is not None
         }
-        return GuardMemory(last, jnp.array(REACQUIRE), flags)
+        return GuardMemory(blank, jnp.array(REACQUIRE), flags)
 
     def __call__(self, memory: GuardMemory, measurement: Any, period: Scalar) -> Validated:
         """Validate a measurement.
@@ -198,7 +198,7 @@ class MeasurementGuard(Checked):
             measurement: Measurement as the sensors give it.
             period: Control period, s.
         """
-        finite = inside = slow = jnp.array(True)
+        finite = in_range = slow = jnp.array(True)
         rejected = jnp.array(False)
         values: dict[str, Any] = {}
         flags: dict[str, Any] = {}
@@ -213,32 +213,32 @@ class MeasurementGuard(Checked):
             is_inside = is_finite & (value >= limits.lower) & (value <= limits.upper)
             is_slow = is_inside
             if limits.rate is not None:
-                missed = _beside(missed, last)
+                missed = _expand(missed, last)
                 fastest = limits.rate * (period * (missed.astype(float) + 1.0))
                 is_slow = is_inside & ((missed >= REACQUIRE) | (jnp.abs(value - last) <= fastest))
             values[name] = value
             if flag is None:
                 finite &= jnp.all(is_finite)
-                inside &= jnp.all(is_inside)
+                in_range &= jnp.all(is_inside)
                 slow &= jnp.all(is_slow)
                 continue
-            told, accepted = getattr(measurement, flag), is_slow
-            if jnp.shape(told) != jnp.shape(accepted):
+            valid, accepted = getattr(measurement, flag), is_slow
+            if jnp.shape(valid) != jnp.shape(accepted):
                 accepted = jnp.all(accepted)
-            rejected |= jnp.any(told & ~accepted)
-            accepted &= told
-            flags[flag] = flags.get(flag, told) & accepted
+            rejected |= jnp.any(valid & ~accepted)
+            accepted &= valid
+            flags[flag] = flags.get(flag, valid) & accepted
             values[name] = jnp.where(accepted, value, last)
             reset[name] = jnp.where(accepted, 0, later[name])
-        reason = jnp.where(inside, int(SampleStatus.TOO_FAST), int(SampleStatus.OUT_OF_RANGE))
+        reason = jnp.where(in_range, int(SampleStatus.TOO_FAST), int(SampleStatus.OUT_OF_RANGE))
         reason = jnp.where(finite, reason, int(SampleStatus.NOT_FINITE))
         fine = jnp.where(rejected, int(SampleStatus.PARTIAL), int(SampleStatus.GOOD))
-        taken = measurement._replace(**values, **flags)
+        sample = measurement._replace(**values, **flags)
         return Validated(
-            measurement=taken,
+            measurement=sample,
             good=slow,
             status=jnp.where(slow, fine, reason),
-            used=GuardMemory(taken, jnp.zeros_like(memory.samples_missed), reset),
+            used=GuardMemory(sample, jnp.zeros_like(memory.samples_missed), reset),
             missed=GuardMemory(memory.last, memory.samples_missed + 1, later),
         )
 
@@ -255,6 +255,6 @@ def _is_real(shape: Any) -> bool:
     return jnp.issubdtype(shape.dtype, jnp.floating)
 
 
-def _beside(missed: Any, value: Any) -> Any:
+def _expand(missed: Any, value: Any) -> Any:
     """Sample counts with as many axes as the value that they belong to."""
     return jnp.reshape(missed, jnp.shape(missed) or (1,) * jnp.ndim(value))

@@ -100,18 +100,18 @@ class ThrusterUnloading(Checked):
         """
         inner, command = self.controller(memory.controller, measurement)
         excess = excess_momentum(self.wheels, measurement.wheel_speed, self.momentum)
-        stored = jnp.abs(excess)
-        unloads = (stored > self.begin) | (memory.unloads & (stored > self.end))
-        wanted = jnp.where(unloads, -jnp.clip(excess, -self.impulse, self.impulse), 0.0)
+        magnitude = jnp.abs(excess)
+        unloads = (magnitude > self.begin) | (memory.unloads & (magnitude > self.end))
+        impulse = jnp.where(unloads, -jnp.clip(excess, -self.impulse, self.impulse), 0.0)
         pairs = Thrusters.couples(self.arm, self.force, memory.period, minimum=self.minimum)
-        turning = jnp.cross(jnp.asarray(pairs.positions), jnp.asarray(pairs.directions))
+        levers = jnp.cross(jnp.asarray(pairs.positions), jnp.asarray(pairs.directions))
         # the two thrusters of a pair turn in the same sense, with one arm each
         on_time = pairs.on_time(
-            jnp.maximum(turning @ wanted, 0.0) / (2.0 * self.arm**2 * self.force)
+            jnp.maximum(levers @ impulse, 0.0) / (2.0 * self.arm**2 * self.force)
         )
-        torque = (self.force * on_time / memory.period) @ turning
-        given = (command, _Thrust(on_time), torque, self.compensation)
-        command = with_unloading(self.wheels, *given, name="thrusters")
+        torque = (self.force * on_time / memory.period) @ levers
+        arguments = (command, _Thrust(on_time), torque, self.compensation)
+        command = with_unloading(self.wheels, *arguments, name="thrusters")
         return memory._replace(controller=inner, unloads=unloads), command
 
     def check_own(self) -> None:
@@ -122,13 +122,12 @@ class ThrusterUnloading(Checked):
                 `impulse` is below the impulse of a pulse of minimum length.
         """
         shortest = 2.0 * self.arm * self.force * self.minimum
-        told = {"end": self.end, "impulse": self.impulse}
         if not np.all(np.asarray(self.end) < self.begin):
             raise InputError(
                 f"end of the unloading: found {np.max(self.end):g} N·m·s, expected below its "
                 f"begin, {np.min(self.begin):g} N·m·s"
             )
-        for name, value in told.items():
+        for name, value in (("end", self.end), ("impulse", self.impulse)):
             if not np.all(np.asarray(value) >= shortest):
                 raise InputError(
                     f"{name} of the unloading: found {np.min(value):g} N·m·s, expected at "

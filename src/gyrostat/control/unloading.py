@@ -43,6 +43,6 @@ def with_unloading(
             "commands only wheels"
         )
     works = getattr(command, "works", jnp.ones(wheels.count, bool))
-    given = spread(jnp.asarray(wheels.axes), works) @ (share * torque)
-    whole = wheels.within_torque_limit(command.torque + given)
-    return recorded_with("Unloading", command._replace(torque=whole), actuator)
+    compensation = spread(jnp.asarray(wheels.axes), works) @ (share * torque)
+    total = wheels.within_torque_limit(command.torque + compensation)
+    return recorded_with("Unloading", command._replace(torque=total), actuator)

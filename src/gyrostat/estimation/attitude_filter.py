@@ -8,7 +8,7 @@ from jaxtyping import Array, Bool, Float
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, positive, size
-from gyrostat.core.jax64 import jnp
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite, symmetric
 from gyrostat.core.rotations import cross_matrix
 from gyrostat.wheel.array import listed
@@ -133,8 +133,8 @@ class AttitudeFilter(Checked):
         )
         walk = self.bias_walk**2 * period
         angle = self.angle_walk**2 * period + walk * period**2 / 3.0
-        both = -0.5 * walk * period
-        noise = jnp.kron(jnp.array([[angle, both], [both, walk]]), unit)
+        cross = -0.5 * walk * period
+        noise = jnp.kron(jnp.array([[angle, cross], [cross, walk]]), unit)
         return estimate._replace(
             attitude=rotations.normalised(rotations.product(estimate.attitude, step)),
             covariance=symmetric(forward @ estimate.covariance @ forward.T + noise),
@@ -156,27 +156,28 @@ class AttitudeFilter(Checked):
         innovation = rotations.rotation_vector(rotations.error(attitude, estimate.attitude))
         information = inverse_definite(covariance[:3, :3] + noise)
         gain = covariance[:, :3] @ information
-        kept = jnp.eye(6) - jnp.concatenate([gain, jnp.zeros((6, 3))], axis=1)
+        complement = jnp.eye(6) - jnp.concatenate([gain, jnp.zeros((6, 3))], axis=1)
         change = gain @ innovation
-        turned = rotations.product(estimate.attitude, rotations.from_rotation_vector(change[:3]))
+        q = rotations.product(estimate.attitude, rotations.from_rotation_vector(change[:3]))
         corrected = AttitudeEstimate(
-            attitude=rotations.normalised(turned),
+            attitude=rotations.normalised(q),
             bias=estimate.bias + change[3:],
             # Joseph form: positive definite in spite of rounding errors in the gain
-            covariance=symmetric(kept @ covariance @ kept.T + gain @ noise @ gain.T),
+            covariance=symmetric(complement @ covariance @ complement.T + gain @ noise @ gain.T),
             innovation=innovation,
             surprise=innovation @ information @ innovation,
             started=jnp.array(True),
             turn=estimate.turn,
         )
-        first = self.start()._replace(
+        start = self.start()._replace(
             attitude=attitude,
             covariance=jnp.diag(jnp.concatenate([variance, self.bias_sigma**2 * jnp.ones(3)])),
             started=jnp.array(True),
             turn=estimate.turn,
         )
-        nothing = estimate._replace(innovation=jnp.zeros(3), surprise=jnp.zeros(()))
-        begun = (jnp.where(estimate.started, a, b) for a, b in zip(corrected, first, strict=True))
-        return AttitudeEstimate(
-            *(jnp.where(measured, a, b) for a, b in zip(begun, nothing, strict=True))
-        )
+        prediction = estimate._replace(innovation=jnp.zeros(3), surprise=jnp.zeros(()))
+
+        def select(new: Any, first: Any, old: Any) -> Any:
+            return jnp.where(measured, jnp.where(estimate.started, new, first), old)
+
+        return jax.tree.map(select, corrected, start, prediction)

@@ -52,8 +52,8 @@ class FrictionScaleEstimate(NamedTuple):
     @property
     def normalised_innovation_squared(self) -> Scalar:
         """Normalised innovation squared; chi-square with one degree of freedom if consistent."""
-        seen = self.innovation_variance > 0.0
-        return self.innovation**2 / jnp.where(seen, self.innovation_variance, 1.0)
+        valid = self.innovation_variance > 0.0
+        return self.innovation**2 / jnp.where(valid, self.innovation_variance, 1.0)
 
 
 class FrictionScaleFilter(Checked):
@@ -86,11 +86,11 @@ class FrictionScaleFilter(Checked):
         self, speed: Scalar = 0.0, speed_sigma: Scalar | None = None
     ) -> FrictionScaleEstimate:
         """Initial estimate, with speed `speed`, rad/s, of standard deviation `speed_sigma`."""
-        known = self.speed_sigma if speed_sigma is None else speed_sigma
+        sigma = self.speed_sigma if speed_sigma is None else speed_sigma
         zero = jnp.array(0.0)
         return FrictionScaleEstimate(
             state=jnp.stack([jnp.asarray(speed, float), jnp.ones(())]),
-            covariance=jnp.diag(jnp.stack([known**2 + zero, self.initial_scale_sigma**2 + zero])),
+            covariance=jnp.diag(jnp.stack([sigma**2 + zero, self.initial_scale_sigma**2 + zero])),
             innovation=zero,
             innovation_variance=zero,
             missed=zero,
@@ -107,15 +107,15 @@ class FrictionScaleFilter(Checked):
         """Predict over a period, s, with a current, A, that is constant or has a slope, A/s."""
         curve = static_curve(self.wheel.friction)
 
-        def carried(state):
+        def propagate(state):
             speed, scale = state
             # friction times s has the same effect as inertia and motor torque times 1/s
             wheel = Wheel(self.wheel.inertia / scale, self.wheel.motor_constant / scale, curve)
-            after, resolved = advance(wheel, speed, current, slope, period)
-            state = jnp.stack([after, scale])
+            next_speed, resolved = advance(wheel, speed, current, slope, period)
+            state = jnp.stack([next_speed, scale])
             return state, (state, resolved)
 
-        transition, (state, resolved) = jax.jacfwd(carried, has_aux=True)(estimate.state)
+        transition, (state, resolved) = jax.jacfwd(propagate, has_aux=True)(estimate.state)
         shake = (self.torque_sigma / self.wheel.inertia) ** 2 * period
         spread = jnp.diag(jnp.stack([shake + 0.0 * period, self.scale_drift**2 * period]))
         covariance = transition @ estimate.covariance @ transition.T + spread
@@ -127,23 +127,23 @@ class FrictionScaleFilter(Checked):
 
     def correct(self, estimate: FrictionScaleEstimate, speed: Scalar) -> FrictionScaleEstimate:
         """Update with a measured speed, rad/s; a non-finite value is counted and skipped."""
-        seen = jnp.isfinite(speed)
+        valid = jnp.isfinite(speed)
         noise = self.speed_sigma**2
         prior = estimate.covariance
         variance = prior[0, 0] + noise
-        innovation = jnp.where(seen, speed, estimate.speed) - estimate.speed
-        observed = jnp.array([1.0, 0.0])
+        innovation = jnp.where(valid, speed, estimate.speed) - estimate.speed
+        row = jnp.array([1.0, 0.0])
         turns = (estimate.speed == 0.0) & (innovation**2 > CONTRADICTION**2 * variance)
-        gain = jnp.where(turns, observed, prior[:, 0] / variance)
-        keeps = jnp.eye(2) - jnp.outer(gain, observed)
-        posterior = keeps @ prior @ keeps.T + noise * jnp.outer(gain, gain)  # Joseph form
+        gain = jnp.where(turns, row, prior[:, 0] / variance)
+        complement = jnp.eye(2) - jnp.outer(gain, row)
+        posterior = complement @ prior @ complement.T + noise * jnp.outer(gain, gain)  # Joseph form
         speed, scale = estimate.state + gain * innovation
         return estimate._replace(
             state=jnp.stack([speed, jnp.maximum(scale, LEAST_SCALE)]),
-            covariance=jnp.where(seen, posterior, prior),
+            covariance=jnp.where(valid, posterior, prior),
             innovation=innovation,
-            innovation_variance=jnp.where(seen, variance, 0.0),
-            missed=estimate.missed + jnp.where(seen, 0.0, 1.0),
+            innovation_variance=jnp.where(valid, variance, 0.0),
+            missed=estimate.missed + jnp.where(valid, 0.0, 1.0),
         )
 
     def friction(self, estimate: FrictionScaleEstimate) -> tuple[Scalar, Scalar]:

@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked, positive
-from gyrostat.core.jax64 import jnp
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.validation import require
 from gyrostat.estimation.torque_walk import TorqueWalk, correct, predict
 
@@ -69,17 +69,14 @@ class FrictionTorqueFilter(Checked):
 
     def correct(self, estimate: FrictionTorqueEstimate, momentum: Scalar) -> FrictionTorqueEstimate:
         """Update with a measured momentum, N·m·s; a non-finite value is counted and skipped."""
-        seen = jnp.isfinite(momentum)
-        value = jnp.where(seen, momentum, 0.0)
-        walk, innovation, variance = correct(estimate.walk, value, self.momentum_sigma**2)
-        kept = TorqueWalk(
-            *(jnp.where(seen, new, old) for new, old in zip(walk, estimate.walk, strict=True))
-        )
+        valid = jnp.isfinite(momentum)
+        sample = jnp.where(valid, momentum, 0.0)
+        walk, innovation, variance = correct(estimate.walk, sample, self.momentum_sigma**2)
         return FrictionTorqueEstimate(
-            kept,
-            jnp.where(seen, innovation, 0.0),
-            jnp.where(seen, variance, 0.0),
-            estimate.missed + jnp.where(seen, 0.0, 1.0),
+            jax.tree.map(lambda new, old: jnp.where(valid, new, old), walk, estimate.walk),
+            jnp.where(valid, innovation, 0.0),
+            jnp.where(valid, variance, 0.0),
+            estimate.missed + jnp.where(valid, 0.0, 1.0),
         )
 
     def steady_gain(self, period: float) -> Float[Array, " 2"]:
@@ -104,6 +101,6 @@ class FrictionTorqueFilter(Checked):
         fast = jnp.sqrt(16.0 + slow**2 / 3.0)
         # 2 s² - (slow + fast) s + 2 = 0; K = (1 - s) (1 + s) avoids cancellation
         root = jnp.sqrt(4.0 / 3.0 * slow**2 + 2.0 * slow * fast)
-        left = 4.0 / (slow + fast + root)
-        taken = (slow + slow**2 / 3.0 / (fast + 4.0) + root) / (slow + fast + root)
-        return jnp.stack([taken * (1.0 + left), -left * slow / period])
+        s = 4.0 / (slow + fast + root)
+        complement = (slow + slow**2 / 3.0 / (fast + 4.0) + root) / (slow + fast + root)
+        return jnp.stack([complement * (1.0 + s), -s * slow / period])

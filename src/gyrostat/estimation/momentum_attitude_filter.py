@@ -7,7 +7,7 @@ from jaxtyping import Array, Bool, Float
 from gyrostat.core import rotations
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, positive, size
-from gyrostat.core.jax64 import jnp
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite, symmetric
 from gyrostat.core.rotations import cross_matrix
 from gyrostat.spacecraft import Spacecraft
@@ -109,8 +109,8 @@ class MomentumAttitudeFilter(Checked):
     def rate(self, estimate: MomentumAttitudeEstimate, sample: PerWheel) -> Vector3:
         """Body rate with these wheel speeds, (3,), rad/s; zero before the first attitude."""
         inverse = inverse_definite(self.spacecraft.inertia_locked())
-        held = self._rotors(sample) @ estimate.scale
-        rate = inverse @ (rotations.to_body(estimate.attitude, estimate.momentum) - held)
+        wheel_momentum = self._rotors(sample) @ estimate.scale
+        rate = inverse @ (rotations.to_body(estimate.attitude, estimate.momentum) - wheel_momentum)
         return jnp.where(estimate.started, rate, 0.0)
 
     def signals(self, estimate: MomentumAttitudeEstimate, rate: Vector3) -> _Signals:
@@ -143,13 +143,15 @@ class MomentumAttitudeFilter(Checked):
         inertia = self.spacecraft.inertia_locked()
         inverse = inverse_definite(inertia)
         rotors = self._rotors(0.5 * (estimate.wheel_speed + wheel_speed))
-        held = rotors @ estimate.scale
-        at_start = inverse @ (rotations.to_body(estimate.attitude, estimate.momentum) - held)
+        wheel_momentum = rotors @ estimate.scale
+        at_start = inverse @ (
+            rotations.to_body(estimate.attitude, estimate.momentum) - wheel_momentum
+        )
         # attitude in the middle of the period, whose rate is the mean to second order
         middle = rotations.from_rotation_vector(0.5 * period * at_start)
         matrix = rotations.rotation_matrix(rotations.product(estimate.attitude, middle))
         body = matrix.T @ estimate.momentum
-        rate = inverse @ (body - held)
+        rate = inverse @ (body - wheel_momentum)
         by_rate = period * (inverse @ cross_matrix(body) - cross_matrix(rate))
         unit = jnp.eye(len(estimate.covariance))
         forward = unit.at[:3].set(
@@ -164,15 +166,15 @@ class MomentumAttitudeFilter(Checked):
         )
         walk = self.bandwidth**2 * self.attitude_sigma * matrix @ inertia
         wheels = self.spacecraft.wheels
-        counted = jnp.asarray(wheels.axes) * (wheels.inertia * self.speed_sigma)
+        momentum_noise = jnp.asarray(wheels.axes) * (wheels.inertia * self.speed_sigma)
         noise = jnp.zeros_like(unit)
         noise = noise.at[3:6, 3:6].set(self.periods * period**2 * walk @ walk.T)
-        seen = period * inverse @ counted
+        angle_noise = period * inverse @ momentum_noise
         covariance = forward @ (estimate.covariance + noise) @ forward.T
-        turned = rotations.product(estimate.attitude, rotations.from_rotation_vector(period * rate))
+        q = rotations.product(estimate.attitude, rotations.from_rotation_vector(period * rate))
         return estimate._replace(
-            attitude=jnp.where(estimate.started, rotations.normalised(turned), estimate.attitude),
-            covariance=symmetric(covariance.at[:3, :3].add(seen @ seen.T)),
+            attitude=jnp.where(estimate.started, rotations.normalised(q), estimate.attitude),
+            covariance=symmetric(covariance.at[:3, :3].add(angle_noise @ angle_noise.T)),
             wheel_speed=wheel_speed,
         )
 
@@ -195,27 +197,28 @@ class MomentumAttitudeFilter(Checked):
         information = inverse_definite(covariance[:3, :3] + variance)
         gain = covariance[:, :3] @ information
         # 1 - P / (P + R) as R / (P + R), which loses no digits while the momentum is unknown
-        kept = jnp.eye(len(covariance)).at[:3, :3].set(variance @ information)
-        kept = kept.at[3:, :3].set(-gain[3:])
+        complement = jnp.eye(len(covariance)).at[:3, :3].set(variance @ information)
+        complement = complement.at[3:, :3].set(-gain[3:])
         change = gain @ innovation
-        turned = rotations.product(estimate.attitude, rotations.from_rotation_vector(change[:3]))
+        q = rotations.product(estimate.attitude, rotations.from_rotation_vector(change[:3]))
         corrected = estimate._replace(
-            attitude=rotations.normalised(turned),
+            attitude=rotations.normalised(q),
             momentum=estimate.momentum + change[3:6],
             scale=estimate.scale + change[6:],
             # Joseph form: positive definite in spite of rounding errors in the gain
-            covariance=symmetric(kept @ covariance @ kept.T + gain @ variance @ gain.T),
+            covariance=symmetric(complement @ covariance @ complement.T + gain @ variance @ gain.T),
             innovation=innovation,
             surprise=innovation @ information @ innovation,
         )
-        nothing = estimate._replace(innovation=jnp.zeros(3), surprise=jnp.zeros(()))
-        first = self._first(attitude, estimate.wheel_speed)
-        begun = (jnp.where(estimate.started, a, b) for a, b in zip(corrected, first, strict=True))
-        return MomentumAttitudeEstimate(
-            *(jnp.where(measured, a, b) for a, b in zip(begun, nothing, strict=True))
-        )
+        prediction = estimate._replace(innovation=jnp.zeros(3), surprise=jnp.zeros(()))
+        start = self._initial(attitude, estimate.wheel_speed)
 
-    def _first(self, attitude: Quaternion, wheel_speed: PerWheel) -> MomentumAttitudeEstimate:
+        def select(new: Any, first: Any, old: Any) -> Any:
+            return jnp.where(measured, jnp.where(estimate.started, new, first), old)
+
+        return jax.tree.map(select, corrected, start, prediction)
+
+    def _initial(self, attitude: Quaternion, wheel_speed: PerWheel) -> MomentumAttitudeEstimate:
         """Estimate from the first measured attitude, for a body at rest within `rate_sigma`."""
         matrix = rotations.rotation_matrix(attitude)
         rotors = matrix @ self._rotors(wheel_speed)

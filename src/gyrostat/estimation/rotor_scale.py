@@ -50,8 +50,8 @@ class RotorScaleFilter(Checked):
         """Estimate before the first sample."""
         count = self.spacecraft.wheels.count
         largest = 1e9 * self._variance()
-        apart = jnp.full(count, self.rotor_sigma**2)
-        covariance = jnp.diag(jnp.concatenate([jnp.full(3, largest), apart]))
+        scale_variance = jnp.full(count, self.rotor_sigma**2)
+        covariance = jnp.diag(jnp.concatenate([jnp.full(3, largest), scale_variance]))
         return RotorScaleEstimate(jnp.zeros(3), jnp.ones(count), covariance)
 
     def _variance(self) -> Scalar:
@@ -83,10 +83,10 @@ class RotorScaleFilter(Checked):
         growth = (
             jnp.zeros(len(estimate.covariance)).at[:3].set(variance * (period / self.time) ** 2)
         )
-        before = estimate.covariance + jnp.diag(growth)
-        spread = before @ rows.T
+        prior = estimate.covariance + jnp.diag(growth)
+        spread = prior @ rows.T
         gain = spread @ inverse_definite(rows @ spread + variance * jnp.eye(3))
         state = jnp.concatenate([estimate.momentum, estimate.scale])
         state = state + gain @ (self.spacecraft.inertia_locked() @ rate - rows @ state)
-        covariance = symmetric(before - gain @ spread.T)
+        covariance = symmetric(prior - gain @ spread.T)
         return RotorScaleEstimate(state[:3], state[3:], covariance)

@@ -64,10 +64,10 @@ class SteadyAttitudeFilter(Checked):
             period: Time since the previous sample, s.
         """
         mean = 0.5 * (estimate.rate + rate - estimate.bias)
-        carried = product(estimate.attitude, from_rotation_vector(period * mean))
-        miss = rotation_vector(error(attitude, carried))
-        pulled = product(carried, from_rotation_vector(2.0 * self.bandwidth * period * miss))
-        bias = estimate.bias - self.bandwidth**2 * period * miss
-        goes_on = SteadyAttitudeEstimate(normalised(pulled), rate - bias, bias, jnp.array(True))
-        first = SteadyAttitudeEstimate(attitude, rate, estimate.bias, jnp.array(True))
-        return jax.tree.map(lambda a, b: jnp.where(estimate.begun, a, b), goes_on, first)
+        prediction = product(estimate.attitude, from_rotation_vector(period * mean))
+        innovation = rotation_vector(error(attitude, prediction))
+        q = product(prediction, from_rotation_vector(2.0 * self.bandwidth * period * innovation))
+        bias = estimate.bias - self.bandwidth**2 * period * innovation
+        update = SteadyAttitudeEstimate(normalised(q), rate - bias, bias, jnp.array(True))
+        start = SteadyAttitudeEstimate(attitude, rate, estimate.bias, jnp.array(True))
+        return jax.tree.map(lambda a, b: jnp.where(estimate.begun, a, b), update, start)

@@ -40,13 +40,14 @@ def predict(walk: TorqueWalk, drift: Scalar, period: Scalar, impulse: Scalar = 0
         impulse: Impulse of the known torque, N·m·s.
     """
     spread = drift**2 * period
-    _, _, variance, both, torque = walk
+    _, _, variance, covariance, torque_variance = walk
     return TorqueWalk(
         momentum=walk.momentum + impulse + period * walk.torque,
         torque=walk.torque,
-        momentum_variance=variance + period * (2.0 * both + period * (torque + spread / 3.0)),
-        covariance=both + period * (torque + 0.5 * spread),
-        torque_variance=torque + spread,
+        momentum_variance=variance
+        + period * (2.0 * covariance + period * (torque_variance + spread / 3.0)),
+        covariance=covariance + period * (torque_variance + 0.5 * spread),
+        torque_variance=torque_variance + spread,
     )
 
 
@@ -62,14 +63,16 @@ def correct(walk: TorqueWalk, measured: Scalar, noise: Scalar) -> tuple[TorqueWa
         Updated state, innovation and innovation variance. Rounding cannot make a variance negative:
             the momentum variance is a product, the torque variance is bounded from below.
     """
-    _, _, variance, both, torque = walk
+    _, _, variance, covariance, torque_variance = walk
     total = variance + noise
     innovation = measured - walk.momentum
     corrected = TorqueWalk(
         momentum=walk.momentum + variance / total * innovation,
-        torque=walk.torque + both / total * innovation,
+        torque=walk.torque + covariance / total * innovation,
         momentum_variance=variance / total * noise,
-        covariance=noise / total * both,
-        torque_variance=jnp.maximum(torque - both**2 / total, torque * noise / total),
+        covariance=noise / total * covariance,
+        torque_variance=jnp.maximum(
+            torque_variance - covariance**2 / total, torque_variance * noise / total
+        ),
     )
     return corrected, innovation, total

@@ -41,18 +41,18 @@ class FrictionTrack:
     @property
     def consistent(self) -> bool:
         """Whether the mean normalised innovation squared is within its 95 % band."""
-        seen = self.normalised_innovation_squared[np.isfinite(self.normalised_innovation_squared)]
-        return bool(abs(np.mean(seen) - 1.0) < 1.96 * np.sqrt(2.0 / len(seen)))
+        values = self.normalised_innovation_squared[np.isfinite(self.normalised_innovation_squared)]
+        return bool(abs(np.mean(values) - 1.0) < 1.96 * np.sqrt(2.0 / len(values)))
 
 
 @jax.jit
-def _tracked(estimator: FrictionScaleFilter, first, current, duration, speed):
-    def tick(estimate, now):
-        drive, length, measured = now
-        corrected = estimator.correct(estimate, measured)
+def _run_filter(estimator: FrictionScaleFilter, initial_speed, current, duration, speed):
+    def tick(estimate, sample):
+        drive, length, measurement = sample
+        corrected = estimator.correct(estimate, measurement)
         return estimator.predict(corrected, drive, length), corrected
 
-    start = estimator.start(first, UNKNOWN * estimator.speed_sigma)
+    start = estimator.start(initial_speed, UNKNOWN * estimator.speed_sigma)
     return jax.lax.scan(tick, start, (current, duration, speed))[1]
 
 
@@ -96,10 +96,10 @@ def track_friction(
             "and speed, expected equally many, 2 or more"
         )
     for name, values, unit in (("time", time, "s"), ("current", current, "A")):
-        bad = np.flatnonzero(~np.isfinite(values))
-        if len(bad):
+        invalid = np.flatnonzero(~np.isfinite(values))
+        if len(invalid):
             raise InputError(
-                f"{name} of sample {bad[0]}: found {values[bad[0]]}, expected finite {unit}"
+                f"{name} of sample {invalid[0]}: found {values[invalid[0]]}, expected finite {unit}"
             )
     steps = np.diff(time)
     back = np.flatnonzero(steps <= 0.0)
@@ -108,40 +108,42 @@ def track_friction(
             f"time of sample {back[0] + 1}: found {time[back[0] + 1]:g} s after "
             f"{time[back[0]]:g} s, expected increasing times"
         )
-    seen = np.isfinite(speed)
-    if seen.sum() < 2:
-        raise InputError(f"speed: found {seen.sum()} finite samples, expected 2 or more")
-    fast = np.flatnonzero(seen & (np.abs(speed) > FASTEST))
+    valid = np.isfinite(speed)
+    if valid.sum() < 2:
+        raise InputError(f"speed: found {valid.sum()} finite samples, expected 2 or more")
+    fast = np.flatnonzero(valid & (np.abs(speed) > FASTEST))
     if len(fast):
         raise InputError(
             f"speed of sample {fast[0]}: found {speed[fast[0]]:g} rad/s, expected at most "
             f"{FASTEST:g} rad/s, or NaN where it is missing"
         )
-    first = int(np.argmax(seen))
-    found = _tracked(
+    first = int(np.argmax(valid))
+    estimates = _run_filter(
         jax.tree.map(lambda leaf: jnp.asarray(leaf, float), estimator),
         speed[first],
         current,
         np.append(steps, 0.0),
         speed,
     )
-    _refuse_lost(np.asarray(found.state), np.asarray(found.unresolved), time)
-    squared = np.asarray(found.innovation) ** 2 / np.where(seen, found.innovation_variance, 1.0)
-    squared[~seen] = squared[first] = np.nan
+    _check_resolved(np.asarray(estimates.state), np.asarray(estimates.unresolved), time)
+    squared = np.asarray(estimates.innovation) ** 2 / np.where(
+        valid, estimates.innovation_variance, 1.0
+    )
+    squared[~valid] = squared[first] = np.nan
     return FrictionTrack(
         time=time,
-        speed=np.asarray(found.state)[:, 0],
-        scale=np.asarray(found.state)[:, 1],
-        scale_sigma=np.sqrt(np.asarray(found.covariance)[:, 1, 1]),
+        speed=np.asarray(estimates.state)[:, 0],
+        scale=np.asarray(estimates.state)[:, 1],
+        scale_sigma=np.sqrt(np.asarray(estimates.covariance)[:, 1, 1]),
         normalised_innovation_squared=squared,
-        missed=int(np.sum(~seen)),
+        missed=int(np.sum(~valid)),
     )
 
 
-def _refuse_lost(state: np.ndarray, unresolved: np.ndarray, time: Vector) -> None:
-    lost = np.flatnonzero((unresolved > 0.0) | ~np.all(np.isfinite(state), axis=1))
-    if len(lost):
-        k = max(int(lost[0]), 1)
+def _check_resolved(state: np.ndarray, unresolved: np.ndarray, time: Vector) -> None:
+    indices = np.flatnonzero((unresolved > 0.0) | ~np.all(np.isfinite(state), axis=1))
+    if len(indices):
+        k = max(int(indices[0]), 1)
         raise InputError(
             f"time of sample {k}: found an interval of {time[k] - time[k - 1]:g} s at "
             f"{time[k - 1]:g} s, too long for the wheel model, expected a shorter one: track the "

@@ -6,7 +6,7 @@ from jaxtyping import Array, Bool, Float
 
 from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.checked import Checked, positive
-from gyrostat.core.jax64 import jnp
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import to_body, to_inertial
 from gyrostat.estimation.torque_walk import TorqueWalk, correct, predict
@@ -87,14 +87,14 @@ class WheelArrayFilter(Checked):
         """
         wheels = spacecraft.wheels
         axes, inertia = jnp.asarray(wheels.axes), jnp.asarray(spacecraft.inertia)
-        each = jnp.ones(wheels.count)
-        rotor = each * wheels.inertia
-        counted = (rotor * speed_sigma) ** 2
-        spread = axes * counted
-        whole = spread @ axes.T + rate_sigma**2 * inertia @ inertia.T
-        weight = spread.T @ inverse_definite(whole)
-        variance = counted - jnp.sum(weight * spread.T, axis=1)
-        sigma = jnp.sqrt(jnp.diagonal(whole))
+        unit = jnp.ones(wheels.count)
+        rotor = unit * wheels.inertia
+        tachometer_variance = (rotor * speed_sigma) ** 2
+        spread = axes * tachometer_variance
+        covariance = spread @ axes.T + rate_sigma**2 * inertia @ inertia.T
+        weight = spread.T @ inverse_definite(covariance)
+        variance = tachometer_variance - jnp.sum(weight * spread.T, axis=1)
+        sigma = jnp.sqrt(jnp.diagonal(covariance))
         return cls(
             axes,
             inertia,
@@ -103,7 +103,7 @@ class WheelArrayFilter(Checked):
             weight,
             variance,
             bandwidth**2 * jnp.sqrt(variance * period),
-            jnp.asarray(UNKNOWN_FRICTION * static_curve(wheels.friction).breakaway_torque(each)),
+            jnp.asarray(UNKNOWN_FRICTION * static_curve(wheels.friction).breakaway_torque(unit)),
         )
 
     # earlier name
@@ -111,9 +111,9 @@ class WheelArrayFilter(Checked):
 
     def start(self) -> WheelArrayEstimate:
         """Initial estimate, before the first measurement."""
-        none = jnp.zeros(self.axes.shape[-1])
+        zero = jnp.zeros(self.axes.shape[-1])
         return WheelArrayEstimate(
-            self.whole.start(3), TorqueWalk(*(none,) * len(TorqueWalk._fields))
+            self.whole.start(3), TorqueWalk(*(zero,) * len(TorqueWalk._fields))
         )
 
     def predict(
@@ -135,17 +135,16 @@ class WheelArrayFilter(Checked):
                 a wheel that is not measured, its prediction is used.
         """
         attitude, rate = measurement.attitude, measurement.rate
-        counted = self.rotor_inertia * (measurement.wheel_speed + self.axes.T @ rate)
-        counted = jnp.where(measurement.wheel_measured, counted, estimate.wheels.momentum)
-        body, carried = self.inertia @ rate, self.axes @ counted
-        whole = self.whole.correct(estimate.whole, to_inertial(attitude, body + carried))
-        conserved = to_body(attitude, jnp.asarray(whole.momentum)) - body
-        measured = counted + self.weight @ (conserved - carried)
-        none = jnp.zeros_like(measured)
-        first = TorqueWalk(measured, none, self.variance, none, self.initial_sigma**2)
-        goes_on, _, _ = correct(estimate.wheels, measured, self.variance)
-        wheels = (
-            jnp.where(estimate.begun(), later, start)
-            for start, later in zip(first, goes_on, strict=True)
+        rotor_momentum = self.rotor_inertia * (measurement.wheel_speed + self.axes.T @ rate)
+        rotor_momentum = jnp.where(
+            measurement.wheel_measured, rotor_momentum, estimate.wheels.momentum
         )
-        return WheelArrayEstimate(whole, TorqueWalk(*wheels))
+        body, rotors = self.inertia @ rate, self.axes @ rotor_momentum
+        total = self.whole.correct(estimate.whole, to_inertial(attitude, body + rotors))
+        conserved = to_body(attitude, jnp.asarray(total.momentum)) - body
+        momentum = rotor_momentum + self.weight @ (conserved - rotors)
+        zero = jnp.zeros_like(momentum)
+        initial = TorqueWalk(momentum, zero, self.variance, zero, self.initial_sigma**2)
+        update, _, _ = correct(estimate.wheels, momentum, self.variance)
+        wheels = jax.tree.map(lambda a, b: jnp.where(estimate.begun(), a, b), update, initial)
+        return WheelArrayEstimate(total, wheels)

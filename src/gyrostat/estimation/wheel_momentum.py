@@ -6,7 +6,7 @@ from jaxtyping import Array, Float
 
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked, positive
-from gyrostat.core.jax64 import jnp
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.estimation.torque_walk import TorqueWalk, correct, predict
 
 UNKNOWN_TORQUE = 10.0
@@ -76,12 +76,10 @@ class MomentumFilter(Checked):
         jump = jnp.where(surprised, JUMP**2 * noise, 0.0)
         walk = walk._replace(torque_variance=walk.torque_variance + jump)
         zero, one = jnp.zeros_like(innovation), jnp.ones_like(innovation)
-        goes_on = MomentumEstimate(*walk, jnp.where(surprised, 0.0, mean), one)
-        first = MomentumEstimate(measured, zero, noise, zero, UNKNOWN_TORQUE**2 * noise, zero, one)
+        update = MomentumEstimate(*walk, jnp.where(surprised, 0.0, mean), one)
+        start = MomentumEstimate(measured, zero, noise, zero, UNKNOWN_TORQUE**2 * noise, zero, one)
         begins = estimate.started == 0.0
-        return MomentumEstimate(
-            *(jnp.where(begins, a, b) for a, b in zip(first, goes_on, strict=True))
-        )
+        return jax.tree.map(lambda a, b: jnp.where(begins, a, b), start, update)
 
 
 class WheelMomentumFilter(Checked):
@@ -124,11 +122,11 @@ class WheelMomentumFilter(Checked):
             speed: Measured wheel speed, rad/s.
             rate: Measured table rate, rad/s.
         """
-        measured = self.wheel_inertia * speed + (self.table_inertia + self.wheel_inertia) * rate
-        return self._filter().correct(estimate, measured)
+        momentum = self.wheel_inertia * speed + (self.table_inertia + self.wheel_inertia) * rate
+        return self._filter().correct(estimate, momentum)
 
     def speed(self, estimate: MomentumEstimate, rate: Scalar) -> tuple[Scalar, Scalar]:
         """Wheel speed at a given table rate, rad/s, and its standard deviation, rad/s."""
-        whole = self.table_inertia + self.wheel_inertia
-        speed = (estimate.momentum - whole * rate) / self.wheel_inertia
+        total_inertia = self.table_inertia + self.wheel_inertia
+        speed = (estimate.momentum - total_inertia * rate) / self.wheel_inertia
         return speed, jnp.sqrt(estimate.momentum_variance) / self.wheel_inertia

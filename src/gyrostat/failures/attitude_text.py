@@ -69,5 +69,5 @@ def turn_and_angles(quaternion: Vector) -> str:
 
 
 def _numbers(values: Vector) -> str:
-    shown = np.where(np.abs(values) < SMALL, 0.0, values)
-    return ", ".join(f"{value:.6g}" for value in shown)
+    components = np.where(np.abs(values) < SMALL, 0.0, values)
+    return ", ".join(f"{value:.6g}" for value in components)

@@ -32,8 +32,8 @@ def turned(quaternion: Vector, axis: Vector, angle: float) -> Vector:
     """
     scalar, vector = quaternion[0], quaternion[1:]
     cosine, half = np.cos(0.5 * angle), np.sin(0.5 * angle) * axis
-    rest = scalar * half + cosine * vector + np.cross(vector, half)
-    product = np.array([scalar * cosine - vector @ half, *rest])
+    vector_part = scalar * half + cosine * vector + np.cross(vector, half)
+    product = np.array([scalar * cosine - vector @ half, *vector_part])
     # of q and -q, the one whose first component that is not zero is positive
     sign = next((np.sign(part) for part in product if part != 0.0), 1.0)
     return sign * product / np.linalg.norm(product) + np.zeros(4)

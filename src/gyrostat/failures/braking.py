@@ -50,12 +50,12 @@ def with_brakes(spacecraft: Spacecraft, losses: Mapping[int, Loss]) -> Spacecraf
             f"brake torque: found wheels with {type(friction).__name__} friction, expected "
             "ViscousCoulomb or Stribeck, or a time constant as brake"
         )
-    added = {
+    torques = {
         name: getattr(friction, name) + torque
         for name in ("coulomb", "static")
         if hasattr(friction, name)
     }
-    wheels = eqx.tree_at(lambda w: w.friction, spacecraft.wheels, replace(friction, **added))
+    wheels = eqx.tree_at(lambda w: w.friction, spacecraft.wheels, replace(friction, **torques))
     return replace(spacecraft, wheels=wheels)
 
 
@@ -100,11 +100,11 @@ def earliest_settling(
         return None
     normal = plane_normal(spacecraft, working)
     share = abs(float(normal @ np.asarray(spacecraft.wheels.axes)[:, wheel]))
-    allowed = across(spacecraft, working, answer.momentum_in_body) * error
+    tolerance = across(spacecraft, working, answer.momentum_in_body) * error
     at_first = abs(momentum)
-    if share * at_first <= allowed:
+    if share * at_first <= tolerance:
         return 0.0
-    at_last = allowed / share
+    at_last = tolerance / share
     # dm/dt = -rate m - torque
     rate, torque = loss.decay_rate, loss.brake_torque
     if rate == 0.0:

@@ -45,9 +45,9 @@ def certificate_at(held: MomentumSet, inertia: Matrix, momentum: Vector) -> Cert
     The bound is attained: some wheel momenta within the limits give exactly this body rate.
     """
     inverse = np.linalg.inv(inertia)
-    beside = momentum - held.frozen
+    offset = momentum - held.frozen
     rate = inverse @ (
-        beside - held.axes @ box_least_squares(inverse @ held.axes, inverse @ beside, held.limits)
+        offset - held.axes @ box_least_squares(inverse @ held.axes, inverse @ offset, held.limits)
     )
     return _certificate(held, inertia, inverse @ rate, momentum)
 
@@ -69,43 +69,43 @@ def certificate_for_ever(held: MomentumSet, inertia: Matrix, radius: float) -> C
     matrix = np.hstack([inverse, -inverse @ held.axes])
     size = float(np.linalg.norm(matrix))
 
-    def closest(logarithm: float) -> tuple[Vector, Vector]:
+    def minimiser(logarithm: float) -> tuple[Vector, Vector]:
         """Momentum and rate that minimise the rate, with a penalty on |b| instead of its bound."""
         penalty = np.exp(logarithm) * np.eye(3, matrix.shape[1])
         rows = np.asarray(np.vstack([matrix, penalty]), dtype=np.float64)
-        wanted = np.concatenate([inverse @ held.frozen, np.zeros(3)])
-        solution = box_least_squares(rows, wanted, limits, size)
+        target = np.concatenate([inverse @ held.frozen, np.zeros(3)])
+        solution = box_least_squares(rows, target, limits, size)
         return solution[:3], matrix @ solution - inverse @ held.frozen
 
     scale = np.log(1.0 / np.linalg.eigvalsh(inertia)[1])
     span = (scale - 18.0, scale + 18.0)
 
-    def beyond(logarithm: float) -> float:
-        return float(np.linalg.norm(closest(logarithm)[0])) - radius
+    def overshoot(logarithm: float) -> float:
+        return float(np.linalg.norm(minimiser(logarithm)[0])) - radius
 
-    if beyond(span[0]) <= 0.0:
+    if overshoot(span[0]) <= 0.0:
         return NOTHING
     root = span[1]
-    if beyond(root) < 0.0:
+    if overshoot(root) < 0.0:
         from scipy.optimize import brentq  # slow to import
 
-        root = float(cast(float, brentq(beyond, *span, xtol=1e-10)))
-    return _certificate(held, inertia, inverse @ closest(root)[1], radius)
+        root = float(cast(float, brentq(overshoot, *span, xtol=1e-10)))
+    return _certificate(held, inertia, inverse @ minimiser(root)[1], radius)
 
 
 def _certificate(
-    held: MomentumSet, inertia: Matrix, direction: Vector, momentum: Vector | float
+    envelope: MomentumSet, inertia: Matrix, direction: Vector, momentum: Vector | float
 ) -> Certificate:
     """Evaluate the bound of a direction for one momentum, or for all momenta of one magnitude."""
-    free = held.axes[:, ~np.isfinite(held.limits)]
+    free_axes = envelope.axes[:, ~np.isfinite(envelope.limits)]
     # rounding errors must not let a wheel without limits absorb everything
-    direction = direction - free @ np.linalg.pinv(free, rcond=1e-6) @ direction
+    direction = direction - free_axes @ np.linalg.pinv(free_axes, rcond=1e-6) @ direction
     length = float(np.linalg.norm(direction))
     if length == 0.0:
         return NOTHING
     direction = direction / length
-    least = float(direction @ momentum) if np.ndim(momentum) else -float(momentum)
-    excess = least - held.support(direction)
+    component = float(direction @ momentum) if np.ndim(momentum) else -float(momentum)
+    excess = component - envelope.support(direction)
     if excess <= 0.0:
         return NOTHING
     return Certificate(direction, excess, excess / float(np.linalg.norm(inertia @ direction)))
@@ -166,8 +166,8 @@ def longest_dwell(
     # a T - 4 sine <= (sine/2) sqrt(d T^2 + f T): T lies between the roots of a quadratic
     a = drift * cosine - 0.5 * sine * grow
     d, f = grow**2 + 4.0 * push, 8.0 * np.tan(tolerance) * fastest
-    first = a**2 - 0.25 * sine**2 * d
-    if a > 0.0 and first > 0.0:
+    leading = a**2 - 0.25 * sine**2 * d
+    if a > 0.0 and leading > 0.0:
         half = 4.0 * sine * a + 0.125 * sine**2 * f
-        bounds.append((half + np.sqrt(max(half**2 - 16.0 * sine**2 * first, 0.0))) / first)
+        bounds.append((half + np.sqrt(max(half**2 - 16.0 * sine**2 * leading, 0.0))) / leading)
     return min(bounds, default=None)

@@ -61,9 +61,9 @@ def is_controllable(inertia: Matrix, axes: Matrix, rank: int, momentum: Vector) 
     if rank == 0 or length == 0.0:
         return False
     along = momentum / length
-    left = np.linalg.svd(axes)[0]
+    basis = np.linalg.svd(axes)[0]
     if rank == 2:
-        return bool(np.linalg.norm(np.cross(left[:, 2], along)) > ANGLE_TOLERANCE)
-    axis, turned = left[:, 0], np.linalg.solve(inertia, left[:, 0])
-    aside = np.linalg.norm(np.cross(along, turned / np.linalg.norm(turned)))
-    return bool(min(abs(axis @ along), aside) > ANGLE_TOLERANCE)
+        return bool(np.linalg.norm(np.cross(basis[:, 2], along)) > ANGLE_TOLERANCE)
+    axis, response = basis[:, 0], np.linalg.solve(inertia, basis[:, 0])
+    sine = np.linalg.norm(np.cross(along, response / np.linalg.norm(response)))
+    return bool(min(abs(axis @ along), sine) > ANGLE_TOLERANCE)

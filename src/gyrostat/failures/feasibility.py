@@ -89,7 +89,7 @@ class Holdable:
 
     def to_dict(self) -> dict[str, Any]:
         """Convert to plain numbers and lists, SI units and radians."""
-        return _plain(asdict(self))
+        return _as_lists(asdict(self))
 
 
 def holdable(
@@ -169,55 +169,55 @@ def _for_attitude(case: Case, target: Vector, tolerance: float | None) -> Holdab
     rest = nearest_attitude(case, target)
     if rest is not None and rest.angle <= EDGE:
         return _answer(case, rest)
-    wanted = momentum_at(case, target)
-    certificate = certificate_at(case.held, case.inertia, wanted)
+    momentum = momentum_at(case, target)
+    certificate = certificate_at(case.held, case.inertia, momentum)
     dwell = None
     if tolerance is not None:
         limits = case.torque_limits
-        dwell = longest_dwell(case.held, case.inertia, wanted, certificate, limits, tolerance)
+        dwell = longest_dwell(case.held, case.inertia, momentum, certificate, limits, tolerance)
     unload = unload_at(case, target)
     return _answer(case, rest, at_target=certificate, dwell=dwell, unload=unload)
 
 
-def _for_boresight(case: Case, body: Vector, wanted: Vector) -> Holdable:
+def _for_boresight(case: Case, body: Vector, direction: Vector) -> Holdable:
     sky = sky_map(case.held, case.momentum, case.radius, body)
-    rest = nearest_direction(case, body, wanted)
+    rest = nearest_direction(case, body, direction)
     if rest is not None and rest.angle <= EDGE:
         return _answer(case, rest, sky=sky)
-    certificate = certificate_of_roll(case, body, wanted)
-    unload = unload_for_boresight(case, body, wanted)
+    certificate = certificate_of_roll(case, body, direction)
+    unload = unload_for_boresight(case, body, direction)
     return _answer(case, rest, at_target=certificate, sky=sky, unload=unload)
 
 
-def _answer(case: Case, rest: Rest | None, **others: Any) -> Holdable:
+def _answer(case: Case, rest: Rest | None, **fields: Any) -> Holdable:
     """Answer of a query.
 
     Args:
         case: Validated inputs.
         rest: Feasible attitude that is nearest to the wanted one; None if there is none.
-        others: Further fields of the answer.
+        fields: Further fields of the answer.
     """
-    held = case.held
+    envelope = case.held
     if rest is None:
         return Holdable(
             holdable=False,
             reason=_reason(case),
-            rank=held.rank,
-            for_ever=certificate_for_ever(held, case.inertia, case.radius),
-            **others,
+            rank=envelope.rank,
+            for_ever=certificate_for_ever(envelope, case.inertia, case.radius),
+            **fields,
         )
     return Holdable(
         holdable=rest.angle <= EDGE,
-        rank=held.rank,
+        rank=envelope.rank,
         dimension=_dimension(case),
         angle=rest.angle,
         attitude=rest.attitude,
         direction=rest.direction,
         momentum_in_body=rest.momentum,
-        wheel_momentum=case.all_wheels(held.wheel_momentum(rest.momentum)),
-        margin=1.0 - float(held.load(rest.momentum)),
-        controllable=is_controllable(case.inertia, held.axes, held.rank, rest.momentum),
-        **others,
+        wheel_momentum=case.all_wheels(envelope.wheel_momentum(rest.momentum)),
+        margin=1.0 - float(envelope.load(rest.momentum)),
+        controllable=is_controllable(case.inertia, envelope.axes, envelope.rank, rest.momentum),
+        **fields,
     )
 
 
@@ -231,16 +231,16 @@ def _dimension(case: Case) -> int:
 
 
 def _reason(case: Case) -> str:
-    there = f"the total momentum is {case.radius:.6g} N·m·s"
+    total = f"the total momentum is {case.radius:.6g} N·m·s"
     if case.held.most < case.radius:
-        return f"{there}, and the wheels hold at most {case.held.most:.6g} N·m·s"
-    return f"the wheels hold at least {case.held.least:.6g} N·m·s, and {there}"
+        return f"{total}, and the wheels hold at most {case.held.most:.6g} N·m·s"
+    return f"the wheels hold at least {case.held.least:.6g} N·m·s, and {total}"
 
 
-def _plain(value: Any) -> Any:
+def _as_lists(value: Any) -> Any:
     """Convert arrays to lists, recursively."""
     if isinstance(value, dict):
-        return {name: _plain(entry) for name, entry in value.items()}
+        return {name: _as_lists(entry) for name, entry in value.items()}
     if isinstance(value, np.ndarray | np.generic):
         return value.tolist()
     return value

@@ -57,11 +57,11 @@ def momentum_drift(
     """
     if answer.attitude is None or not np.any(torque):
         return None
-    gained = matrix_of(answer.attitude) @ torque * duration
-    case = Case.of(spacecraft, np.asarray(start) + gained, failed)
+    change = matrix_of(answer.attitude) @ torque * duration
+    case = Case.of(spacecraft, np.asarray(start) + change, failed)
     rest = nearest_attitude(case, answer.attitude)
     angle = None if rest is None else rest.angle
-    return MomentumDrift(tuple(torque.tolist()), float(np.linalg.norm(gained)), angle)
+    return MomentumDrift(tuple(torque.tolist()), float(np.linalg.norm(change)), angle)
 
 
 def feasible_attitudes(

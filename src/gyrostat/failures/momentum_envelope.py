@@ -59,9 +59,9 @@ class MomentumSet:
             raise InputError(
                 f"working wheels: found {axes.shape[1]}, expected at most {MOST_WHEELS}"
             )
-        left, values, _ = np.linalg.svd(axes, full_matrices=True)
+        basis, values, _ = np.linalg.svd(axes, full_matrices=True)
         rank = int(np.sum(values > RANK_TOLERANCE)) if axes.size else 0
-        span, normals = left[:, :rank], left[:, rank:].T
+        span, normals = basis[:, :rank], basis[:, rank:].T
         axes = span @ (span.T @ axes)
         facets = _facets(axes, rank, normals)
         return MomentumSet(
@@ -90,9 +90,9 @@ class MomentumSet:
 
     def holds(self, momentum: NDArray[np.float64], slack: float) -> NDArray[np.bool_]:
         """Whether momenta (..., 3) lie in the set, with a tolerance `slack`, N·m·s."""
-        beside = momentum - self.frozen
-        held = np.all(np.abs(beside @ self.normals.T) <= slack, axis=-1)
-        return held & np.all(np.abs(beside @ self.facets.T) <= self.supports + slack, axis=-1)
+        offset = momentum - self.frozen
+        in_span = np.all(np.abs(offset @ self.normals.T) <= slack, axis=-1)
+        return in_span & np.all(np.abs(offset @ self.facets.T) <= self.supports + slack, axis=-1)
 
     def wheel_momentum(self, momentum: Vector) -> Vector:
         """Momenta (N,) of the working wheels that hold `momentum` (3,) with the largest margin.
@@ -100,27 +100,27 @@ class MomentumSet:
         If the axes are independent or no wheel has a limit, the solution of least norm; otherwise
         the solution of least relative load, from a small linear program.
         """
-        wanted, inverse = momentum - self.frozen, np.linalg.pinv(self.axes, rcond=RANK_TOLERANCE)
+        offset, inverse = momentum - self.frozen, np.linalg.pinv(self.axes, rcond=RANK_TOLERANCE)
         count = len(self.limits)
-        limited = np.isfinite(self.limits)
-        if count == self.rank or not np.any(limited):
-            return inverse @ wanted
+        is_limited = np.isfinite(self.limits)
+        if count == self.rank or not np.any(is_limited):
+            return inverse @ offset
         from scipy.optimize import linprog  # slow to import
 
         span = np.linalg.svd(self.axes)[0][:, : self.rank].T
-        share = np.where(limited, self.limits, 0.0)[limited]
-        rows = np.eye(count)[limited]
-        solved = linprog(
+        share = np.where(is_limited, self.limits, 0.0)[is_limited]
+        rows = np.eye(count)[is_limited]
+        solution = linprog(
             np.r_[np.zeros(count), 1.0],
             A_ub=np.block([[rows, -share[:, None]], [-rows, -share[:, None]]]),
             b_ub=np.zeros(2 * len(rows)),
             A_eq=np.c_[span @ self.axes, np.zeros(self.rank)],
-            b_eq=span @ wanted,
+            b_eq=span @ offset,
             bounds=[(None, None)] * count + [(0.0, None)],
         )
-        found = solved.x[:-1]
+        momenta = solution.x[:-1]
         # the program's error is up to 1e-7: correct it so that the sum is exact
-        return found + inverse @ (wanted - self.axes @ found)
+        return momenta + inverse @ (offset - self.axes @ momenta)
 
     @cached_property
     def least(self) -> float:
@@ -159,24 +159,24 @@ class MomentumSet:
             normals, offsets = np.zeros((0, 3)), np.zeros(0)
         fixed = np.concatenate([self.normals, normals])
         levels = np.concatenate([self.normals @ self.frozen, offsets])
-        free = 2 - (np.linalg.matrix_rank(fixed, tol=TOLERANCE) if len(fixed) else 0)
+        dimension = 2 - (np.linalg.matrix_rank(fixed, tol=TOLERANCE) if len(fixed) else 0)
         middle = self.facets @ self.frozen
         # the other facets lie outside the sphere
-        near = self.supports <= (radius + np.abs(middle)) * (1.0 + TOLERANCE)
-        bounds = np.concatenate([self.facets[near]] * 2)
-        edges = np.concatenate([middle[near] + self.supports[near], (middle - self.supports)[near]])
-        found = []
-        for count in range(max(free, 0) + 1):
+        cuts = self.supports <= (radius + np.abs(middle)) * (1.0 + TOLERANCE)
+        bounds = np.concatenate([self.facets[cuts]] * 2)
+        edges = np.concatenate([middle[cuts] + self.supports[cuts], (middle - self.supports)[cuts]])
+        parts = []
+        for count in range(max(dimension, 0) + 1):
             subsets = list(combinations(range(len(bounds)), count))
-            chosen = np.array(subsets, dtype=int).reshape(len(subsets), count)
+            indices = np.array(subsets, dtype=int).reshape(len(subsets), count)
             planes = np.concatenate(
-                [np.broadcast_to(fixed, (len(chosen), *fixed.shape)), bounds[chosen]], axis=1
+                [np.broadcast_to(fixed, (len(indices), *fixed.shape)), bounds[indices]], axis=1
             )
             heights = np.concatenate(
-                [np.broadcast_to(levels, (len(chosen), len(levels))), edges[chosen]], axis=1
+                [np.broadcast_to(levels, (len(indices), len(levels))), edges[indices]], axis=1
             )
-            found.append(_extremes(planes, heights, radius, objective))
-        points = np.concatenate(found)
+            parts.append(_extremes(planes, heights, radius, objective))
+        points = np.concatenate(parts)
         slack = TOLERANCE * (radius + float(np.linalg.norm(self.frozen)))
         return points[self.holds(points, slack)]
 
@@ -210,9 +210,9 @@ def box_least_squares(
         return np.zeros(0)
     rows = np.vstack([matrix, SMALL * (size or np.linalg.norm(matrix)) * np.eye(count)])
     aims = np.concatenate([wanted, np.zeros(count)])
-    free = np.asarray(np.linalg.lstsq(rows, aims, rcond=-1)[0], dtype=np.float64)
-    if np.all(np.abs(free) <= limits):
-        return free
+    solution = np.asarray(np.linalg.lstsq(rows, aims, rcond=-1)[0], dtype=np.float64)
+    if np.all(np.abs(solution) <= limits):
+        return solution
     from scipy.optimize import lsq_linear  # slow to import
 
     return lsq_linear(rows, aims, (-limits, limits), method="bvls", tol=1e-14).x
@@ -223,16 +223,16 @@ def _facets(axes: Matrix, rank: int, normals: Matrix) -> Matrix:
     columns = axes.T
     if rank == 3:
         pairs = np.array(list(combinations(range(len(columns)), 2)))
-        found = np.cross(columns[pairs[:, 0]], columns[pairs[:, 1]])
+        facets = np.cross(columns[pairs[:, 0]], columns[pairs[:, 1]])
     elif rank == 2:
-        found = np.cross(normals[0], columns)
+        facets = np.cross(normals[0], columns)
     elif rank == 1:
-        found = columns[:1]
+        facets = columns[:1]
     else:
         return np.zeros((0, 3))
-    lengths = np.linalg.norm(found, axis=1)
-    kept = lengths > RANK_TOLERANCE
-    return found[kept] / lengths[kept, None]
+    lengths = np.linalg.norm(facets, axis=1)
+    valid = lengths > RANK_TOLERANCE
+    return facets[valid] / lengths[valid, None]
 
 
 def _support(components: NDArray[np.float64], limits: Vector) -> NDArray[np.float64]:
@@ -259,11 +259,11 @@ def _extremes(
     inverse = np.linalg.pinv(planes, rcond=TOLERANCE)
     centre = (inverse @ heights[..., None])[..., 0]
     consistent = np.abs((planes @ centre[..., None])[..., 0] - heights) <= TOLERANCE * radius
-    remaining = np.eye(3) - inverse @ planes
-    along = remaining @ (objective / np.linalg.norm(objective))
+    projector = np.eye(3) - inverse @ planes
+    along = projector @ (objective / np.linalg.norm(objective))
     alike = np.linalg.norm(along, axis=-1) <= TOLERANCE
-    columns = np.linalg.norm(remaining, axis=-2)
-    any_column = np.take_along_axis(remaining, np.argmax(columns, axis=-1)[:, None, None], axis=2)
+    columns = np.linalg.norm(projector, axis=-2)
+    any_column = np.take_along_axis(projector, np.argmax(columns, axis=-1)[:, None, None], axis=2)
     along = np.where(alike[:, None], any_column[..., 0], along)
     length = np.linalg.norm(along, axis=-1, keepdims=True)
     # three planes meet in a point, without any direction left: the point itself or nothing

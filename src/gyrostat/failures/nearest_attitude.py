@@ -2,6 +2,7 @@
 
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import partial
 
 import numpy as np
 
@@ -40,17 +41,17 @@ def momentum_at(case: Case, attitude: Vector) -> Vector:
 
 def nearest_attitude(case: Case, target: Vector) -> Rest | None:
     """Feasible attitude at the smallest angle from a target (4,); None if there is none."""
-    wanted = momentum_at(case, target)
-    points = case.held.on_sphere(case.radius, wanted) if case.radius else _zero(case)
+    momentum = momentum_at(case, target)
+    points = case.held.on_sphere(case.radius, momentum) if case.radius else _zero(case)
     if not len(points):
         return None
-    away = angles(points, wanted)
+    away = angles(points, momentum)
     point = _least_loaded(case, points[away <= np.min(away) + TOLERANCE])
-    angle = float(angles(point, wanted))
+    angle = float(angles(point, momentum))
     # shortest rotation, in body axes, from the target's momentum direction to the feasible one
-    axis = np.cross(point, wanted)
+    axis = np.cross(point, momentum)
     if np.linalg.norm(axis) <= TOLERANCE * case.radius**2:
-        axis = _across(wanted)
+        axis = _across(momentum)
     return Rest(point, angle, turned(target, axis / np.linalg.norm(axis), angle))
 
 
@@ -65,39 +66,36 @@ def nearest_direction(case: Case, body: Vector, wanted: Vector) -> Rest | None:
     Returns:
         The attitude; None if no attitude is feasible.
     """
-    held, radius = case.held, case.radius
+    envelope, radius = case.held, case.radius
     if not radius:
         points = _zero(case)
         attitude = attitude_at_roll(case, body, wanted, np.zeros(3))
         return Rest(points[0], 0.0, attitude, wanted) if len(points) else None
     axis = case.momentum / radius
-    polar = reached = float(angles(wanted, axis))
-    points = at_angle(held, radius, body, polar)
+    polar = angle = float(angles(wanted, axis))
+    points = at_angle(envelope, radius, body, polar)
     if not len(points):
-        points = held.on_sphere(radius, body)
+        points = envelope.on_sphere(radius, body)
         if not len(points):
             return None
         away = np.abs(angles(points, body) - polar)
         points = points[away <= np.min(away) + TOLERANCE]
-        reached = float(angles(points[0], body))
-    elif held.rank == 3:
+        angle = float(angles(points[0], body))
+    elif envelope.rank == 3:
         every = _rolls(body, radius, polar, np.arange(10 * ROLLS) * np.pi / (5 * ROLLS))
-        points = np.concatenate([points, every[held.holds(every, TOLERANCE * radius)]])
+        points = np.concatenate([points, every[envelope.holds(every, TOLERANCE * radius)]])
     point = _least_loaded(case, points)
-    aside = wanted - np.cos(polar) * axis
-    if np.linalg.norm(aside) <= TOLERANCE:
-        aside = _across(axis)
-    direction = np.cos(reached) * axis + np.sin(reached) * aside / np.linalg.norm(aside)
+    perpendicular = wanted - np.cos(polar) * axis
+    if np.linalg.norm(perpendicular) <= TOLERANCE:
+        perpendicular = _across(axis)
+    direction = np.cos(angle) * axis + np.sin(angle) * perpendicular / np.linalg.norm(perpendicular)
     attitude = _triad(body, point, direction, case.momentum)
-    return Rest(point, abs(reached - polar), attitude, direction)
+    return Rest(point, abs(angle - polar), attitude, direction)
 
 
 def certificate_of_roll(case: Case, body: Vector, wanted: Vector) -> Certificate:
     """Certificate at the roll angle with the lowest bound, for a boresight on its target."""
-
-    def certificate(momentum: Vector) -> Certificate:
-        return certificate_at(case.held, case.inertia, momentum)
-
+    certificate = partial(certificate_at, case.held, case.inertia)
     return certificate(best_roll(case, body, wanted, lambda momentum: certificate(momentum).rate))
 
 
@@ -120,8 +118,8 @@ def best_roll(case: Case, body: Vector, wanted: Vector, cost: Callable[[Vector],
     from scipy.optimize import minimize_scalar  # slow to import
 
     step = 2.0 * np.pi / ROLLS
-    best = step * int(np.argmin([cost(momentum(step * k)) for k in range(ROLLS)]))
-    bounds = (best - step, best + step)
+    centre = step * int(np.argmin([cost(momentum(step * k)) for k in range(ROLLS)]))
+    bounds = (centre - step, centre + step)
     refined = minimize_scalar(lambda roll: cost(momentum(roll)), bounds=bounds, method="bounded")
     return momentum(float(refined.x))
 
@@ -145,8 +143,8 @@ def _least_loaded(case: Case, points: Matrix) -> Vector:
 
 def _rolls(body: Vector, radius: float, polar: float, roll: Vector) -> Matrix:
     """Momenta (M, 3) in body axes at a polar angle to the boresight and roll angles (M,)."""
-    first = _across(body)
-    around = np.outer(np.cos(roll), first) + np.outer(np.sin(roll), np.cross(body, first))
+    normal = _across(body)
+    around = np.outer(np.cos(roll), normal) + np.outer(np.sin(roll), np.cross(body, normal))
     return radius * (np.cos(polar) * body + np.sin(polar) * around)
 
 
@@ -167,7 +165,7 @@ def _triad(body: Vector, body_other: Vector, inertial: Vector, inertial_other: V
 
 def _across(direction: Vector) -> Vector:
     """Any unit vector orthogonal to a direction; any unit vector if the direction is zero."""
-    other = np.eye(3)[int(np.argmin(np.abs(direction)))]
-    normal = np.asarray(np.cross(direction, other), dtype=float)
+    axis = np.eye(3)[int(np.argmin(np.abs(direction)))]
+    normal = np.asarray(np.cross(direction, axis), dtype=float)
     length = float(np.linalg.norm(normal))
     return normal / length if length else np.eye(3)[0]

@@ -61,8 +61,7 @@ class Case:
                 raise InputError(f"failed wheel {wheel}: found {value}, expected N·m·s")
         limits = np.broadcast_to(np.asarray(spacecraft.wheels.momentum_limit, float), count)
         torques = np.broadcast_to(np.asarray(spacecraft.wheels.torque_limit, float), count)
-        working = tuple(k for k in range(count) if k not in failed)
-        chosen = list(working)
+        working = [k for k in range(count) if k not in failed]
         frozen = sum((axes[:, k] * value for k, value in failed.items()), np.zeros(3))
         radius = float(np.linalg.norm(total))
         if radius < NEGLIGIBLE_RATE * np.linalg.eigvalsh(inertia)[0]:
@@ -71,10 +70,10 @@ class Case:
             inertia=inertia,
             momentum=total,
             radius=radius,
-            working=working,
+            working=tuple(working),
             failed=dict(failed),
-            torque_limits=torques[chosen],
-            held=MomentumSet.of(axes[:, chosen], limits[chosen], frozen),
+            torque_limits=torques[working],
+            held=MomentumSet.of(axes[:, working], limits[working], frozen),
         )
 
     def all_wheels(self, working: Vector) -> Vector:
@@ -92,14 +91,14 @@ def vector(value: Any, length: int, name: str, unit: str) -> Vector:
         InputError: The value is not such an array.
     """
     try:
-        found = np.asarray(value, dtype=float)
+        array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
-        found = np.zeros(0)
+        array = np.zeros(0)
     # comparisons with NaN are false
-    if found.shape != (length,) or not np.all(np.abs(found) <= LARGEST):
-        wanted = f"{length} finite numbers below {LARGEST:g} {unit}".rstrip()
-        raise InputError(f"{name}: found {value}, expected {wanted}")
-    return found
+    if array.shape != (length,) or not np.all(np.abs(array) <= LARGEST):
+        expected = f"{length} finite numbers below {LARGEST:g} {unit}".rstrip()
+        raise InputError(f"{name}: found {value}, expected {expected}")
+    return array
 
 
 def unit_vector(value: Any, name: str) -> Vector:
@@ -108,11 +107,11 @@ def unit_vector(value: Any, name: str) -> Vector:
     Raises:
         InputError: The value is not such an array, or it is zero.
     """
-    found = vector(value, 3, name, "")
-    size = float(np.linalg.norm(found))
+    array = vector(value, 3, name, "")
+    size = float(np.linalg.norm(array))
     if size == 0.0:
         raise InputError(f"{name}: found zero, expected a direction")
-    return found / size
+    return array / size
 
 
 def unit_quaternion(value: Any, name: str) -> Vector:

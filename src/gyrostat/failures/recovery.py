@@ -88,7 +88,7 @@ class Recovery:
         Args:
             names: Names of the wheels; None: their indices.
         """
-        other = self.without_brakes
+        unbraked = self.without_brakes
 
         def by_name(values: Mapping[int, Any]) -> dict[str, Any]:
             return {names[k] if names else str(k): value for k, value in values.items()}
@@ -102,7 +102,7 @@ class Recovery:
             "earliest": by_name(self.earliest),
             "gains": by_name({wheel: asdict(gain) for wheel, gain in self.gains.items()}),
             "external_torque": None if self.drift is None else asdict(self.drift),
-            "without_brakes": None if other is None else other.to_dict(names),
+            "without_brakes": None if unbraked is None else unbraked.to_dict(names),
         }
 
 
@@ -117,7 +117,7 @@ def state_of(
         rate: Body rate in body axes, (3,), rad/s.
         wheel_speed: Wheel speeds relative to the body, (wheels,), rad/s.
     """
-    return _started(_as_data(spacecraft), attitude, rate, wheel_speed)
+    return _start(_as_data(spacecraft), attitude, rate, wheel_speed)
 
 
 def _as_data(spacecraft: Spacecraft) -> Spacecraft:
@@ -126,9 +126,8 @@ def _as_data(spacecraft: Spacecraft) -> Spacecraft:
 
 
 @stored_tree_function
-def _started(spacecraft: Spacecraft, attitude: Any, rate: Any, wheel_speed: Any) -> GyrostatState:
-    start = Gyrostat(spacecraft).start
-    return start(attitude=attitude, rate=rate, wheel_speed=wheel_speed)
+def _start(spacecraft: Spacecraft, attitude: Any, rate: Any, wheel_speed: Any) -> GyrostatState:
+    return Gyrostat(spacecraft).start(attitude=attitude, rate=rate, wheel_speed=wheel_speed)
 
 
 @stored_tree_function
@@ -181,7 +180,7 @@ def recover(
     spacecraft.check()
     Gyrostat(spacecraft).check_state(start)
     count, model = spacecraft.wheels.count, known or spacecraft
-    failures, kept = WheelFailures.none(count), {}
+    failures, wheel_momenta = WheelFailures.none(count), {}
     inertia = np.broadcast_to(np.asarray(spacecraft.wheels.inertia), (count,))
     rate = np.asarray(_rate(_as_data(spacecraft), start))
     axes = np.asarray(spacecraft.wheels.axes)
@@ -189,18 +188,18 @@ def recover(
     for wheel, loss in losses.items():
         if wheel not in range(count):
             raise InputError(f"failed wheel: found {wheel}, expected 0 to {count - 1}")
-        kept[wheel] = 0.0
+        wheel_momenta[wheel] = 0.0
         if loss.kind == "seized":
             failures = failures.seizes(wheel, 0.0)
             continue
         drag = inertia[wheel] * loss.decay_rate
         failures = failures.torque_lost(wheel, 0.0, added_viscous=drag)
         if not loss.slows_down:
-            kept[wheel] = float(momentum[wheel])
+            wheel_momenta[wheel] = float(momentum[wheel])
     plan = plan_recovery(
         model,
         start.momentum,
-        failed=kept,
+        failed=wheel_momenta,
         target=target,
         seized={wheel for wheel, loss in losses.items() if loss.kind == "seized"},
     )
@@ -218,45 +217,43 @@ def recover(
         if time is not None:
             earliest[wheel] = time
         if loss.kind != "seized" and not loss.is_braked and np.isfinite(limits[wheel]):
-            torque, without = float(limits[wheel]), {**kept, wheel: 0.0}
-            stopped = holdable(model, start.momentum, failed=without, target=target)
-            time = settles(stopped, wheel, replace(loss, brake_torque=torque))
-            gains[wheel] = BrakeGain(
-                torque, None if stopped.attitude is None else stopped.angle, time
-            )
+            torque, stopped_momenta = float(limits[wheel]), {**wheel_momenta, wheel: 0.0}
+            feasibility = holdable(model, start.momentum, failed=stopped_momenta, target=target)
+            time = settles(feasibility, wheel, replace(loss, brake_torque=torque))
+            gains[wheel] = BrakeGain(torque, feasibility.angle, time)
     torque: Any = vector(external_torque, 3, "external torque", "N·m")
     plant = Gyrostat(with_brakes(spacecraft, losses), failures, external_torque=torque)
     drift = momentum_drift(
-        spacecraft, np.asarray(start.momentum), kept, plan.answer, torque, duration
+        spacecraft, np.asarray(start.momentum), wheel_momenta, plan.answer, torque, duration
     )
     timing: Any = {"duration": duration, "control_period": control_period}
-    other = None
+    alternative = None
     if any(loss.is_braked for loss in losses.values()):
         unbraked = without_brakes(losses)
-        given = {"known": known, "external_torque": torque, **timing}
-        other = recover(spacecraft, start, unbraked, target=target, **given)
+        options = {"known": known, "external_torque": torque, **timing}
+        alternative = recover(spacecraft, start, unbraked, target=target, **options)
     if plan.controller is None or plan.answer.attitude is None:
-        return Recovery(plan, None, None, plan.reason, earliest, other, gains, drift)
+        return Recovery(plan, None, None, plan.reason, earliest, alternative, gains, drift)
     controller = plan.controller
     if drift is not None and isinstance(controller, MomentumRecovery):
         controller = replace(controller, momentum_time=MOMENTUM_TIME)
     timing |= {"start": start, "stored": True}
-    flown = simulated(plant, controller, SpacecraftSensor(plant), **timing)
-    attitudes, aim = flown.variables["attitude"].values, plan.answer.attitude
+    histories = simulated(plant, controller, SpacecraftSensor(plant), **timing)
+    attitudes, aim = histories.variables["attitude"].values, plan.answer.attitude
     turning: Any = 0.0
     if drift is None:
         errors = np.asarray(_errors(attitudes, aim))
     else:
-        momenta = np.asarray(flown.variables["momentum"].values)
-        feasible = feasible_attitudes(spacecraft, momenta, kept, aim)
+        momenta = np.asarray(histories.variables["momentum"].values)
+        feasible = feasible_attitudes(spacecraft, momenta, wheel_momenta, aim)
         turning = rates_of(feasible, control_period)
         errors = np.asarray(_errors_to_each(attitudes, feasible))
     about = {"units": "rad", "long_name": "angle to the feasible attitude"}
     error = Signal(("time",), errors, about)
-    flown = replace(flown, variables={**flown.variables, "error": error})
-    settle = settling_time(flown.arrays(), turning)
-    reason = "" if settle is not None else _why_not(flown.arrays())
-    return Recovery(plan, flown, settle, reason, earliest, other, gains, drift)
+    histories = replace(histories, variables={**histories.variables, "error": error})
+    settle = settling_time(histories.arrays(), turning)
+    reason = "" if settle is not None else _failure_reason(histories.arrays())
+    return Recovery(plan, histories, settle, reason, earliest, alternative, gains, drift)
 
 
 def settling_time(flight: Mapping[Any, Any], turning: Any = 0.0) -> float | None:
@@ -267,19 +264,19 @@ def settling_time(flight: Mapping[Any, Any], turning: Any = 0.0) -> float | None
         turning: Rate at which the feasible attitude turns, (samples,) or one value, rad/s.
     """
     rate = np.linalg.norm(np.asarray(flight["rate"]), axis=1)
-    out = ~((np.asarray(flight["error"]) < ANGLE) & (rate < RATE + turning))
-    if out[-1]:
+    outside = ~((np.asarray(flight["error"]) < ANGLE) & (rate < RATE + turning))
+    if outside[-1]:
         return None
-    return float(flight["time"][len(out) - np.argmax(out[::-1]) if out.any() else 0])
+    return float(flight["time"][len(outside) - np.argmax(outside[::-1]) if outside.any() else 0])
 
 
-def _why_not(flight: Mapping[str, Any]) -> str:
+def _failure_reason(flight: Mapping[str, Any]) -> str:
     until, status = float(flight["valid_until"]), int(flight["status"])
     if status == Status.UNRESOLVED:
         return f"the run ended at {until:g} s: a control period was too long to resolve the motion"
     if status != Status.COMPLETE:
         return f"the run ended at {until:g} s: the body rate is above the limit of the simulation"
-    left = float(np.degrees(flight["error"][-1]))
-    if np.isnan(left):
+    error = float(np.degrees(flight["error"][-1]))
+    if np.isnan(error):
         return f"no attitude is feasible at the end, {until:g} s: the total momentum has changed"
-    return f"not settled at the end, {until:g} s: {left:.3g} deg from the target attitude"
+    return f"not settled at the end, {until:g} s: {error:.3g} deg from the target attitude"

@@ -122,14 +122,14 @@ def plan_recovery(
     if answer.rank == 0:
         return RecoveryPlan(answer, None, "no wheel works")
     fixed = np.array([k in seized for k in range(spacecraft.wheels.count)])
-    known = {"total_momentum": momentum, "target": answer.attitude, "seized": fixed}
+    options = {"total_momentum": momentum, "target": answer.attitude, "seized": fixed}
     if answer.rank == 1:
         try:
-            return RecoveryPlan(answer, OneWheelRecovery.plan(spacecraft, working, **known), "")
+            return RecoveryPlan(answer, OneWheelRecovery.plan(spacecraft, working, **options), "")
         except InputError as error:
             return RecoveryPlan(answer, None, f"out of reach for one wheel: {error}")
     if answer.rank == 3 or across(spacecraft, working, answer.momentum_in_body) >= LEAST_ACROSS:
-        return RecoveryPlan(answer, MomentumRecovery.plan(spacecraft, working, **known), "")
+        return RecoveryPlan(answer, MomentumRecovery.plan(spacecraft, working, **options), "")
     if max(map(abs, failed.values()), default=0.0) > NOTHING_HELD:
         return RecoveryPlan(
             answer,

@@ -37,8 +37,8 @@ class SkyMap:
         if not np.any(self.momentum_direction):
             return np.full(directions.shape[:-1], len(self.bands) > 0)
         angle = angles(directions, self.momentum_direction)[..., None]
-        inside = (angle >= self.bands[:, 0] - EDGE) & (angle <= self.bands[:, 1] + EDGE)
-        return np.any(inside, axis=-1)
+        in_band = (angle >= self.bands[:, 0] - EDGE) & (angle <= self.bands[:, 1] + EDGE)
+        return np.any(in_band, axis=-1)
 
     def grid(self, rows: int = 180) -> tuple[Vector, Vector, NDArray[np.bool_]]:
         """Sample the map over inertial longitude (about z, from x) and latitude.
@@ -82,9 +82,9 @@ def sky_map(held: MomentumSet, momentum: Vector, radius: float, boresight: Vecto
         boresight: Unit vector in body axes, (3,).
     """
     if radius == 0.0:
-        whole = bool(held.holds(np.zeros(3), TOLERANCE * float(np.linalg.norm(held.frozen))))
-        everywhere = np.array([[0.0, np.pi]] if whole else []).reshape(-1, 2)
-        return SkyMap(boresight, np.zeros(3), everywhere, float(whole))
+        is_holdable = bool(held.holds(np.zeros(3), TOLERANCE * float(np.linalg.norm(held.frozen))))
+        everywhere = np.array([[0.0, np.pi]] if is_holdable else []).reshape(-1, 2)
+        return SkyMap(boresight, np.zeros(3), everywhere, float(is_holdable))
     # the angle to the momentum is the same in body axes; its extremes are among these points
     extreme = np.unique(angles(held.on_sphere(radius, boresight), boresight))
     bands: list[list[float]] = []
@@ -105,5 +105,5 @@ def at_angle(held: MomentumSet, radius: float, boresight: Vector, angle: float) 
 
     Only extreme points at the limits of the envelope are returned, at least one if any exist.
     """
-    aside = np.eye(3)[int(np.argmin(np.abs(boresight)))]
-    return held.on_sphere(radius, aside, boresight[None], np.array([radius * np.cos(angle)]))
+    objective = np.eye(3)[int(np.argmin(np.abs(boresight)))]
+    return held.on_sphere(radius, objective, boresight[None], np.array([radius * np.cos(angle)]))

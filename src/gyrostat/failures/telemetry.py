@@ -54,8 +54,8 @@ class Telemetry:
         Args:
             spacecraft: Spacecraft.
         """
-        axes, inertia = np.asarray(spacecraft.wheels.axes), _rotor_inertia(spacecraft)
-        return inertia * (self.wheel_speed + self.rate @ axes)
+        axes, inertia = spacecraft.wheels.axes, spacecraft.wheels.inertia
+        return np.asarray(inertia, dtype=float) * (self.wheel_speed + self.rate @ np.asarray(axes))
 
     def total_momentum(self, spacecraft: Spacecraft) -> Vector:
         """Total momentum R (J w + sum a_i h_i), inertial axes, (3,), N·m·s.
@@ -68,8 +68,3 @@ class Telemetry:
         axes, inertia = np.asarray(spacecraft.wheels.axes), np.asarray(spacecraft.inertia)
         in_body = inertia @ self.rate + axes @ self.wheel_momentum(spacecraft)
         return matrix_of(self.attitude) @ in_body
-
-
-def _rotor_inertia(spacecraft: Spacecraft) -> Vector:
-    count = spacecraft.wheels.count
-    return np.broadcast_to(np.asarray(spacecraft.wheels.inertia, dtype=float), (count,))

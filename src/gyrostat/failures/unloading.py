@@ -16,8 +16,8 @@ def excess_of(held: MomentumSet, momentum: Vector) -> Vector:
         held: Momentum envelope of the wheels.
         momentum: Total momentum, body axes, (3,), N·m·s.
     """
-    beside = momentum - held.frozen
-    return beside - held.axes @ box_least_squares(held.axes, beside, held.limits)
+    offset = momentum - held.frozen
+    return offset - held.axes @ box_least_squares(held.axes, offset, held.limits)
 
 
 def unload_at(case: Case, target: Vector) -> Vector:

@@ -65,8 +65,8 @@ class Condition:
         """
         value = columns[self.metric]
         away = value - self.bound if self.above else self.bound - value
-        never = np.inf if self.metric.split(".")[-1] == "settling" and self.above else -np.inf
-        away = np.where(np.isnan(away), never, away)
+        fallback = np.inf if self.metric.split(".")[-1] == "settling" and self.above else -np.inf
+        away = np.where(np.isnan(away), fallback, away)
         return np.where(columns["status"] != 0, np.inf, away)
 
     def missing(self, columns: Mapping[str, Vector]) -> int:

@@ -51,18 +51,19 @@ class Rarity:
 
 def rarity(replications: Sequence[Replication]) -> Rarity:
     """Combine independent replications."""
-    found = np.array([each.probability for each in replications])
-    doubts = _unfinished(replications)
-    reached = found[np.isfinite(found)]
-    if len(reached) < len(found):
-        return Rarity(None, None, None, None, tuple(doubts), _limit(replications))
-    low, high = interval(reached, _explained(replications))
-    mean = float(np.mean(reached))
-    variation = float(np.std(reached, ddof=1) / np.sqrt(len(reached)) / mean)
-    doubts += _disagreement(replications, low, high)
-    doubts += _slow_chains(replications)
-    doubts += _first_level(replications, low, high)
-    return Rarity(mean, low, high, variation, tuple(doubts))
+    probabilities = np.array([each.probability for each in replications])
+    if not np.all(np.isfinite(probabilities)):
+        doubts = tuple(_early_ends(replications))
+        return Rarity(None, None, None, None, doubts, _limit(replications))
+    low, high = interval(probabilities, _chain_variance(replications))
+    mean = float(np.mean(probabilities))
+    variation = float(np.std(probabilities, ddof=1) / np.sqrt(len(probabilities)) / mean)
+    doubts = (
+        *_disagreement(replications, low, high),
+        *_slow_chains(replications),
+        *_first_level(replications, low, high),
+    )
+    return Rarity(mean, low, high, variation, doubts)
 
 
 def _limit(replications: Sequence[Replication]) -> float:
@@ -73,24 +74,24 @@ def _limit(replications: Sequence[Replication]) -> float:
     log-normal estimates of variance v of their logarithms and mean p, the largest of n is below
     p exp(-v / 2 + z √v) with probability Φ(z)^n. The independent runs give another limit.
     """
-    found = [each.probability for each in replications]
-    found += [_last(each) for each in replications if each.ended != REACHED]
-    square, tail = _explained(replications), 0.5 * (1.0 - CONFIDENCE)
-    least = ndtri(tail ** (1.0 / len(replications)))
-    high = np.nanmax(found) * np.exp(0.5 * square - least * np.sqrt(square))
-    failed, count = _independent(replications)
-    return float(min(high, share_bounds(failed, count)[1]))
+    estimates = [each.probability for each in replications]
+    estimates += [_last_probability(each) for each in replications if each.ended != REACHED]
+    square, tail = _chain_variance(replications), 0.5 * (1.0 - CONFIDENCE)
+    quantile = ndtri(tail ** (1.0 / len(replications)))
+    high = np.nanmax(estimates) * np.exp(0.5 * square - quantile * np.sqrt(square))
+    failures, count = _independent(replications)
+    return float(min(high, share_bounds(failures, count)[1]))
 
 
-def _last(replication: Replication) -> float:
+def _last_probability(replication: Replication) -> float:
     """Estimated probability of the last level of a replication."""
     return float(np.prod([level.probability for level in replication.levels]))
 
 
 def _independent(replications: Sequence[Replication]) -> tuple[int, int]:
     """Number of failures among the independent runs, and number of these runs."""
-    first = np.concatenate([each.levels[0].response for each in replications])
-    return int(np.sum(first > 0.0)), len(first)
+    responses = np.concatenate([each.levels[0].response for each in replications])
+    return int(np.sum(responses > 0.0)), len(responses)
 
 
 def interval(found: Vector, least: float = 0.0) -> tuple[float, float]:
@@ -108,12 +109,12 @@ def interval(found: Vector, least: float = 0.0) -> tuple[float, float]:
     return float(np.exp(middle - half)), float(min(np.exp(middle + half), 1.0))
 
 
-def _explained(replications: Sequence[Replication]) -> float:
+def _chain_variance(replications: Sequence[Replication]) -> float:
     """Variance of the logarithm of an estimate that the chains of the replications explain."""
     return float(np.mean([np.log1p(each.variation**2) for each in replications]))
 
 
-def _unfinished(replications: Sequence[Replication]) -> list[str]:
+def _early_ends(replications: Sequence[Replication]) -> list[str]:
     """Reasons of the replications that did not reach the failure."""
     count = len(replications)
     stuck = sum(each.ended == STUCK for each in replications)
@@ -125,10 +126,10 @@ def _unfinished(replications: Sequence[Replication]) -> list[str]:
             "the dispersions and the noise may not be able to cause it, or the metric has steps"
         )
     if rare:
-        least = max(map(_last, rare))
+        probability = max(map(_last_probability, rare))
         doubts.append(
             f"{len(rare)} of {count} replications end before the failure, at a probability of "
-            f"about {least:.0e}"
+            f"about {probability:.0e}"
         )
     return doubts
 
@@ -136,7 +137,7 @@ def _unfinished(replications: Sequence[Replication]) -> list[str]:
 def _disagreement(replications: Sequence[Replication], low: float, high: float) -> list[str]:
     """Whether the replications disagree more than their own chains explain."""
     logs = np.log([each.probability for each in replications])
-    explained, count = _explained(replications), len(logs)
+    variance, count = _chain_variance(replications), len(logs)
     limit = chdtri(count - 1, DOUBT) / (count - 1)
     if high / low > WIDEST:
         return [
@@ -144,7 +145,7 @@ def _disagreement(replications: Sequence[Replication], low: float, high: float) 
             "some may have missed a failure region: give more runs"
         ]
     # the chains of a replication have common ancestors, so that their own estimate is too small
-    if np.var(logs, ddof=1) > 2.0 * limit * max(explained, 1e-12):
+    if np.var(logs, ddof=1) > 2.0 * limit * max(variance, 1e-12):
         return [
             "the replications differ by more than their chains explain: a failure region may have "
             "been missed"
@@ -163,8 +164,8 @@ def _slow_chains(replications: Sequence[Replication]) -> list[str]:
             f"only {min(level.accepted for level in levels):.0%} of the moves of a level were "
             "accepted: the chains hardly move"
         )
-    last = [each.levels[-1] for each in replications]
-    ancestors = [len(np.unique(level.ancestors[level.response > 0.0])) for level in last]
+    last_levels = [each.levels[-1] for each in replications]
+    ancestors = [len(np.unique(level.ancestors[level.response > 0.0])) for level in last_levels]
     if np.mean(ancestors) < FEWEST_ANCESTORS:
         doubts.append("almost all failures of a replication descend from one flight")
     return doubts
@@ -172,11 +173,11 @@ def _slow_chains(replications: Sequence[Replication]) -> list[str]:
 
 def _first_level(replications: Sequence[Replication], low: float, high: float) -> list[str]:
     """Whether the failures among the independent runs contradict the interval."""
-    failed, count = _independent(replications)
-    too_many = failed > 0 and bdtrc(failed - 1, count, high) < DOUBT
-    if too_many or bdtr(failed, count, low) < DOUBT:
+    failures, count = _independent(replications)
+    too_many = failures > 0 and bdtrc(failures - 1, count, high) < DOUBT
+    if too_many or bdtr(failures, count, low) < DOUBT:
         return [
-            f"{failed} of {count} independent runs fail, which contradicts the estimate: a failure "
-            "region may have been missed"
+            f"{failures} of {count} independent runs fail, which contradicts the estimate: a "
+            "failure region may have been missed"
         ]
     return []

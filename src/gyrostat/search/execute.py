@@ -94,17 +94,17 @@ def run_search(
     question.searches(options.runs, options.seed)  # before compiling
     prepare(scenario, parts=parts_of(scenario), verify=options.verify)
     record = engine_record("cpu", FLAGS["cpu"], "native")
-    about = scenario.text(), scenario.digest(), options.seed, options.runs, PIECE, record
+    description = scenario.text(), scenario.digest(), options.seed, options.runs, PIECE, record
     store = Store(out, say)
     with store.locked():
-        campaign = store.begin(Campaign(*about, question.options()), force=options.force)
+        campaign = store.begin(Campaign(*description, question.options()), force=options.force)
         refuse_other(campaign.engine, str(out))
         store.check(campaign)
         with kept_open(threads(options.workers or usable_cores())) as pool:
             count = _fly(store, scenario, campaign, question, pool, on_progress)
             store.merge(campaign, count)
-            missing = sorted(_worst(store, question, options.worst) - store.histories(campaign))
-            replay(store, campaign, missing, pool, fly_job=work_here)
+            numbers = sorted(_worst(store, question, options.worst) - store.histories(campaign))
+            replay(store, campaign, numbers, pool, fly_job=work_here)
     return store.table
 
 
@@ -120,7 +120,7 @@ def _fly(
     blocks, damaged = store.blocks(campaign)
     count = 0
 
-    def found(piece: Piece) -> Columns | None:
+    def load(piece: Piece) -> Columns | None:
         nonlocal count
         count = piece.number + 1
         if piece.number not in blocks:
@@ -133,13 +133,12 @@ def _fly(
             set_aside(path)
         store.write_block(campaign, number, columns)
 
-    def tell(done: int) -> None:
+    def tell(runs: int) -> None:
         if on_progress is not None:
-            on_progress(done, campaign.runs)
+            on_progress(runs, campaign.runs)
 
     flights = Flights(
-        *(scenario, campaign, question.response),
-        **{"found": found, "store": keep, "opener": pool, "on_progress": tell},
+        scenario, campaign, question.response, found=load, store=keep, opener=pool, on_progress=tell
     )
     together(question.searches(campaign.runs, campaign.seed), flights.fly)
     return count
@@ -171,12 +170,12 @@ class Stored(NamedTuple):
     def results(self, question: Question) -> tuple[list[Any], int]:
         """Results of the independent searches, and the number of runs with refused values."""
 
-        def found(piece: Piece) -> Columns | None:
+        def load(piece: Piece) -> Columns | None:
             if piece.runs[-1] >= len(self.columns["run"]):
                 return None
             return {name: values[piece.runs] for name, values in self.columns.items()}
 
-        flights = Flights(self.scenario, self.campaign, question.response, found=found)
+        flights = Flights(self.scenario, self.campaign, question.response, found=load)
         searches = question.searches(self.campaign.runs, self.campaign.seed)
         return together(searches, flights.fly), flights.refused
 

@@ -70,7 +70,7 @@ class Flights:
         found: Callable[[Piece], Columns | None],
         store: Callable[[int, Columns], None] = lambda number, columns: None,
         opener: Opener | None = None,
-        on_progress: Callable[[int], None] = lambda done: None,
+        on_progress: Callable[[int], None] = lambda count: None,
     ):
         self.count = self.refused = self._pieces = 0
         self._scenario, self._campaign, self._response = scenario, campaign, response
@@ -85,22 +85,18 @@ class Flights:
             InputError: A value of a flight with independent draws is not allowed, or the stored
                 results are those of another search.
         """
-        answers = [self._numbered(each) for each in moves]
-        values = np.concatenate([each for _, _, each in answers])
-        numbers = np.concatenate([each for each, _, _ in answers])
-        flown = numbers >= 0
-        found = self._fly(numbers[flown], values[flown])
-        responses = np.full((len(numbers), *found.shape[1:]), -np.inf)
-        responses[flown] = found
-        ends = np.cumsum([len(each) for each, _, _ in answers])[:-1]
-        return [
-            Answers(number, normal, response)
-            for (number, normal, _), response in zip(
-                answers, np.split(responses, ends), strict=True
-            )
-        ]
+        requests = [self._register(each) for each in moves]
+        values = np.concatenate([each for _, _, each in requests])
+        numbers = np.concatenate([each for each, _, _ in requests])
+        valid = numbers >= 0
+        rows = self._fly(numbers[valid], values[valid])
+        responses = np.full((len(numbers), *rows.shape[1:]), -np.inf)
+        responses[valid] = rows
+        ends = np.cumsum([len(each) for each, _, _ in requests])[:-1]
+        parts = np.split(responses, ends)
+        return [Answers(*each[:2], part) for each, part in zip(requests, parts, strict=True)]
 
-    def _numbered(self, moves: Moves) -> tuple[NDArray[np.int64], Matrix, Matrix]:
+    def _register(self, moves: Moves) -> tuple[NDArray[np.int64], Matrix, Matrix]:
         """Numbers, standard normal numbers and values of requested flights."""
         scenario, first = self._scenario, self.count
         if moves.normal is None:
@@ -127,32 +123,31 @@ class Flights:
             part = slice(first, first + size)
             pieces.append(Piece(self._pieces, numbers[part], values[part]))
             self._pieces += 1
-        known = {piece.number: self._found(piece) for piece in pieces}
-        missing = [piece for piece in pieces if known[piece.number] is None]
-        finished = self.count - sum(len(piece.runs) for piece in missing)
+        tables = {piece.number: self._found(piece) for piece in pieces}
+        pending = [piece for piece in pieces if tables[piece.number] is None]
+        progress = self.count - sum(len(piece.runs) for piece in pending)
 
         def take(piece: Piece, columns: Columns) -> None:
-            nonlocal finished
+            nonlocal progress
             self._store(piece.number, columns)
-            known[piece.number] = columns
-            finished += len(piece.runs)
-            self._on_progress(finished)
+            tables[piece.number] = columns
+            progress += len(piece.runs)
+            self._on_progress(progress)
 
-        if missing and self._opener is None:
-            raise InputError(
-                "search: found requested runs that are not in the table, expected all of them: use "
-                "the version that started it, or another folder"
-            )
-        if missing and self._opener is not None:
-            carry_out(
-                missing, self._simulate, self._opener, take, window=2 * (os.cpu_count() or 1) + 2
-            )
+        if pending:
+            if self._opener is None:
+                raise InputError(
+                    "search: found requested runs that are not in the table, expected all of them: "
+                    "use the version that started it, or another folder"
+                )
+            window = 2 * (os.cpu_count() or 1) + 2
+            carry_out(pending, self._simulate, self._opener, take, window=window)
         if not pieces:
             return self._response(defaultdict(lambda: np.zeros(0)))
         responses = []
         for piece in pieces:
-            columns: Any = known[piece.number]
-            if not self._requested(piece, columns):
+            columns: Any = tables[piece.number]
+            if not self._matches(piece, columns):
                 raise InputError(
                     f"block {piece.number}: found the values of another search, expected those "
                     "that this software draws: use the version that started it, or another folder"
@@ -160,19 +155,21 @@ class Flights:
             responses.append(self._response(columns))
         return np.concatenate(responses)
 
-    def _requested(self, piece: Piece, columns: Columns) -> bool:
+    def _matches(self, piece: Piece, columns: Columns) -> bool:
         """Whether columns have the values and the noise of the flights that were requested."""
-        wanted = dict(zip(self._scenario.dispersed, piece.values.T, strict=True))
-        wanted |= {PARENT: self._parents[piece.runs], REPLACED: self._shares[piece.runs]}
-        return all(np.array_equal(columns[name], each) for name, each in wanted.items())
+        expected = dict(zip(self._scenario.dispersed, piece.values.T, strict=True))
+        expected |= self._noise_columns(piece)
+        return all(np.array_equal(columns[name], each) for name, each in expected.items())
 
     def _simulate(self, piece: Piece) -> Columns:
         """Simulate a piece: columns of its runs."""
         scenario, seed = self._scenario, self._campaign.seed
         keys = noise_of(piece.runs, self._parents, self._shares, seed, parts_of(scenario))
         columns = fly_given(scenario, piece.runs, piece.values, keys).columns
-        added = {PARENT: self._parents[piece.runs], REPLACED: self._shares[piece.runs]}
-        return {**columns, **added}
+        return {**columns, **self._noise_columns(piece)}
+
+    def _noise_columns(self, piece: Piece) -> dict[str, Any]:
+        return {PARENT: self._parents[piece.runs], REPLACED: self._shares[piece.runs]}
 
 
 def allowed(scenario: Scenario, values: Matrix) -> NDArray[np.bool_]:
@@ -194,14 +191,14 @@ def together(
 ) -> list[Any]:
     """Results of independent searches whose flights are simulated together."""
     results: list[Any] = [None] * len(searches)
-    asked = {place: next(search) for place, search in enumerate(searches)}
-    while asked:
-        answers = fly([*asked.values()])
-        follow = {}
-        for place, answer in zip(asked, answers, strict=True):
+    requests = {index: next(search) for index, search in enumerate(searches)}
+    while requests:
+        answers = fly([*requests.values()])
+        pending = {}
+        for index, answer in zip(requests, answers, strict=True):
             try:
-                follow[place] = searches[place].send(answer)
+                pending[index] = searches[index].send(answer)
             except StopIteration as end:
-                results[place] = end.value
-        asked = follow
+                results[index] = end.value
+        requests = pending
     return results

@@ -42,11 +42,11 @@ class Largest:
                 return end.value
 
     def _take(self, answers: Answers) -> None:
-        flown = np.flatnonzero(answers.numbers >= 0)
-        if len(flown) == 0:
+        indices = np.flatnonzero(answers.numbers >= 0)
+        if len(indices) == 0:
             return
-        place = flown[np.argmax(answers.response[flown])]
-        if answers.response[place] > self.response or self.number == FIRST:
-            self.number = int(answers.numbers[place])
-            self.response = float(answers.response[place])
-            self.normal = answers.normal[place]
+        index = indices[np.argmax(answers.response[indices])]
+        if answers.response[index] > self.response or self.number == FIRST:
+            self.number = int(answers.numbers[index])
+            self.response = float(answers.response[index])
+            self.normal = answers.normal[index]

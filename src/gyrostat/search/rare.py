@@ -92,12 +92,12 @@ def found_failures(folder: Path) -> Found:
     Raises:
         InputError: The folder has no finished search.
     """
-    stored = stored_search(folder)
-    condition = Condition.parse(stored.options()[RARE], stored.scenario, "--rare")
-    replications, refused = stored.results(RareFailure(condition))
+    search = stored_search(folder)
+    condition = Condition.parse(search.options()[RARE], search.scenario, "--rare")
+    replications, refused = search.results(RareFailure(condition))
     result = rarity(replications)
-    missing = condition.missing(stored.columns)
-    if missing:
-        doubt = f"{missing} runs have no {condition.metric}: they count as no failure"
+    count = condition.missing(search.columns)
+    if count:
+        doubt = f"{count} runs have no {condition.metric}: they count as no failure"
         result = replace(result, doubts=(*result.doubts, doubt))
-    return Found(condition, result, tuple(replications), stored.columns, refused)
+    return Found(condition, result, tuple(replications), search.columns, refused)

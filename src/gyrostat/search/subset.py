@@ -101,18 +101,18 @@ def subset_simulation(chains: int, seed: list[int]) -> Generator[Moves, Answers,
     levels, squares = [level], []
     while True:
         bound, ended = _next_bound(level)
-        failed = level.response > 0.0
-        reached = failed if ended else level.response >= bound
+        failures = level.response > 0.0
+        in_level = failures if ended else level.response >= bound
         if ended is None and len(levels) > LEVELS:
-            ended, reached = (REACHED if np.any(failed) else TOO_RARE), failed
-        squares.append(_squared_variation(reached, chains, independent=len(levels) == 1))
-        share = float(np.mean(reached))
+            ended, in_level = (REACHED if np.any(failures) else TOO_RARE), failures
+        squares.append(_squared_variation(in_level, chains, independent=len(levels) == 1))
+        share = float(np.mean(in_level))
         if ended is not None:
-            before = float(np.prod([each.probability for each in levels]))
-            probability = before * share if ended == REACHED else np.nan
+            product = float(np.prod([each.probability for each in levels]))
+            probability = product * share if ended == REACHED else np.nan
             return Replication(tuple(levels), probability, float(np.sqrt(sum(squares))), ended)
-        places = _starts(np.flatnonzero(reached), chains, random)
-        level, step = yield from _level(level, bound, share, places, step, random)
+        indices = _starts(np.flatnonzero(in_level), chains, random)
+        level, step = yield from _level(level, bound, share, indices, step, random)
         levels.append(level)
 
 
@@ -122,66 +122,66 @@ def _next_bound(level: Level) -> tuple[float, str | None]:
     bound = response[len(response) // STEPS - 1]
     if bound > 0.0:
         return 0.0, REACHED
-    above = level.response[level.response > level.bound]
+    higher = level.response[level.response > level.bound]
     if bound <= level.bound:  # too many equal responses
-        if len(above) < FEWEST:
+        if len(higher) < FEWEST:
             return 0.0, REACHED if np.any(level.response > 0.0) else STUCK
-        bound = np.min(above)
+        bound = np.min(higher)
     return float(bound), None
 
 
 def _starts(
-    reached: NDArray[np.int64], chains: int, random: np.random.Generator
+    indices: NDArray[np.int64], chains: int, random: np.random.Generator
 ) -> NDArray[np.int64]:
     """Flights from which the chains start, each at most once if there are enough."""
-    if len(reached) >= chains:
-        return random.permutation(reached)[:chains]
-    return np.concatenate([reached, random.choice(reached, chains - len(reached))])
+    if len(indices) >= chains:
+        return random.permutation(indices)[:chains]
+    return np.concatenate([indices, random.choice(indices, chains - len(indices))])
 
 
 def _level(
-    before: Level,
+    previous: Level,
     bound: float,
     share: float,
-    places: NDArray[np.int64],
+    indices: NDArray[np.int64],
     step: float,
     random: np.random.Generator,
 ) -> Generator[Moves, Answers, tuple[Level, float]]:
     """Chains of a level from the given flights of the level before; also the adapted step."""
-    normal, response = before.normal[places], before.response[places]
-    numbers, ancestors = before.numbers[places], before.ancestors[places]
+    normal, response = previous.normal[indices], previous.response[indices]
+    numbers, ancestors = previous.numbers[indices], previous.ancestors[indices]
     spread = np.minimum(np.std(normal, axis=0), 1.0)
-    rows, accepted = [(normal, response, numbers)], []
+    rows, rates = [(normal, response, numbers)], []
     for turn in range(1, STEPS):
         sigma = np.minimum(step * spread, 1.0)
-        drawn = random.standard_normal(normal.shape)
-        proposed = np.sqrt(1.0 - sigma**2) * normal + sigma * drawn
+        noise = random.standard_normal(normal.shape)
+        proposed = np.sqrt(1.0 - sigma**2) * normal + sigma * noise
         replaced = 1.0 - np.sqrt(1.0 - min(step, 1.0) ** 2)
-        answers = yield Moves(proposed, numbers, replaced, len(places))
+        answers = yield Moves(proposed, numbers, replaced, len(indices))
         fine = answers.response >= bound
         normal = np.where(fine[:, None], answers.normal, normal)
         response = np.where(fine, answers.response, response)
         numbers = np.where(fine, answers.numbers, numbers)
         rows.append((normal, response, numbers))
-        accepted.append(float(np.mean(fine)))
-        step = float(np.clip(step * np.exp((accepted[-1] - ACCEPTED) / np.sqrt(turn)), 0.01, 2.0))
+        rates.append(float(np.mean(fine)))
+        step = float(np.clip(step * np.exp((rates[-1] - ACCEPTED) / np.sqrt(turn)), 0.01, 2.0))
     normal, response, numbers = (np.concatenate(parts) for parts in zip(*rows, strict=True))
-    rate, ancestors = float(np.mean(accepted)), np.tile(ancestors, STEPS)
+    rate, ancestors = float(np.mean(rates)), np.tile(ancestors, STEPS)
     return Level(bound, share, rate, normal, response, numbers, ancestors), step
 
 
-def _squared_variation(reached: NDArray[np.bool_], chains: int, *, independent: bool) -> float:
+def _squared_variation(in_level: NDArray[np.bool_], chains: int, *, independent: bool) -> float:
     """Squared coefficient of variation of the share of flights that reach a level.
 
     Au and Beck, equations 27 to 29: the correlation within chains makes it larger.
     """
-    share = float(np.mean(reached))
+    share = float(np.mean(in_level))
     if not 0.0 < share < 1.0:
         return 0.0
-    square = (1.0 - share) / (share * len(reached))
+    square = (1.0 - share) / (share * len(in_level))
     if independent:
         return square
-    steps = reached.reshape(-1, chains).astype(float) - share
+    steps = in_level.reshape(-1, chains).astype(float) - share
     lags = range(1, len(steps))
     covariance = [float(np.mean(steps[lag:] * steps[:-lag])) for lag in lags]
     weights = [1.0 - lag / len(steps) for lag in lags]

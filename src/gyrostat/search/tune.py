@@ -58,10 +58,10 @@ class Tuned(NamedTuple):
 
 def fewest_flights() -> int:
     """Fewest flights of a search."""
-    return _besides() + FEWEST * POPULATION * COMMON
+    return _overhead() + FEWEST * POPULATION * COMMON
 
 
-def _besides() -> int:
+def _overhead() -> int:
     """Largest number of flights besides those of the generations."""
     return 2 * COMMON + (5 + len(MARGINS)) * PROOF
 
@@ -94,73 +94,72 @@ def tune(
     """
     common = yield first_moves(COMMON)
 
-    def moves(of: Answers, candidates: Matrix) -> Moves:
-        known = of.normal[:, : of.normal.shape[1] - len(start)]
-        free = np.repeat(ndtri(share(candidates)), len(known), axis=0)
-        normal = np.concatenate([np.tile(known, (len(candidates), 1)), free], axis=1)
-        return Moves(normal, np.tile(of.numbers, len(candidates)), 0.0, len(normal))
+    def moves(base: Answers, candidates: Matrix) -> Moves:
+        dispersions = base.normal[:, : base.normal.shape[1] - len(start)]
+        free = np.repeat(ndtri(share(candidates)), len(dispersions), axis=0)
+        normal = np.concatenate([np.tile(dispersions, (len(candidates), 1)), free], axis=1)
+        return Moves(normal, np.tile(base.numbers, len(candidates)), 0.0, len(normal))
 
     def loss(value: Vector) -> tuple[bool, float]:
-        beyond = excess(value)
-        return (True, beyond) if not beyond <= 0.0 else (False, float(value[0]))
+        violation = excess(value)
+        return (True, violation) if not violation <= 0.0 else (False, float(value[0]))
 
     # before the search: their values may be refused
-    last = yield first_moves(PROOF)
-    fresh = yield first_moves(PROOF)
+    comparison = yield first_moves(PROOF)
+    proof = yield first_moves(PROOF)
     answers = yield moves(common, start[None])
-    tried, values = [start], [*_values(answers, 1)]
+    tried, values = [start], [*_percentiles(answers, 1)]
     strategy = evolution(start, FIRST_STEP, [seed], POPULATION)
-    for _ in range((runs - _besides()) // (POPULATION * COMMON)):
+    for _ in range((runs - _overhead()) // (POPULATION * COMMON)):
         if strategy.stop():
             break
-        asked = strategy.ask()
-        place = np.clip(np.array(asked)[:, : len(start)], -1.0, 1.0)
-        answers = yield moves(common, place)
-        found = _values(answers, POPULATION)
-        losses = [loss(value) for value in found]
+        samples = strategy.ask()
+        coordinates = np.clip(np.array(samples)[:, : len(start)], -1.0, 1.0)
+        answers = yield moves(common, coordinates)
+        scores = _percentiles(answers, POPULATION)
+        losses = [loss(value) for value in scores]
         order = sorted(range(POPULATION), key=losses.__getitem__)
-        strategy.tell(asked, np.argsort(order).astype(float).tolist())
-        tried += [*place]
-        values += [*found]
-    places = _finalists(np.array(values)[:, 0], np.array([excess(value) for value in values]))
-    places = places or [min(range(len(tried)), key=lambda k: loss(values[k]))]
+        strategy.tell(samples, np.argsort(order).astype(float).tolist())
+        tried += [*coordinates]
+        values += [*scores]
+    finalists = _finalists(np.array(values)[:, 0], np.array([excess(value) for value in values]))
+    finalists = finalists or [min(range(len(tried)), key=lambda k: loss(values[k]))]
     # the given numbers are compared too: the result is never worse than they are
-    places = [*dict.fromkeys([0, *places])]
-    answers = yield moves(last, np.array([tried[k] for k in places]))
-    losses = [loss(value) for value in _values(answers, len(places))]
-    best = tried[places[min(range(len(places)), key=losses.__getitem__)]]
-    one = yield moves(fresh, start[None])
-    two = yield moves(fresh, best[None])
-    before, after = _values(one, 1)[0], _values(two, 1)[0]
-    ratio = _ratio(-one.response[:, 0], -two.response[:, 0], seed)
+    finalists = [*dict.fromkeys([0, *finalists])]
+    answers = yield moves(comparison, np.array([tried[k] for k in finalists]))
+    losses = [loss(value) for value in _percentiles(answers, len(finalists))]
+    best = tried[finalists[min(range(len(finalists)), key=losses.__getitem__)]]
+    reference = yield moves(proof, start[None])
+    optimum = yield moves(proof, best[None])
+    before, after = _percentiles(reference, 1)[0], _percentiles(optimum, 1)[0]
+    ratio = _ratio(-reference.response[:, 0], -optimum.response[:, 0], seed)
     return Tuned(start, best, np.array(tried), np.array(values), before, after, ratio)
 
 
 def _finalists(value: Vector, excess: Vector) -> list[int]:
     """Candidates with the smallest value for each margin to the limits, each once."""
-    found = []
-    for margin in MARGINS:
-        fine = np.flatnonzero(excess <= -margin)
-        if len(fine):
-            found.append(int(fine[np.argmin(value[fine])]))
-    return [*dict.fromkeys(found)]
+    sets = [np.flatnonzero(excess <= -margin) for margin in MARGINS]
+    return [*dict.fromkeys(int(fine[np.argmin(value[fine])]) for fine in sets if len(fine))]
 
 
-def _values(answers: Answers, candidates: int) -> Matrix:
+def _percentiles(answers: Answers, candidates: int) -> Matrix:
     """Values of candidates, (candidates, metrics): the percentile over their runs."""
     metrics = -answers.response.reshape(candidates, -1, answers.response.shape[1])
     return np.quantile(metrics, PERCENT / 100.0, axis=1, method="inverted_cdf")
 
 
-def _ratio(one: Vector, two: Vector, seed: int) -> Vector:
+def _ratio(reference: Vector, optimum: Vector, seed: int) -> Vector:
     """Ratio of the percentiles of paired runs, with the ends of its bootstrap interval."""
     random = np.random.default_rng([seed, 1])
-    place = np.concatenate(
-        [np.arange(len(one))[None], random.integers(len(one), size=(RESAMPLED, len(one)))]
+    indices = np.concatenate(
+        [
+            np.arange(len(reference))[None],
+            random.integers(len(reference), size=(RESAMPLED, len(reference))),
+        ]
     )
     level = {"q": PERCENT / 100.0, "axis": 1, "method": "inverted_cdf"}
     with np.errstate(invalid="ignore", divide="ignore"):
-        ratio = np.quantile(two[place], **level) / np.quantile(one[place], **level)
+        ratio = np.quantile(optimum[indices], **level) / np.quantile(reference[indices], **level)
     if not np.any(np.isfinite(ratio[1:])):
         return np.full(3, np.nan)
     low, high = np.nanquantile(ratio[1:], [0.025, 0.975])

@@ -72,15 +72,15 @@ class Tuning:
             raise InputError("--free: found none, expected keys such as controller.rate_gain")
         bounds = {key: _bounds(scenario, key, text) for key, text in free.items()}
         conditions = tuple(Condition.parse(text, scenario, "--subject-to") for text in limits)
-        given = tuple(float(scenario.values[key]) for key in free)
-        for key, value in zip(bounds, given, strict=True):
+        values = tuple(float(scenario.values[key]) for key in free)
+        for key, value in zip(bounds, values, strict=True):
             low, high = bounds[key]
             if not low <= value <= high:
                 raise InputError(
                     f"--free {key}: found bounds {low:g} to {high:g}, expected the value of the "
                     f"scenario, {value:g}, within them"
                 )
-        return cls(bounds, given, minimise, conditions)
+        return cls(bounds, values, minimise, conditions)
 
     def scenario(self, scenario: Scenario) -> Scenario:
         """Scenario whose last dispersions are the free numbers."""
@@ -103,18 +103,18 @@ class Tuning:
         Those of a limit METRIC > VALUE have their own sign.
         """
         signs = [1.0, *(-1.0 if limit.above else 1.0 for limit in self.limits)]
-        found = [sign * columns[name] for sign, name in zip(signs, self.metrics, strict=True)]
-        values = np.stack(found, axis=1)
-        bad = (columns["status"] != 0)[:, None] | np.isnan(values)
-        return -np.where(bad, np.inf, values)
+        metrics = [sign * columns[name] for sign, name in zip(signs, self.metrics, strict=True)]
+        values = np.stack(metrics, axis=1)
+        invalid = (columns["status"] != 0)[:, None] | np.isnan(values)
+        return -np.where(invalid, np.inf, values)
 
     def excess(self, value: Vector) -> float:
         """How far the values of a candidate are beyond their limits, relative to these."""
-        beyond = [
+        violations = [
             (each - (-limit.bound if limit.above else limit.bound)) / max(abs(limit.bound), 1e-12)
             for each, limit in zip(value[1:], self.limits, strict=True)
         ]
-        return max(beyond, default=0.0)
+        return max(violations, default=0.0)
 
     def numbers(self, coordinates: Matrix) -> Matrix:
         """Free numbers of coordinates from −1 to 1, (n, free): logarithmic if positive."""
@@ -141,10 +141,10 @@ class Tuning:
     def _start(self) -> Vector:
         """Coordinates of the values of the scenario."""
         low, high = np.array([*self.free.values()]).T
-        given, positive = np.array(self.given), low > 0.0
-        safe = np.where(positive, [low, high, given], np.array([[1.0], [2.0], [1.0]]))
+        values, positive = np.array(self.given), low > 0.0
+        safe = np.where(positive, [low, high, values], np.array([[1.0], [2.0], [1.0]]))
         logs = np.log(safe[2] / safe[0]) / np.log(safe[1] / safe[0])
-        return 2.0 * np.where(positive, logs, (given - low) / (high - low)) - 1.0
+        return 2.0 * np.where(positive, logs, (values - low) / (high - low)) - 1.0
 
 
 def _bounds(scenario: Scenario, key: str, text: str | None) -> tuple[float, float]:
@@ -153,10 +153,12 @@ def _bounds(scenario: Scenario, key: str, text: str | None) -> tuple[float, floa
     if key in scenario.dispersed:
         raise InputError(f"--free: found {key}, which is dispersed, expected another key")
     if key not in entries or key.startswith(FIXED) or key not in scenario.values:
-        known = [name for name in scenario.values if not name.startswith(FIXED)]
-        near = [name for name in known if name.split(".")[0] == key.split(".")[0]]
-        near = near or [name for name in known if name.startswith(("controller.", "compensator."))]
-        raise InputError(f"--free: found {key!r}, expected one of {', '.join(near or known)}")
+        keys = [name for name in scenario.values if not name.startswith(FIXED)]
+        similar = [name for name in keys if name.split(".")[0] == key.split(".")[0]]
+        similar = similar or [
+            name for name in keys if name.startswith(("controller.", "compensator."))
+        ]
+        raise InputError(f"--free: found {key!r}, expected one of {', '.join(similar or keys)}")
     entry, value = entries[key], float(scenario.values[key])
     if text is None:
         if not 0.0 < value < np.inf:
@@ -190,8 +192,8 @@ class FoundTuning(NamedTuple):
 
     def values(self) -> dict[str, float]:
         """Best value of each free number, SI."""
-        found = self.question.numbers(self.tuned.best[None])[0]
-        return dict(zip(self.question.free, found.tolist(), strict=True))
+        numbers = self.question.numbers(self.tuned.best[None])[0]
+        return dict(zip(self.question.free, numbers.tolist(), strict=True))
 
 
 def found_tuning(folder: Path) -> FoundTuning:
@@ -203,10 +205,10 @@ def found_tuning(folder: Path) -> FoundTuning:
     Raises:
         InputError: The folder has no finished search.
     """
-    stored = stored_search(folder)
-    options = stored.options()
-    dispersed = [d for d in stored.scenario.dispersions if d.keys[0] not in options[FREE]]
-    scenario = replace(stored.scenario, dispersions=tuple(dispersed))
+    search = stored_search(folder)
+    options = search.options()
+    dispersed = [d for d in search.scenario.dispersions if d.keys[0] not in options[FREE]]
+    scenario = replace(search.scenario, dispersions=tuple(dispersed))
     question = Tuning.of(scenario, options[FREE], options[MINIMISE], options[SUBJECT_TO])
-    (tuned,), _ = stored.results(question)
-    return FoundTuning(question, tuned, stored)
+    (tuned,), _ = search.results(question)
+    return FoundTuning(question, tuned, search)

@@ -51,8 +51,8 @@ class Bounds(NamedTuple):
 
     def draw(self, random: np.random.Generator, count: int) -> Matrix:
         """Standard normal numbers of runs with independent draws within the bounds, (n, keys)."""
-        inside = ndtr(self.sigma) - 0.5
-        half = np.where(self.limited & self.ends, 0.5, inside)
+        share = ndtr(self.sigma) - 0.5
+        half = np.where(self.limited & self.ends, 0.5, share)
         return ndtri(0.5 + half * random.uniform(-1.0, 1.0, (count, len(half))))
 
     def coordinates(self, normal: Matrix) -> Matrix:
@@ -118,34 +118,34 @@ def _search(
     keys, count = len(bounds.limited), min(runs // INDEPENDENT, MOST_INDEPENDENT)
     # trailing zeros would give the random numbers of a start
     normal = bounds.draw(np.random.default_rng([seed, 0, 1]), count)
-    first = yield Moves(normal, np.full(count, FIRST), 1.0, count)
-    flown = np.flatnonzero(first.numbers >= 0)
-    if len(flown) == 0:
+    answers = yield Moves(normal, np.full(count, FIRST), 1.0, count)
+    indices = np.flatnonzero(answers.numbers >= 0)
+    if len(indices) == 0:
         raise InputError(
             "--within: found no allowed run within the bounds, expected narrower bounds"
         )
     random = largest.response
     # the same values with the noise of another flight
-    other = yield Moves(first.normal, np.roll(first.numbers, 1), 0.0, count)
-    share = noise_share(first.response, other.response)
-    order = flown[np.argsort(-first.response[flown], kind="stable")]
+    repeats = yield Moves(answers.normal, np.roll(answers.numbers, 1), 0.0, count)
+    share = noise_share(answers.response, repeats.response)
+    order = indices[np.argsort(-answers.response[indices], kind="stable")]
     final, spare = runs // INDEPENDENT, min(2 * keys, runs // 8)
-    left, start = runs - 2 * count - final - keys - spare, 0
-    while left >= POPULATION:
+    budget, start = runs - 2 * count - final - keys - spare, 0
+    while budget >= POPULATION:
         # by turns from an independent flight and from the worst so far
         number = order[start // 2 % len(order)]
-        centre, noise = first.normal[number], int(first.numbers[number])
+        centre, noise = answers.normal[number], int(answers.numbers[number])
         if start % 2 == 1:
             centre, noise = largest.normal, largest.number
-        generations = min(GENERATIONS, left // POPULATION)
-        used = yield from _start(bounds, centre, noise, generations, [seed, start])
-        left, start = left - used, start + 1
+        generations = min(GENERATIONS, budget // POPULATION)
+        flights = yield from _start(bounds, centre, noise, generations, [seed, start])
+        budget, start = budget - flights, start + 1
     # the values of the worst case with the noise of independent runs
-    same = np.tile(largest.normal, (final, 1))
-    yield Moves(same, np.full(final, largest.number), 1.0, final)
-    without = yield from _influence(largest, spare + left)
+    copies = np.tile(largest.normal, (final, 1))
+    yield Moves(copies, np.full(final, largest.number), 1.0, final)
+    without = yield from _influence(largest, spare + budget)
     coordinates = np.clip(bounds.coordinates(largest.normal), -1.0, 1.0)
-    about = (share, random, len(flown))
+    about = (share, random, len(indices))
     return Worst(largest.number, largest.response, coordinates, without, *about)
 
 
@@ -186,11 +186,11 @@ def _start(
     for generation in range(generations):
         if strategy.stop():
             return max(generation, 1) * POPULATION
-        asked: Sequence[Vector] = strategy.ask()
-        place = np.clip(np.array(asked)[:, : len(centre)], -1.0, 1.0)
+        samples: Sequence[Vector] = strategy.ask()
+        coordinates = np.clip(np.array(samples)[:, : len(centre)], -1.0, 1.0)
         parents = np.full(POPULATION, noise)
-        answers = yield Moves(bounds.normal(place), parents, 0.0, POPULATION)
-        strategy.tell(asked, _order(-answers.response))
+        answers = yield Moves(bounds.normal(coordinates), parents, 0.0, POPULATION)
+        strategy.tell(samples, _order(-answers.response))
     return generations * POPULATION
 
 
@@ -237,9 +237,11 @@ def noise_share(first: Vector, other: Vector) -> float:
     fine = np.isfinite(first) & np.isfinite(other)
     if np.sum(fine) < 3:
         return np.nan
-    one, two = first[fine], other[fine]
-    middle = np.mean([one, two])
-    total = np.mean((one - middle) ** 2 + (two - middle) ** 2)
+    response, repeat = first[fine], other[fine]
+    middle = np.mean([response, repeat])
+    total = np.mean((response - middle) ** 2 + (repeat - middle) ** 2)
     if total == 0.0:
         return np.nan
-    return float(np.clip(1.0 - 2.0 * np.mean((one - middle) * (two - middle)) / total, 0.0, 1.0))
+    return float(
+        np.clip(1.0 - 2.0 * np.mean((response - middle) * (repeat - middle)) / total, 0.0, 1.0)
+    )

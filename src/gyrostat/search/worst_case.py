@@ -60,8 +60,8 @@ class WorstCase:
 
     def response(self, columns: Columns) -> Vector:
         """The metric of runs, (runs,); infinite for a run that ends early or never settles."""
-        never = np.inf if self.metric.split(".")[-1] == "settling" else -np.inf
-        value = np.where(np.isnan(columns[self.metric]), never, columns[self.metric])
+        fallback = np.inf if self.metric.split(".")[-1] == "settling" else -np.inf
+        value = np.where(np.isnan(columns[self.metric]), fallback, columns[self.metric])
         return np.where(columns["status"] != 0, np.inf, value)
 
     def searches(self, runs: int, seed: int) -> list[Generator[Moves, Answers, Worst]]:
@@ -108,8 +108,8 @@ def found_worst(folder: Path) -> FoundWorst:
     Raises:
         InputError: The folder has no finished search.
     """
-    stored = stored_search(folder)
-    options = stored.options()
-    question = WorstCase.of(stored.scenario, options[WORST_CASE], options[WITHIN])
-    (worst,), refused = stored.results(question)
-    return FoundWorst(question, worst, stored, refused)
+    search = stored_search(folder)
+    options = search.options()
+    question = WorstCase.of(search.scenario, options[WORST_CASE], options[WITHIN])
+    (worst,), refused = search.results(question)
+    return FoundWorst(question, worst, search, refused)

@@ -204,7 +204,9 @@ def bench_record(
         require_period("period", period)
         if period * telemetry.rate < 1.0:
             raise InputError(f"period: found {period:g} s, expected at least one sample interval")
-    command_random, noise_random = (np.random.default_rng(s) for s in _streams(seed))
+    check_seed(seed)
+    streams = np.random.SeedSequence(seed).spawn(2)
+    command_random, noise_random = map(np.random.default_rng, streams)
     time = telemetry.sample_times(duration, noise_random)
     shape = {} if period is None else {"period": period}
     current = PROFILES[profile](time, amplitudes or default_range(wheel), command_random, **shape)
@@ -215,19 +217,14 @@ def bench_record(
         raise InputError(
             f"rate: found {telemetry.rate:g} Hz, expected a higher rate for this friction curve"
         )
-    measured = np.asarray(speed) + telemetry.speed_sigma * noise_random.standard_normal(len(time))
+    reading = np.asarray(speed) + telemetry.speed_sigma * noise_random.standard_normal(len(time))
     if telemetry.speed_quantum > 0.0:
-        measured = telemetry.speed_quantum * np.round(measured / telemetry.speed_quantum)
+        reading = telemetry.speed_quantum * np.round(reading / telemetry.speed_quantum)
     valid = noise_random.random(len(time)) >= telemetry.dropouts
     return Record(
         name=name,
         time=time,
         current=current,
-        speed=np.where(valid, measured, np.nan),
+        speed=np.where(valid, reading, np.nan),
         valid=valid,
     )
-
-
-def _streams(seed: int) -> list[np.random.SeedSequence]:
-    check_seed(seed)
-    return np.random.SeedSequence(seed).spawn(2)

@@ -26,15 +26,12 @@ def delay_line(plant: Any, state: Any, command: Any, period: Scalar, delay: int)
     """
     line = empty_line(command, delay)
     if hasattr(plant, "steady_command"):
-        none = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), command)
-        steady = plant.steady_command(state, none)
+        zero_command = jax.tree.map(lambda leaf: jnp.zeros(leaf.shape, leaf.dtype), command)
+        steady = plant.steady_command(state, zero_command)
         line = jax.tree.map(lambda zeros, value: zeros + value, line, steady)
-    return tuple(
-        leaf if moves else None
-        for leaf, moves in zip(
-            jax.tree.leaves(line), _moves(plant, state, command, period), strict=True
-        )
-    )
+    flags = _moves(plant, state, command, period)
+    leaves = zip(jax.tree.leaves(line), flags, strict=True)
+    return tuple(leaf if moves else None for leaf, moves in leaves)
 
 
 def _moves(plant: Any, state: Any, command: Any, period: Scalar) -> list[bool]:
@@ -43,7 +40,7 @@ def _moves(plant: Any, state: Any, command: Any, period: Scalar) -> list[bool]:
     It is determined from the traced plant, so that plants and controllers need not declare it. A
     leaf that is passed unused through a `jax.lax.while_loop` counts as used.
     """
-    traced = jax.make_jaxpr(lambda given: plant(state, given, jnp.zeros(()), period))(command)
+    traced = jax.make_jaxpr(lambda value: plant(state, value, jnp.zeros(()), period))(command)
     return dce_jaxpr(traced.jaxpr, [True] * len(traced.jaxpr.outvars))[1]
 
 
@@ -61,9 +58,7 @@ def delayed(line: DelayLine, command: Any) -> tuple[DelayLine, Any]:
     if not line:
         return line, command
     leaves, tree = jax.tree.flatten(command)
-    after, acting = [], []
-    for values, leaf in zip(line, leaves, strict=True):
-        left, arrived = (None, leaf) if values is None else pushed(values, leaf)
-        after.append(left)
-        acting.append(arrived)
-    return tuple(after), jax.tree.unflatten(tree, acting)
+    pairs = zip(line, leaves, strict=True)
+    steps = ((None, leaf) if queue is None else pushed(queue, leaf) for queue, leaf in pairs)
+    next_line, outputs = zip(*steps, strict=True)
+    return next_line, jax.tree.unflatten(tree, outputs)

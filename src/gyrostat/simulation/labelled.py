@@ -56,17 +56,17 @@ class Labelled:
         Args:
             number: Number of the run, a value of the coordinate `run`.
         """
-        place = list(self.coordinates[RUN].values).index(number)
+        index = list(self.coordinates[RUN].values).index(number)
 
-        def picked(signals: Mapping[str, Signal]) -> dict[str, Signal]:
+        def select(signals: Mapping[str, Signal]) -> dict[str, Signal]:
             return {
-                name: each._replace(dimensions=each.dimensions[1:], values=each.values[place])
+                name: each._replace(dimensions=each.dimensions[1:], values=each.values[index])
                 if each.dimensions[:1] == (RUN,)
                 else each
                 for name, each in signals.items()
             }
 
-        return replace(self, variables=picked(self.variables), coordinates=picked(self.coordinates))
+        return replace(self, variables=select(self.variables), coordinates=select(self.coordinates))
 
     def dataset(self) -> "xr.Dataset":
         """The same as a dataset of xarray."""
@@ -84,7 +84,7 @@ class Labelled:
         import h5py
 
         every = {**self.variables, **self.coordinates}
-        aside = " ".join(name for name, each in self.coordinates.items() if not each.dimensions)
+        scalars = " ".join(name for name, each in self.coordinates.items() if not each.dimensions)
         with h5netcdf.File(path, "w") as file:
             file.dimensions = {
                 dimension: size
@@ -94,25 +94,25 @@ class Labelled:
             for name, each in every.items():
                 about, values = dict(each.attributes), np.asarray(each.values)
                 if name in self.variables:
-                    about["coordinates"] = aside
+                    about["coordinates"] = scalars
                 if values.dtype == bool:
                     about["dtype"], values = "bool", values.astype(np.int8)
                 text = values.dtype.kind == "U"
-                made = file.create_variable(
+                variable = file.create_variable(
                     name,
                     each.dimensions,
                     h5py.string_dtype() if text else values.dtype,
                     data=values.astype(object) if text else values,
                     fillvalue=np.nan if values.dtype.kind == "f" else None,
                 )
-                made.attrs.update(about)
+                variable.attrs.update(about)
             file.attrs.update(self.attributes)
 
 
 def joined(parts: Sequence[Labelled]) -> Labelled:
     """Runs of several parts with the same signals, one after the other."""
 
-    def together(signals: Sequence[Mapping[str, Signal]]) -> dict[str, Signal]:
+    def join(signals: Sequence[Mapping[str, Signal]]) -> dict[str, Signal]:
         return {
             name: each._replace(values=np.concatenate([s[name].values for s in signals]))
             if each.dimensions[:1] == (RUN,)
@@ -122,6 +122,6 @@ def joined(parts: Sequence[Labelled]) -> Labelled:
 
     return replace(
         parts[0],
-        variables=together([part.variables for part in parts]),
-        coordinates=together([part.coordinates for part in parts]),
+        variables=join([part.variables for part in parts]),
+        coordinates=join([part.coordinates for part in parts]),
     )

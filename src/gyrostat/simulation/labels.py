@@ -87,8 +87,8 @@ def _arrays(signals: Any) -> Iterator[tuple[str, Any]]:
     for name, values in signals._asdict().items():
         if isinstance(values, Mapping):
             for path, leaf in jax.tree_util.tree_leaves_with_path(dict(values)):
-                place = jax.tree_util.keystr(path, simple=True, separator="_")
-                yield f"{name.removesuffix('s')}_{place}", leaf
+                suffix = jax.tree_util.keystr(path, simple=True, separator="_")
+                yield f"{name.removesuffix('s')}_{suffix}", leaf
         elif values is not None:
             yield name, values
 
@@ -102,22 +102,22 @@ def with_coordinates(variables: dict[str, Signal], coordinates: dict[str, Signal
     """
     pairs = (zip(s.dimensions, np.shape(s.values), strict=True) for s in variables.values())
     sizes = dict(pair for each in pairs for pair in each)
-    known = {
+    axes = {
         name: Signal((name,), np.array(parts))
         for name, parts in COMPONENTS.items()
         if name in sizes
     }
     for name in ("wheel", "modal"):
         if name in sizes:
-            known[name] = Signal((name,), np.arange(sizes[name]))
-    pair = [variables[name] for name in ("attitude", "target") if name in variables]
-    if len(pair) == 2 and all("quaternion" in signal.dimensions for signal in pair):
-        first, second = (signal.values for signal in pair)
+            axes[name] = Signal((name,), np.arange(sizes[name]))
+    attitudes = [variables[name] for name in ("attitude", "target") if name in variables]
+    if len(attitudes) == 2 and all("quaternion" in signal.dimensions for signal in attitudes):
+        first, second = (signal.values for signal in attitudes)
         # q and -q are the same attitude; the chord of an angle a is 2 sin(a / 4)
-        squares = (np.sum((first - turned) ** 2, axis=-1) for turned in (second, -second))
+        squares = (np.sum((first - candidate) ** 2, axis=-1) for candidate in (second, -second))
         angle = 4.0 * np.arcsin(np.minimum(0.5 * np.sqrt(np.minimum(*squares)), 1.0))
         variables = {**variables, "error": Signal((RUN, "time"), angle, ERROR)}
-    return Labelled(variables, {**coordinates, **known})
+    return Labelled(variables, {**coordinates, **axes})
 
 
 def labelled(histories: Histories, period: float) -> Labelled:
@@ -141,16 +141,16 @@ def labelled(histories: Histories, period: float) -> Labelled:
     ):
         units = declared_units(type(signals))
         for name, values in _arrays(signals):
-            before = prefix if name in variables or name in OWN_NAMES else ""
-            label = before + name
+            label_prefix = prefix if name in variables or name in OWN_NAMES else ""
+            label = label_prefix + name
             extra = dimensions(name, label, values.shape[2:], wheels)
             mask = fine.reshape(*fine.shape, *(1,) * len(extra))
             values = values & mask if values.dtype == bool else np.where(mask, values, np.nan)
-            about = attributes(name, before, units)
+            about = attributes(name, label_prefix, units)
             variables[label] = Signal((RUN, "time", *extra), values, about)
     last = np.where(fine.all(axis=1), count, np.argmin(fine, axis=1)) - 1
-    ended = histories.status.max(axis=1).astype(np.int8)
-    variables["status"] = Signal((RUN,), ended, status_attributes())
+    status = histories.status.max(axis=1).astype(np.int8)
+    variables["status"] = Signal((RUN,), status, status_attributes())
     # a run that has diverged at the start has no valid sample
     until = np.where(last >= 0, last * period, np.nan)
     lasts = {"units": "s", "long_name": "time of the last valid sample"}

@@ -133,10 +133,10 @@ class Loop(NamedTuple):
             return self.begin(), first
 
         def tick(carry: tuple[Any, Any], k: Any) -> tuple[tuple[Any, Any], Any]:
-            inner, kept = carry
+            inner, accumulator = carry
             inner, row = self.tick(inner, k)
-            kept, row = fold(kept, row, k)
-            return (inner, kept), row
+            accumulator, row = fold(accumulator, row, k)
+            return (inner, accumulator), row
 
         return Loop(begin, tick)
 
@@ -152,8 +152,8 @@ class Loop(NamedTuple):
             The carry after them, and their records with a leading axis of samples.
         """
 
-        def step(counted, _):
-            k, carry = counted
+        def step(pair, _):
+            k, carry = pair
             carry, row = self.tick(carry, k)
             return (k + 1, carry), row
 
@@ -194,7 +194,7 @@ def control_loop(
     """
     key_of = key if callable(key) else partial(jax.random.fold_in, key)
 
-    def stepped(state, command, time, length):
+    def integrate(state, command, time, length):
         step = length / substeps
 
         def substep(carry, k):
@@ -206,12 +206,12 @@ def control_loop(
             return plant(state, command, time, length)
         return jax.lax.scan(substep, (state, jnp.array(True)), jnp.arange(substeps))[0]
 
-    def commanded(memory, measurement):
+    def control(memory, measurement):
         memory, command = controller(memory, measurement)
         # a controller may return Python numbers
         return memory, jax.tree.map(jnp.asarray, command)
 
-    def judged(state, status):
+    def classify(state, status):
         # computed together with the measurement, which may share intermediate results
         diverged = ~_finite(state) | plant.diverged(state)
         return jnp.where((status == 0) & diverged, int(Status.DIVERGED), status)
@@ -220,25 +220,25 @@ def control_loop(
         sensed = sensor(sensor.start(state, period), state, key_of(0))
         memory, line = controller.start(period), ()
         if command_delay:  # without one, no command is traced for its shapes
-            _, command = jax.eval_shape(commanded, memory, sensed[1])
+            _, command = jax.eval_shape(control, memory, sensed[1])
             line = delay_line(plant, state, command, period, command_delay)
-        return state, sensed, memory, line, judged(state, jnp.array(int(Status.COMPLETE)))
+        return state, sensed, memory, line, classify(state, jnp.array(int(Status.COMPLETE)))
 
     def tick(carry, k):
         # the measurement is part of the carry: otherwise XLA would recompute it, including its
         # noise, for each of its uses
         state, sensed, memory, line, status = carry
         sensor_memory, measurement = sensed
-        memory, command = commanded(memory, measurement)
+        memory, command = control(memory, measurement)
         status = jnp.where((status == 0) & ~_finite(command), int(Status.BAD_COMMAND), status)
         line, command = delayed(line, command)
         goes_on = status == 0
         # a diverged state would need many integration steps, which would delay the whole batch
         length = jnp.where(goes_on, period, 0.0)
-        after, resolved = stepped(state, command, k * period, length)
+        next_state, resolved = integrate(state, command, k * period, length)
         row = Histories(state, measurement, command, plant.record(state, command), status)
-        state = jax.tree.map(lambda new, old: jnp.where(goes_on, new, old), after, state)
-        status = judged(state, jnp.where(goes_on & ~resolved, int(Status.UNRESOLVED), status))
+        state = jax.tree.map(lambda new, old: jnp.where(goes_on, new, old), next_state, state)
+        status = classify(state, jnp.where(goes_on & ~resolved, int(Status.UNRESOLVED), status))
         sensed = sensor(sensor_memory, state, key_of(k + 1))
         return (state, sensed, memory, line, status), row
 

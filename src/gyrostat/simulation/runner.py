@@ -121,7 +121,7 @@ class Runner:
                 *(self._make, self._own, self.length),
                 *(carry, np.asarray(first), arguments),
             )
-            yield carry, self._picked(rows, asked)
+            yield carry, self._select(rows, asked)
 
     def records(
         self,
@@ -142,24 +142,24 @@ class Runner:
         if runs is None:
             ((_, rows),) = self.chunks(*arguments)
             return rows
-        parts, done = [], 0
-        for rows, kept in blocks(runs, runs if self._engine == "native" else min(LANES, runs)):
-            picked = [
+        parts, progress = [], 0
+        for rows, count in blocks(runs, runs if self._engine == "native" else min(LANES, runs)):
+            selection = [
                 jax.tree.map(lambda leaf: leaf[rows] if eqx.is_array(leaf) else leaf, part)  # noqa: B023
                 if each and len(rows) < runs
                 else part
                 for each, part in zip(self._own, arguments, strict=True)
             ]
-            found = [row for _, row in self.chunks(*picked)]
+            chunks = [row for _, row in self.chunks(*selection)]
             parts.append(
                 jax.tree.map(
-                    lambda *leaves: np.concatenate(leaves, axis=1)[:kept, : self._samples],  # noqa: B023
-                    *found,
+                    lambda *leaves: np.concatenate(leaves, axis=1)[:count, : self._samples],  # noqa: B023
+                    *chunks,
                 )
             )
-            done += kept
+            progress += count
             if on_progress is not None:
-                on_progress(done, runs)
+                on_progress(progress, runs)
         return jax.tree.map(lambda *leaves: np.concatenate(leaves), *parts)
 
     def compiled(self, *arguments: Any, carry: Any = None) -> tuple[Lanes | None, Lanes]:
@@ -201,18 +201,18 @@ class Runner:
             beginning = lanes(begin, self._own, arrays)
             carry = beginning(*arrays)
         on_demand = (False, self._on_demand)
-        own = (True, False, *self._own)
-        return beginning, lanes(chunk, own, (carry, 0, *arrays), on_demand=on_demand)
+        batched = (True, False, *self._own)
+        return beginning, lanes(chunk, batched, (carry, 0, *arrays), on_demand=on_demand)
 
-    def _picked(self, rows: Any, asked: Sequence[int]) -> Any:
+    def _select(self, rows: Any, indices: Sequence[int]) -> Any:
         """Records with on-demand parts for the requested runs only."""
 
         def pick(flag: bool, part: Any) -> Any:
             if not flag:
                 return jax.tree.map(np.asarray, part)
-            if not asked:
+            if not indices:
                 return jax.tree.map(lambda leaf: np.empty((0, *leaf.shape[1:]), leaf.dtype), part)
-            return jax.tree.map(lambda leaf: np.asarray(leaf)[np.asarray(asked)], part)
+            return jax.tree.map(lambda leaf: np.asarray(leaf)[np.asarray(indices)], part)
 
         return jax.tree.map(pick, self._on_demand, rows)
 
@@ -236,18 +236,18 @@ def _is_number(leaf: Any) -> bool:
     return isinstance(leaf, float) or hasattr(leaf, "dtype")
 
 
-def _chunk(make, own, length, carry, first, arguments):
+def _chunk(make, batched, length, carry, first, arguments):
     """Run a chunk by JAX; without a carry, the first chunk including the initialisation."""
 
-    def chunk(carry, *given):
-        loop = make(*given)
+    def chunk(carry, *parts):
+        loop = make(*parts)
         if carry is None:
             return loop.scan(loop.begin(), jnp.array(0), length)
         return loop.scan(carry, first, length)
 
-    if not any(own):
+    if not any(batched):
         return chunk(carry, *arguments)
-    axes = tuple(eqx.if_array(0) if each else None for each in (True, *own))
+    axes = tuple(eqx.if_array(0) if each else None for each in (True, *batched))
     return eqx.filter_vmap(chunk, in_axes=axes)(carry, *arguments)
 
 

@@ -68,14 +68,14 @@ class _TracedAnew:
     attributes since, or may not be hashable; a new wrapper replaces it in each call of `simulate`.
     """
 
-    def __init__(self, own: Any):
-        self._own = own
+    def __init__(self, item: Any):
+        self._item = item
 
     def __getattr__(self, name: str) -> Any:
-        return getattr(self._own, name)
+        return getattr(self._item, name)
 
     def __call__(self, *arguments: Any) -> Any:
-        return self._own(*arguments)
+        return self._item(*arguments)
 
 
 def _as_leaf(leaf: Any) -> Any:
@@ -102,16 +102,16 @@ def _loop(plant, controller, sensor, start, period, counts, key) -> Loop:
     return control_loop(plant, controller, sensor, start, key, period, **counts)
 
 
-def _whole(value: float, part: float, names: tuple[str, str]) -> int:
+def _count(duration: float, part: float, names: tuple[str, str]) -> int:
     """Ratio of two durations, s, which must be a whole number."""
-    for name, number in zip(names, (value, part), strict=True):
+    for name, number in zip(names, (duration, part), strict=True):
         if not (np.isfinite(number) and number > 0.0):
             raise InputError(f"{name}: found {number:g} s, expected more than 0 s")
     require_period(names[1], part)
-    ratio = value / part
+    ratio = duration / part
     if ratio > MOST_PERIODS or round(ratio) < 1 or abs(ratio - round(ratio)) > 1e-6 * ratio:
         raise InputError(
-            f"{names[0]}: found {value:g} s, expected a whole multiple of the {names[1]} "
+            f"{names[0]}: found {duration:g} s, expected a whole multiple of the {names[1]} "
             f"{part:g} s, at most {MOST_PERIODS} of them"
         )
     return round(ratio)
@@ -206,8 +206,8 @@ def simulated(
     on_progress: Callable[[int, int], None] | None = None,
 ) -> Labelled:
     """Labelled histories of `simulate`, which has the same arguments, without xarray."""
-    count = _whole(duration, control_period, ("duration", "control period"))
-    substeps = 1 if step is None else _whole(control_period, step, ("control period", "step"))
+    count = _count(duration, control_period, ("duration", "control period"))
+    substeps = 1 if step is None else _count(control_period, step, ("control period", "step"))
     if runs is not None and runs < 1:
         raise InputError(f"runs: found {runs}, expected 1 or more")
     if command_delay < 0:
@@ -228,37 +228,37 @@ def simulated(
     )
     key = jax.random.key(seed)
 
-    def flown(engine: str) -> Histories:
+    def execute(engine: str) -> Histories:
         native = engine == "native"
         keys = key if runs is None else jax.random.split(key, runs)
         keys = keys[None] if native and runs is None else keys
-        own = (*(isinstance(item, Batch) for item in items), False, False, keys.ndim > 0)
-        plain = (item.items if isinstance(item, Batch) else item for item in items)
+        batched = (*(isinstance(item, Batch) for item in items), False, False, keys.ndim > 0)
+        arguments = (item.items if isinstance(item, Batch) else item for item in items)
         longest = LONGEST if native else None
-        runner = Runner(_loop, own, count, engine=engine, longest=longest, stored=stored)
+        runner = Runner(_loop, batched, count, engine=engine, longest=longest, stored=stored)
         number = 1 if native and runs is None else runs
-        found = runner.records(
-            *plain,
+        records = runner.records(
+            *arguments,
             *(control_period, counts, keys),
             runs=number,
             on_progress=None if runs is None else on_progress,
         )
-        return found if keys.ndim else jax.tree.map(lambda leaf: leaf[None], found)
+        return records if keys.ndim else jax.tree.map(lambda leaf: leaf[None], records)
 
-    histories = by_engine(engine, flown)
+    histories = by_engine(engine, execute)
     _refuse_bad_commands(histories, controller, control_period, runs)
-    found = labelled(histories, control_period)
-    return found if runs is not None else found.of_run(0)
+    signals = labelled(histories, control_period)
+    return signals if runs is not None else signals.of_run(0)
 
 
 def _refuse_bad_commands(histories: Histories, controller: Any, period: float, runs: int | None):
-    bad = histories.status == Status.BAD_COMMAND
-    if not np.any(bad):
+    mask = histories.status == Status.BAD_COMMAND
+    if not np.any(mask):
         return
-    number = int(np.argmax(np.any(bad, axis=1)))
-    where = int(np.argmax(bad[number]))
-    which = "" if runs is None else f" of run {number}"
+    number = int(np.argmax(np.any(mask, axis=1)))
+    index = int(np.argmax(mask[number]))
+    suffix = "" if runs is None else f" of run {number}"
     raise InputError(
-        f"{type(controller).__name__}: found a command that is not finite at {where * period:g} s"
-        f"{which}, expected finite numbers"
+        f"{type(controller).__name__}: found a command that is not finite at {index * period:g} s"
+        f"{suffix}, expected finite numbers"
     )

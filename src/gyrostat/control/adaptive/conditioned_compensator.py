@@ -41,8 +41,8 @@ class ConditionedCompensator(eqx.Module):
 
     def start(self, output: Signal) -> ConditionedMemory:
         """Initial memory at an output, with zero error."""
-        none = jnp.zeros_like(output)
-        return ConditionedMemory(self.model.start(output), none, none)
+        zero = jnp.zeros_like(output)
+        return ConditionedMemory(self.model.start(output), zero, zero)
 
     def __call__(
         self,

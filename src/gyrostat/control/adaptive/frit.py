@@ -54,8 +54,8 @@ class FirstOrderLags(Checked):
 
     def __call__(self, state: Signal, input: Signal, period: Scalar) -> Signal:
         """State after one period of constant input."""
-        kept = jnp.exp(-jnp.asarray(self.rate) * period)
-        return kept * state + (1.0 - kept) * self.gain * input
+        decay = jnp.exp(-jnp.asarray(self.rate) * period)
+        return decay * state + (1.0 - decay) * self.gain * input
 
     def output(self, state: Signal) -> Signal:
         """Output, equal to the state."""
@@ -201,17 +201,17 @@ class OnlineFrit(Checked):
             period: Time to the next sample, s.
         """
         xi, eta = regression(self, memory, output)
-        found = jax.vmap(recursive_least_squares, in_axes=(0, None, 0, None))(
+        update = jax.vmap(recursive_least_squares, in_axes=(0, None, 0, None))(
             memory.rows, xi, eta, self.forgetting
         )
-        heeded = (jnp.abs(error) >= jnp.asarray(self.dead_zone))[:, None]
+        active = (jnp.abs(error) >= jnp.asarray(self.dead_zone))[:, None]
         rows = LeastSquares(
-            jnp.where(heeded, found.estimate, memory.rows.estimate),
-            jnp.where(heeded[..., None], found.covariance, memory.rows.covariance),
+            jnp.where(active, update.estimate, memory.rows.estimate),
+            jnp.where(active[..., None], update.covariance, memory.rows.covariance),
         )
-        followed = memory.gain + self.smoothing * (rows.estimate - memory.gain)
+        gain = memory.gain + self.smoothing * (rows.estimate - memory.gain)
         return FritMemory(
-            gain=jnp.where(heeded, followed, memory.gain),
+            gain=jnp.where(active, gain, memory.gain),
             rows=rows,
             error=self.reference(memory.error, error, period),
             input=self.reference(memory.input, input, period),

@@ -90,16 +90,16 @@ class CompensatorMemory(NamedTuple):
     period: Scalar
 
 
-def _own_loop(model: SampledModel, gain: Gain, period: float) -> Float[Array, "x x"]:
+def _closed_loop(model: SampledModel, gain: Gain, period: float) -> Float[Array, "x x"]:
     """Matrix A - B K C of a nominal model linearised at rest, over its full state."""
     zero = jnp.zeros(gain.shape[-1])
-    state, whole = ravel_pytree(model.start(zero))
+    state, unravel = ravel_pytree(model.start(zero))
 
     def step(state, input):
-        return ravel_pytree(model(whole(state), input, period))[0]
+        return ravel_pytree(model(unravel(state), input, period))[0]
 
     carry, drive = jax.jacfwd(step, argnums=(0, 1))(state, zero)
-    return carry - drive @ gain @ jax.jacfwd(lambda state: model.output(whole(state)))(state)
+    return carry - drive @ gain @ jax.jacfwd(lambda state: model.output(unravel(state)))(state)
 
 
 class ModelErrorCompensator(Checked):
@@ -150,11 +150,11 @@ class ModelErrorCompensator(Checked):
             InputError: The spectral radius of A - B K C is above 1.
         """
         gains = jnp.asarray(self.gain, dtype=float)
-        own_loop = partial(_own_loop, period=period)
+        closed_loop = partial(_closed_loop, period=period)
         if gains.ndim > 2:
             # gains of a batch; the models have the same leading axis
-            own_loop = eqx.filter_vmap(own_loop, in_axes=(eqx.if_array(0), 0))
-        loops = np.asarray(own_loop(self.model, gains))
+            closed_loop = eqx.filter_vmap(closed_loop, in_axes=(eqx.if_array(0), 0))
+        loops = np.asarray(closed_loop(self.model, gains))
         for gain, loop in zip(
             gains.reshape(-1, *gains.shape[-2:]), loops.reshape(-1, *loops.shape[-2:]), strict=True
         ):
@@ -177,20 +177,20 @@ class ModelErrorCompensator(Checked):
             period=jnp.asarray(period, dtype=float),
         )
 
-    def _begun(self, memory: CompensatorMemory, output: Signal) -> CompensatorMemory:
-        fresh = memory._replace(
+    def _initialise(self, memory: CompensatorMemory, output: Signal) -> CompensatorMemory:
+        initial = memory._replace(
             model=self.model.start(output),
             tuning=None if self.tuner is None else self.tuner.start(output),
             begun=jnp.array(True),
         )
-        return jax.tree.map(lambda old, new: jnp.where(memory.begun, old, new), memory, fresh)
+        return jax.tree.map(lambda old, new: jnp.where(memory.begun, old, new), memory, initial)
 
     def __call__(
         self, memory: CompensatorMemory, measurement: Any
     ) -> tuple[CompensatorMemory, Any]:
         """Compute the command."""
         law, output = self.law.observe(memory.law, measurement)
-        memory = self._begun(memory, output)
+        memory = self._initialise(memory, output)
         nominal = self.law.nominal_input(output)
         error = self.model.output(memory.model) - output
         tuning = memory.tuning

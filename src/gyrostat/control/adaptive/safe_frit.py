@@ -125,20 +125,20 @@ class SafeFrit(Checked):
             period: Time to the next sample, s.
         """
         xi, eta = regression(self, memory, output)
-        found = jax.vmap(recursive_least_squares, in_axes=(0, 0, 0, None))(
+        update = jax.vmap(recursive_least_squares, in_axes=(0, 0, 0, None))(
             memory.rows, xi[:, None], eta, self.forgetting
         )
-        kept = jnp.clip(found.estimate[:, 0], self.lowest, self.highest)
-        capped = jnp.minimum(found.covariance, self.largest_covariance)
+        estimate = jnp.clip(update.estimate[:, 0], self.lowest, self.highest)
+        covariance = jnp.minimum(update.covariance, self.largest_covariance)
         quiet = jnp.where(cut, 0.0, memory.quiet + period)
-        heeded = (jnp.abs(error) >= self.dead_zone) & (quiet > self.wait)
+        active = (jnp.abs(error) >= self.dead_zone) & (quiet > self.wait)
         rows = LeastSquares(
-            jnp.where(heeded[:, None], kept[:, None], memory.rows.estimate),
-            jnp.where(heeded[:, None, None], capped, memory.rows.covariance),
+            jnp.where(active[:, None], estimate[:, None], memory.rows.estimate),
+            jnp.where(active[:, None, None], covariance, memory.rows.covariance),
         )
-        followed = memory.gain + self.smoothing * (rows.estimate[:, 0] - memory.gain)
+        gain = memory.gain + self.smoothing * (rows.estimate[:, 0] - memory.gain)
         return SafeFritMemory(
-            gain=jnp.where(heeded, followed, memory.gain),
+            gain=jnp.where(active, gain, memory.gain),
             rows=rows,
             error=self.reference(memory.error, error, period),
             input=self.reference(memory.input, input, period),

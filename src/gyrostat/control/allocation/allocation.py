@@ -33,12 +33,12 @@ def spread(axes: Axes, works: Working) -> Float[Array, "wheels 3"]:
     Directions that the axes do not span get no torque. In the other directions the relative error
     is about e² over the square of the singular value, with e `SINGULAR` over the same square.
     """
-    working = axes * works
-    square = working @ working.T
+    columns = axes * works
+    square = columns @ columns.T
     # Projector onto the directions that are not spanned. With it the matrix is well conditioned: a
     # small diagonal instead would amplify rounding errors by its inverse.
-    rest = SINGULAR * inverse_definite(square + SINGULAR * jnp.eye(3))
-    return working.T @ inverse_definite(square + rest @ rest)
+    projector = SINGULAR * inverse_definite(square + SINGULAR * jnp.eye(3))
+    return columns.T @ inverse_definite(square + projector @ projector)
 
 
 def largest_share(torque: PerWheel, limit: PerWheel) -> Scalar:
@@ -109,8 +109,8 @@ class MinimaxAllocation(eqx.Module):
         line = axes[:, jnp.argmax(weight)]
         along = axes.T @ line
         total = jnp.sum(weight * jnp.abs(along))
-        last = share.rest @ line / jnp.where(total > 0.0, total, 1.0)
-        return share.given + last * weight * jnp.sign(along)
+        level = share.rest @ line / jnp.where(total > 0.0, total, 1.0)
+        return share.given + level * weight * jnp.sign(along)
 
 
 def _decide(
@@ -140,8 +140,8 @@ def _decide(
     bounds = real & (reach > 0.0)
     level = normals @ share.rest / jnp.where(bounds, reach, 1.0)
     # if every open wheel lies in one face, no torque is determined and that face is returned
-    best = jnp.argmax(jnp.where(bounds, 1.0 + jnp.abs(level), jnp.where(real, length, 0.0) / 2.0))
-    sense = jnp.sign(heights[best])
-    given = level[best] * limit * sense
-    left = _Share(share.given + given, share.rest - axes @ given, share.open & (sense == 0.0))
-    return left, normals[best]
+    index = jnp.argmax(jnp.where(bounds, 1.0 + jnp.abs(level), jnp.where(real, length, 0.0) / 2.0))
+    sense = jnp.sign(heights[index])
+    torque = level[index] * limit * sense
+    part = _Share(share.given + torque, share.rest - axes @ torque, share.open & (sense == 0.0))
+    return part, normals[index]

@@ -24,15 +24,15 @@ BEYOND = 0.1
 Bands = Float[Array, "bands 2 wheels"]
 
 
-def _ordered(value: Any) -> None:
+def _check_bands(value: Any) -> None:
     every = np.asarray(value, dtype=float)
     if every.ndim < 3 or every.shape[-2] != 2:
         raise InputError(f"bands: found shape {every.shape}, expected (bands, 2, wheels)")
     low, high = every[..., 0, :], every[..., 1, :]
-    bad = ~((low >= 0.0) & (low < high) & np.isfinite(high))
-    if np.any(bad):
+    mask = ~((low >= 0.0) & (low < high) & np.isfinite(high))
+    if np.any(mask):
         raise InputError(
-            f"band of wheel momenta: found {low[bad][0]:g} to {high[bad][0]:g} N·m·s, expected a "
+            f"band of wheel momenta: found {low[mask][0]:g} to {high[mask][0]:g} N·m·s, expected a "
             "lower end of 0 or more and a larger upper end"
         )
 
@@ -82,7 +82,7 @@ class NullSpaceControl(Checked):
         converter=listed
     )
     gain: Annotated[Scalar, size("null-space gain", "1/s")] = 0.05
-    bands: Annotated[Bands | None, Rule("0 <= lower < upper end, N·m·s", _ordered)] = None
+    bands: Annotated[Bands | None, Rule("0 <= lower < upper end, N·m·s", _check_bands)] = None
     clearance: Annotated[Scalar, limit("null-space clearance", "N·m·s")] = np.inf
     crossing_gain: Annotated[Scalar, positive("crossing gain", "1/s")] = 0.2
 
@@ -105,36 +105,34 @@ class NullSpaceControl(Checked):
         """
         across = spread(axes, works)
 
-        def free(value: PerWheel) -> PerWheel:
+        def project(value: PerWheel) -> PerWheel:
             return works * value - across @ (axes @ (works * value))
 
-        free_momentum = free(momentum)
-        direction = free(self.pattern)
+        free_momentum = project(momentum)
+        direction = project(self.pattern)
         square = direction @ direction
         exists = square > NOTHING
-        now = direction @ free_momentum / jnp.where(exists, square, 1.0)
+        z = direction @ free_momentum / jnp.where(exists, square, 1.0)
         # wheels that the direction does not move are ignored
-        moved = works & (jnp.abs(direction) > jnp.sqrt(NOTHING))
-        scale = jnp.where(moved, direction, 1.0)
+        moves = works & (jnp.abs(direction) > jnp.sqrt(NOTHING))
+        scale = jnp.where(moves, direction, 1.0)
         zero = -(works * momentum - free_momentum) / scale
-        place = _Place(
-            now,
+        state = _Place(
+            z,
             zero,
-            jnp.where(moved, self.largest / jnp.abs(scale), jnp.inf),
-            jnp.ones(moved.shape) * wear,
+            jnp.where(moves, self.largest / jnp.abs(scale), jnp.inf),
+            jnp.ones(moves.shape) * wear,
         )
         starts, ends = [zero], [zero]
         if self.bands is not None:
-            near, far = jnp.moveaxis(jnp.asarray(self.bands) / jnp.abs(scale), 1, 0)
-            starts, ends = (
-                [zero, *(zero + near), *(zero - far)],
-                [zero, *(zero + far), *(zero - near)],
-            )
-        starts, ends = (jnp.where(moved, each, jnp.inf) for each in map(jnp.stack, (starts, ends)))
-        level, crosses = place.level(starts, ends, self.clearance)
-        wanted = jnp.where(exists, level, 0.0) * direction
+            inner, outer = jnp.moveaxis(jnp.asarray(self.bands) / jnp.abs(scale), 1, 0)
+            starts += [*(zero + inner), *(zero - outer)]
+            ends += [*(zero + outer), *(zero - inner)]
+        starts, ends = (jnp.where(moves, each, jnp.inf) for each in map(jnp.stack, (starts, ends)))
+        level, crosses = state.level(starts, ends, self.clearance)
+        target = jnp.where(exists, level, 0.0) * direction
         torque = jnp.where(crosses & (self.gain > 0.0), self.crossing_gain, self.gain) * (
-            wanted - free_momentum
+            target - free_momentum
         )
         share = jnp.max(jnp.abs(torque) / jnp.maximum(room, 1e-30))
         return jnp.where(exists, torque / jnp.maximum(share, 1.0), 0.0)
@@ -170,15 +168,15 @@ class NullSpaceControl(Checked):
                 "momentum limit of the wheels: found none, expected one for every wheel: the "
                 "null-space control keeps below it"
             )
-        free = np.eye(count) - np.linalg.pinv(axes) @ axes
-        if np.trace(free) < 0.5:
+        null = np.eye(count) - np.linalg.pinv(axes) @ axes
+        if np.trace(null) < 0.5:
             raise InputError(
                 f"null-space control: found {count} wheels whose torques leave no freedom, "
                 "expected more wheels than directions that they span"
             )
         # the pattern with the largest part in the null space; its first sign is arbitrary
-        patterns = np.array([(1.0, *rest) for rest in product((1.0, -1.0), repeat=count - 1)])
-        best = patterns[np.argmax(np.round(np.einsum("ki,ij,kj->k", patterns, free, patterns), 9))]
+        patterns = np.array([(1.0, *signs) for signs in product((1.0, -1.0), repeat=count - 1)])
+        best = patterns[np.argmax(np.round(np.einsum("ki,ij,kj->k", patterns, null, patterns), 9))]
         ends = np.asarray(bands, dtype=float).reshape(-1, 2, 1) * np.ones(count)
         return cls(
             jnp.asarray(best),
@@ -229,7 +227,7 @@ class _Place(NamedTuple):
             ends: Upper ends of these.
             clearance: Distance from the ends of a gap that suffices.
         """
-        now, zero = self.now, self.zero
+        z, zero = self.now, self.zero
         low, high = jnp.max(zero - self.reach), jnp.min(zero + self.reach)
         top = jnp.maximum(low, high)
         starts, ends = (jnp.clip(each, low, top).ravel() for each in (starts, ends))
@@ -238,25 +236,25 @@ class _Place(NamedTuple):
         slowest, fastest = jnp.max(zero - slow), jnp.min(zero + slow)
 
         # one candidate after the other: all at once would be a square of operations in flight code
-        def compared(best: _Gap, begin: Scalar) -> tuple[_Gap, None]:
+        def compare(best: _Gap, begin: Scalar) -> tuple[_Gap, None]:
             # a gap begins at the end of an interval and ends at the next start of another; if that
             # other one has begun before, there is no gap
             end = jnp.minimum(jnp.min(jnp.where(ends > begin, starts, jnp.inf)), top)
-            above = (ends > now) & (ends <= begin)
-            below = (starts < now) & (starts >= end)
-            crossings = jnp.sum(jnp.where(above | below, cost, 0.0))
+            upward = (ends > z) & (ends <= begin)
+            downward = (starts < z) & (starts >= end)
+            crossings = jnp.sum(jnp.where(upward | downward, cost, 0.0))
             width = jnp.maximum(end - begin, 0.0)
-            first, last = jnp.clip(slowest, begin, end), jnp.clip(fastest, begin, end)
-            overlap = jnp.maximum(last - first, 0.0)
-            here = (begin <= now) & (now <= end) & (width > clearance) & (overlap > 0.0)
+            lower, upper = jnp.clip(slowest, begin, end), jnp.clip(fastest, begin, end)
+            overlap = jnp.maximum(upper - lower, 0.0)
+            stays = (begin <= z) & (z <= end) & (width > clearance) & (overlap > 0.0)
             worth = jnp.where(width > 0.0, overlap + BEYOND * width, 0.0) / (1.0 + crossings)
-            found = _Gap(jnp.where(here, jnp.inf, worth), begin, end, 0.5 * (first + last))
-            better = found.worth > best.worth
-            return _Gap(*(jnp.where(better, n, o) for n, o in zip(found, best, strict=True))), None
+            trial = _Gap(jnp.where(stays, jnp.inf, worth), begin, end, 0.5 * (lower + upper))
+            better = trial.worth > best.worth
+            return _Gap(*(jnp.where(better, n, o) for n, o in zip(trial, best, strict=True))), None
 
-        stays = jnp.clip(now, low, top)
-        gap = jax.lax.scan(compared, _Gap(0.0 * now, stays, stays, stays), jnp.append(ends, low))[0]
-        kept = jnp.minimum(clearance, 0.5 * (gap.end - gap.begin))
-        wanted = jnp.clip(gap.middle, gap.begin + kept, gap.end - kept)
-        crosses = jnp.asarray((gap.worth > 0.0) & ((now < gap.begin) | (now > gap.end)))
-        return jnp.where(low < high, wanted, 0.5 * (low + high)), crosses
+        start = jnp.clip(z, low, top)
+        gap = jax.lax.scan(compare, _Gap(0.0 * z, start, start, start), jnp.append(ends, low))[0]
+        margin = jnp.minimum(clearance, 0.5 * (gap.end - gap.begin))
+        target = jnp.clip(gap.middle, gap.begin + margin, gap.end - margin)
+        crosses = jnp.asarray((gap.worth > 0.0) & ((z < gap.begin) | (z > gap.end)))
+        return jnp.where(low < high, target, 0.5 * (low + high)), crosses

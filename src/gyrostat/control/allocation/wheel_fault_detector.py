@@ -69,9 +69,9 @@ class WheelFaultDetector(Checked):
 
     def start(self, count: int) -> WheelFaultMemory:
         """Initial memory, with all wheels working."""
-        none = jnp.zeros(count)
-        torque = empty_line(none, self.delay + 1)
-        return WheelFaultMemory(none, torque, none, none, none == 0.0, jnp.array(False))
+        zero = jnp.zeros(count)
+        torque = empty_line(zero, self.delay + 1)
+        return WheelFaultMemory(zero, torque, zero, zero, zero == 0.0, jnp.array(False))
 
     def commanded(self, memory: WheelFaultMemory, torque: PerWheel) -> WheelFaultMemory:
         """Memory with the torques commanded at this sample, (wheels,), N·m."""
@@ -105,10 +105,10 @@ class WheelFaultDetector(Checked):
             time: Time of the sample, s.
             period: Time since the last sample, s.
         """
-        lost, judged = lost_torque(memory, momentum, period), memory.begun & measured
-        quick = low_passed(memory.lost, lost, self.failure_time, period, judged)
-        failed = (jnp.abs(quick) > self.failure_torque) | (jnp.asarray(self.notified) <= time)
+        loss, valid = lost_torque(memory, momentum, period), memory.begun & measured
+        fast = low_passed(memory.lost, loss, self.failure_time, period, valid)
+        failed = (jnp.abs(fast) > self.failure_torque) | (jnp.asarray(self.notified) <= time)
         works = memory.works & ~failed
-        slow = low_passed(memory.drag, lost, self.drag_time, period, judged)
+        slow = low_passed(memory.drag, loss, self.drag_time, period, valid)
         drag = jnp.where(works, jnp.clip(slow, -limit / 2.0, limit / 2.0), 0.0)
-        return WheelFaultMemory(momentum, memory.torque, drag, quick, works, jnp.array(True))
+        return WheelFaultMemory(momentum, memory.torque, drag, fast, works, jnp.array(True))

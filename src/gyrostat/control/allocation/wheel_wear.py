@@ -55,7 +55,7 @@ class WheelWear(Checked):
         """
         sense = jnp.where(speed < 0.0, -1.0, 1.0)
         drag = sense * model.torque(speed, sense)
-        known = used & (drag > 0.0)
-        ratio = jnp.maximum(sense * friction / jnp.where(known, drag, 1.0), 1.0)
+        valid = used & (drag > 0.0)
+        ratio = jnp.maximum(sense * friction / jnp.where(valid, drag, 1.0), 1.0)
         share = period / (self.time + period)
-        return wear + share * jnp.where(known, ratio - wear, 0.0)
+        return wear + share * jnp.where(valid, ratio - wear, 0.0)

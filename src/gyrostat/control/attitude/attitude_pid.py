@@ -82,13 +82,13 @@ class AttitudePID(Checked):
             measurement: Measurement with `attitude`, rad, and `rate`, rad/s.
         """
         error = measurement.attitude - self.reference
-        summed = memory.integral + error * memory.period
-        rest = self.proportional * error + self.derivative * measurement.rate
-        torque = rest + self.integral * summed
+        integral = memory.integral + error * memory.period
+        pd = self.proportional * error + self.derivative * measurement.rate
+        torque = pd + self.integral * integral
         winds_up = (jnp.abs(torque) > self.torque_limit) & (torque * self.integral * error > 0.0)
-        summed = jnp.where(winds_up, memory.integral, summed)
-        torque = jnp.clip(rest + self.integral * summed, -self.torque_limit, self.torque_limit)
-        return PIDMemory(summed, memory.period), torque
+        integral = jnp.where(winds_up, memory.integral, integral)
+        torque = jnp.clip(pd + self.integral * integral, -self.torque_limit, self.torque_limit)
+        return PIDMemory(integral, memory.period), torque
 
     def within_limit(self, before: PIDMemory, after: PIDMemory, cut: Scalar) -> PIDMemory:
         """Undo the update of the integral if it increases the saturation (anti-windup).
@@ -124,8 +124,8 @@ class CurrentMode(Checked):
 
     def __call__(self, memory: PIDMemory, measurement: Any) -> tuple[PIDMemory, CurrentCommand]:
         """Compute the current command."""
-        after, torque = self.law(memory, measurement)
-        current = torque / self.motor_constant
-        limited = jnp.clip(current, -self.current_limit, self.current_limit)
-        memory = self.law.within_limit(memory, after, current - limited)
-        return memory, CurrentCommand(limited, current, jnp.zeros_like(current))
+        next_memory, torque = self.law(memory, measurement)
+        demand = torque / self.motor_constant
+        current = jnp.clip(demand, -self.current_limit, self.current_limit)
+        memory = self.law.within_limit(memory, next_memory, demand - current)
+        return memory, CurrentCommand(current, demand, jnp.zeros_like(demand))

@@ -21,7 +21,7 @@ from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import check_unit, cross_matrix
 from gyrostat.spacecraft import Spacecraft
 
-_solved = jax.jit(riccati)
+_riccati = jax.jit(riccati)
 """Compiled as a whole, also if a linear law is designed outside any other compiled code."""
 
 RegulatorMemory = ExternalTorqueMemory | tuple[()]
@@ -122,9 +122,9 @@ class AttitudeRegulator(Checked):
         dynamics, input = MRPBody(jnp.asarray(self.spacecraft.inertia))(state, momentum)
         if carried is not None:
             dynamics = dynamics.at[3:, 3:].add(-cross_matrix(carried))
-        each = jnp.ones(3)
-        weight = jnp.concatenate([self.attitude_weight * each, self.rate_weight * each])
-        return _solved(dynamics, input, jnp.diag(weight), jnp.diag(self.torque_weight * each))
+        unit = jnp.ones(3)
+        weight = jnp.concatenate([self.attitude_weight * unit, self.rate_weight * unit])
+        return _riccati(dynamics, input, jnp.diag(weight), jnp.diag(self.torque_weight * unit))
 
     def __call__(
         self, memory: RegulatorMemory, measurement: Any
@@ -139,26 +139,26 @@ class AttitudeRegulator(Checked):
         wheels, rate = self.spacecraft.wheels, measurement.rate
         axes = jnp.asarray(wheels.axes)
         body = MRPBody(jnp.asarray(self.spacecraft.inertia))
-        state, carried, following = body.state(measurement.attitude, rate, self.target), None, None
-        held = axes @ (wheels.inertia * (measurement.wheel_speed + axes.T @ rate))
-        momentum = held
+        state, carried, forward = body.state(measurement.attitude, rate, self.target), None, None
+        wheel_momentum = axes @ (wheels.inertia * (measurement.wheel_speed + axes.T @ rate))
+        momentum = wheel_momentum
         if self.guide is not None:
             inertia = jnp.asarray(self.spacecraft.inertia)
             total = inertia @ rate + momentum
-            found = self.guide.follow(measurement.attitude, rate, total, inertia)
-            state = body.state(found.turn, found.rate, AT_REST)
-            carried, following = found.carried, found.torque
+            motion = self.guide.follow(measurement.attitude, rate, total, inertia)
+            state = body.state(motion.turn, motion.rate, AT_REST)
+            carried, forward = motion.carried, motion.torque
             momentum = momentum + inertia @ carried
         if self.gain is None:
             _, gain, residual, valid = self._solve(state, momentum, carried)
         else:
             gain, residual, valid = self.gain, jnp.zeros(()), jnp.array(True)
         torque = jnp.sum(jnp.asarray(gain) * state, axis=1)
-        if following is not None:
-            torque += following
+        if forward is not None:
+            torque += forward
         if isinstance(memory, ExternalTorqueMemory) and self.torque_time is not None:
-            whole = jnp.asarray(self.spacecraft.inertia) @ rate + held
-            memory = memory.updated(measurement.attitude, whole, self.torque_time)
+            total_momentum = jnp.asarray(self.spacecraft.inertia) @ rate + wheel_momentum
+            memory = memory.updated(measurement.attitude, total_momentum, self.torque_time)
             torque += memory.torque
         # wheel torques m act on the body as -A m, so that A m = K x, with least squares
         share = axes.T @ inverse_definite(axes @ axes.T)

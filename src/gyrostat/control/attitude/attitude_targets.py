@@ -56,5 +56,5 @@ class AttitudeTargets(Checked):
     def __call__(self, time: Scalar) -> Quaternion:
         """Target attitude at a time, s."""
         # multiples of a control period are subject to rounding
-        passed = jnp.sum(jnp.asarray(self.times) <= time + 1e-9)
-        return jnp.asarray(self.attitudes)[jnp.maximum(passed - 1, 0)]
+        count = jnp.sum(jnp.asarray(self.times) <= time + 1e-9)
+        return jnp.asarray(self.attitudes)[jnp.maximum(count - 1, 0)]

@@ -54,7 +54,7 @@ class ExternalTorqueMemory(NamedTuple):
                 part of the estimate.
         """
         in_space = rotations.to_inertial(attitude, momentum)
-        gained = rotations.to_body(attitude, in_space - self.momentum) / self.period
+        mean_torque = rotations.to_body(attitude, in_space - self.momentum) / self.period
         share = jnp.where(self.begun, self.period / (time + self.period), 0.0)
-        torque = self.torque + share * (gained - given - self.torque)
+        torque = self.torque + share * (mean_torque - given - self.torque)
         return ExternalTorqueMemory(in_space, torque, jnp.array(True), self.period)

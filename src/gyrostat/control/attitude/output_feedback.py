@@ -63,8 +63,8 @@ class OutputFeedback(Checked):
         estimate = self.filter.predict(memory.estimate, sample, memory.period)
         estimate = estimate._replace(innovation=jnp.zeros(3), surprise=jnp.zeros(()))
         rate = self.filter.rate(estimate, sample)
-        known = estimated_measurement(measurement, estimate.attitude, rate)
-        later = predicted(self.controller, memory.controller, known, command)
+        full_state = estimated_measurement(measurement, estimate.attitude, rate)
+        later = predicted(self.controller, memory.controller, full_state, command)
         return OutputFeedbackMemory(estimate, later, memory.period)
 
     def __call__(
@@ -84,23 +84,23 @@ class OutputFeedback(Checked):
             estimate, measurement.attitude, measurement.attitude_measured
         )
         rate = self.filter.rate(estimate, sample)
-        known = estimated_measurement(measurement, estimate.attitude, rate)
-        controller, command = self.controller(memory.controller, known)
-        after = OutputFeedbackMemory(estimate, controller, memory.period)
-        return after, recorded_with("Estimated", command, self.filter.signals(estimate, rate))
+        full_state = estimated_measurement(measurement, estimate.attitude, rate)
+        controller, command = self.controller(memory.controller, full_state)
+        next_memory = OutputFeedbackMemory(estimate, controller, memory.period)
+        return next_memory, recorded_with("Estimated", command, self.filter.signals(estimate, rate))
 
 
 def estimated_measurement(measurement: Any, attitude: Quaternion, rate: Vector3) -> Any:
     """Measurement for a state-feedback controller, with estimated attitude and rate."""
-    known = SpacecraftMeasurement(
+    full_state = SpacecraftMeasurement(
         attitude, rate, measurement.wheel_speed, measurement.wheel_measured
     )
-    added = {
+    extras = {
         name: getattr(measurement, name)
         for name in getattr(measurement, "_fields", ())
         if name not in TrackerGyroMeasurement._fields
     }
-    if not added:
-        return known
+    if not extras:
+        return full_state
     units = declared_units(type(measurement))
-    return with_fields("Estimated", known, added, {n: units[n] for n in added if n in units})
+    return with_fields("Estimated", full_state, extras, {n: units[n] for n in extras if n in units})

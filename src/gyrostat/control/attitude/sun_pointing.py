@@ -29,11 +29,11 @@ def measured_sun(measurement: Any) -> Vector3:
     """
     if hasattr(measurement, "coarse_sun_sensors") and not hasattr(measurement, "sun_sensor"):
         cells = measurement.coarse_sun_sensors
-        along, least = cells[0::2] - cells[1::2], LEAST_CURRENT
+        along, threshold = cells[0::2] - cells[1::2], LEAST_CURRENT
     else:
-        along, least = measured(measurement, "sun_sensor", "sun pointing"), 0.0
+        along, threshold = measured(measurement, "sun_sensor", "sun pointing"), 0.0
     squared = along @ along
-    return jnp.where(squared > least**2, along / jnp.sqrt(jnp.maximum(squared, 1e-300)), 0.0)
+    return jnp.where(squared > threshold**2, along / jnp.sqrt(jnp.maximum(squared, 1e-300)), 0.0)
 
 
 class SunPointing(Checked):
@@ -80,23 +80,23 @@ class SunPointing(Checked):
         wheels, rate = self.spacecraft.wheels, measurement.rate
         axes, inertia = jnp.asarray(wheels.axes), jnp.asarray(self.spacecraft.inertia)
         sun = measured_sun(measurement)
-        wanted = jnp.where(sun @ sun > 0.0, self._turning(sun), self.search_rate)
+        target_rate = jnp.where(sun @ sun > 0.0, self._turn_rate(sun), self.search_rate)
         absolute = wheels.inertia * (measurement.wheel_speed + axes.T @ rate)
         momentum = inertia @ rate + axes @ absolute
-        needed = -jnp.cross(rate, momentum) - self.rate_gain * (inertia @ (wanted - rate))
+        demand = -jnp.cross(rate, momentum) - self.rate_gain * (inertia @ (target_rate - rate))
         limit = jnp.ones(wheels.count) * wheels.torque_limit
-        torque = PseudoInverse()(axes, limit, jnp.ones(wheels.count, bool), needed)
+        torque = PseudoInverse()(axes, limit, jnp.ones(wheels.count, bool), demand)
         return memory, WheelTorqueCommand(within_limits(torque, limit))
 
-    def _turning(self, sun: Vector3) -> Vector3:
+    def _turn_rate(self, sun: Vector3) -> Vector3:
         """Commanded rate, (3,), rad/s, towards a direction of the Sun."""
         axis = jnp.asarray(self.axis)
         axis = axis / jnp.sqrt(axis @ axis)
         normal, cosine = jnp.cross(axis, sun), axis @ sun
         sine = jnp.sqrt(normal @ normal)
         # any axis across: from the body axis with the smallest component along `axis`
-        least = (jnp.arange(3) == jnp.argmin(jnp.abs(axis))).astype(float)
-        spare = jnp.cross(axis, least)
+        unit = (jnp.arange(3) == jnp.argmin(jnp.abs(axis))).astype(float)
+        spare = jnp.cross(axis, unit)
         spare = spare / jnp.sqrt(spare @ spare)
         opposite = (sine < 1e-6) & (cosine < 0.0)
         about = jnp.where(opposite, spare, normal / jnp.maximum(sine, 1e-12))

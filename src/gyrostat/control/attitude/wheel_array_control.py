@@ -168,10 +168,10 @@ class WheelArrayControl(Checked):
 
     def start(self, period: Scalar) -> ArrayControlMemory:
         """Initial memory."""
-        none, detector = jnp.zeros(3), self.detector.start(self.spacecraft.wheels.count)
-        given = empty_line(none, self.detector.delay + 1)
+        zero, detector = jnp.zeros(3), self.detector.start(self.spacecraft.wheels.count)
+        line = empty_line(zero, self.detector.delay + 1)
         unknown, wear = ExternalTorqueMemory.start(period), self.wear.start(detector.works.size)
-        return ArrayControlMemory(jnp.zeros(()), given, unknown, detector, wear)
+        return ArrayControlMemory(jnp.zeros(()), line, unknown, detector, wear)
 
     def __call__(
         self, memory: ArrayControlMemory, measurement: Any
@@ -194,27 +194,27 @@ class WheelArrayControl(Checked):
             memory.detector, absolute, measurement.wheel_measured, limit, time, period
         )
         external = jnp.zeros(3) if self.unloading is None else self.unloading(momentum)
-        turning, target, follows = measurement, self.targets(time), None
+        motion, target, feed_forward = measurement, self.targets(time), None
         if self.guide is not None:
-            found = self.guide.follow(measurement.attitude, rate, momentum, inertia)
-            turning = measurement._replace(attitude=found.turn, rate=found.rate)
-            follows = found.torque - inertia @ found.change
+            following = self.guide.follow(measurement.attitude, rate, momentum, inertia)
+            motion = measurement._replace(attitude=following.turn, rate=following.rate)
+            feed_forward = following.torque - inertia @ following.change
             target = AT_REST
-        wanted, change = self._wanted(turning, target, momentum, detector.works)
+        target_rate, change = self._target_rate(motion, target, momentum, detector.works)
         unknown = memory.unknown.updated(
             measurement.attitude, momentum, self.torque_time, memory.given[0]
         )
-        push = change + self.rate_gain * (wanted - turning.rate)
+        push = change + self.rate_gain * (target_rate - motion.rate)
         # bearing torque of failed wheels acts on the body; if not measured, D includes it
         failed = ~detector.works & measurement.wheel_measured
-        borne = axes @ jnp.where(failed, detector.lost, 0.0)
-        needed = (
-            external + unknown.torque + borne - jnp.cross(turning.rate, momentum) - inertia @ push
+        bearing = axes @ jnp.where(failed, detector.lost, 0.0)
+        demand = (
+            external + unknown.torque + bearing - jnp.cross(motion.rate, momentum) - inertia @ push
         )
-        if self.guide is not None and follows is not None:
-            needed, target = needed + follows, self.guide.now.attitude
-        left = limit - jnp.abs(detector.drag)
-        torque = within_limits(self.allocation(axes, left, detector.works, needed), left)
+        if self.guide is not None and feed_forward is not None:
+            demand, target = demand + feed_forward, self.guide.now.attitude
+        available = limit - jnp.abs(detector.drag)
+        torque = within_limits(self.allocation(axes, available, detector.works, demand), available)
         wear = memory.wear
         if self.null_space is not None:
             wear = self.wear(
@@ -225,13 +225,13 @@ class WheelArrayControl(Checked):
                 detector.works & measurement.wheel_measured,
                 period,
             )
-            room = left - jnp.abs(torque)
+            room = available - jnp.abs(torque)
             torque += self.null_space(axes, detector.works, relative, room, wear)
         torque = wheels.within_momentum_limit(torque + detector.drag, relative, period)
         detector = self.detector.commanded(detector, torque)
-        given, _ = pushed(memory.given, external)
-        after = ArrayControlMemory(memory.samples + 1.0, given, unknown, detector, wear)
-        return after, ArrayCommand(torque, external, target, detector.works)
+        line, _ = pushed(memory.given, external)
+        next_memory = ArrayControlMemory(memory.samples + 1.0, line, unknown, detector, wear)
+        return next_memory, ArrayCommand(torque, external, target, detector.works)
 
     def predicted(
         self, memory: ArrayControlMemory, measurement: Any, command: ArrayCommand
@@ -250,7 +250,7 @@ class WheelArrayControl(Checked):
             detector=self.detector.missed(memory.detector, command.torque),
         )
 
-    def _wanted(
+    def _target_rate(
         self, measurement: Any, target: Quaternion, momentum: Vector3, works: Working
     ) -> tuple[Vector3, Vector3]:
         """Commanded body rate, rad/s, and its change along the motion, rad/s²."""
@@ -260,14 +260,14 @@ class WheelArrayControl(Checked):
         error = rotations.rotation_vector(rotations.error(measurement.attitude, target))
         axis = error / jnp.sqrt(error @ error + 1e-24)
 
-        def most(direction: Vector3, limit: PerWheel | float) -> Scalar:
+        def largest(direction: Vector3, limit: PerWheel | float) -> Scalar:
             return jnp.min(limit / jnp.maximum(jnp.abs(across @ direction), 1e-12))
 
-        slowing = BRAKING_SHARE * most(inertia @ axis, wheels.torque_limit)
-        turning = TURNING_SHARE * most(jnp.cross(momentum, axis), wheels.torque_limit)
+        slowing = BRAKING_SHARE * largest(inertia @ axis, wheels.torque_limit)
+        turning = TURNING_SHARE * largest(jnp.cross(momentum, axis), wheels.torque_limit)
         resting = works * wheels.inertia * measurement.wheel_speed + across @ (inertia @ rate)
         room = jnp.maximum(wheels.momentum_limit - jnp.abs(resting), 0.0)
-        fastest = jnp.minimum(turning, jnp.maximum(most(inertia @ axis, room), LEAST_RATE))
+        fastest = jnp.minimum(turning, jnp.maximum(largest(inertia @ axis, room), LEAST_RATE))
         fastest = jnp.minimum(fastest, self.largest_rate)
 
         def law(attitude: Quaternion) -> Vector3:
@@ -276,5 +276,5 @@ class WheelArrayControl(Checked):
             speed = brake(angle, self.turn_gain, slowing)
             return -error / angle * jnp.minimum(speed, fastest)
 
-        turned = rotations.rate_of_quaternion(measurement.attitude, rate)
-        return jax.jvp(law, (measurement.attitude,), (turned,))
+        slope = rotations.rate_of_quaternion(measurement.attitude, rate)
+        return jax.jvp(law, (measurement.attitude,), (slope,))

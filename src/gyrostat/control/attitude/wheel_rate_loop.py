@@ -70,10 +70,10 @@ class WheelRateLoop(Checked):
 
     def start(self, period: Scalar) -> RateLoopMemory:
         """Initial memory."""
-        none = jnp.zeros(self.axes.shape[-1])
-        torque = empty_line(none, self.delay + 1)
+        zero = jnp.zeros(self.axes.shape[-1])
+        torque = empty_line(zero, self.delay + 1)
         period = jnp.asarray(period, dtype=float)
-        return RateLoopMemory(none, torque, none, jnp.array(False), period)
+        return RateLoopMemory(zero, torque, zero, jnp.array(False), period)
 
     def torque_along(self, direction: Vector3) -> Scalar:
         """Largest torque of the wheels along a unit vector in their span, N·m."""
@@ -129,10 +129,10 @@ class WheelRateLoop(Checked):
         drag = self._drag(memory, absolute)
         limit = jnp.asarray(self.torque_limit)
         gyroscopic = self.allocation @ jnp.cross(momentum, rate)
-        reached = relative + self.allocation @ (self.inertia @ (rate - wanted))
-        reached = jnp.clip(reached, -self.momentum_limit, self.momentum_limit)
+        goal = relative + self.allocation @ (self.inertia @ (rate - wanted))
+        goal = jnp.clip(goal, -self.momentum_limit, self.momentum_limit)
         forward = jnp.clip(-self.allocation @ (self.inertia @ acceleration), -limit / 2, limit / 2)
-        tracking = gyroscopic + forward + self.gain * (reached - relative)
+        tracking = gyroscopic + forward + self.gain * (goal - relative)
         if following is not None:
             tracking += self.allocation @ following
         mean_inertia = jnp.trace(self.inertia) / 3.0
@@ -142,9 +142,9 @@ class WheelRateLoop(Checked):
         lowest = (-self.momentum_limit - relative) / period
         torque = jnp.clip(torque, lowest, (self.momentum_limit - relative) / period)
         torque = jnp.where(working, jnp.clip(torque, -limit, limit), 0.0)
-        sent, _ = pushed(memory.torque, torque)
-        after = RateLoopMemory(absolute, sent, drag, jnp.array(True), period)
-        return after, WheelTorqueCommand(torque)
+        line, _ = pushed(memory.torque, torque)
+        next_memory = RateLoopMemory(absolute, line, drag, jnp.array(True), period)
+        return next_memory, WheelTorqueCommand(torque)
 
     def predicted(
         self, memory: RateLoopMemory, measurement: Any, command: WheelTorqueCommand
@@ -158,11 +158,11 @@ class WheelRateLoop(Checked):
             measurement: Unused.
             command: Safe command that is sent.
         """
-        sent, _ = pushed(memory.torque, command.torque)
-        return memory._replace(torque=sent, begun=jnp.array(False))
+        line, _ = pushed(memory.torque, command.torque)
+        return memory._replace(torque=line, begun=jnp.array(False))
 
     def _drag(self, memory: RateLoopMemory, absolute: PerWheel) -> PerWheel:
-        lost = lost_torque(memory, absolute, memory.period)
-        drag = low_passed(memory.drag, lost, self.drag_time, memory.period, memory.begun)
+        loss = lost_torque(memory, absolute, memory.period)
+        drag = low_passed(memory.drag, loss, self.drag_time, memory.period, memory.begun)
         # at its limits, a wheel loses torque that is not drag
         return jnp.clip(drag, -self.torque_limit / 2, self.torque_limit / 2)

@@ -112,14 +112,14 @@ class WheelSpeedLoops(Checked):
         """
         controller, command = self.controller(memory.controller, measurement)
         frequency, speed = self.natural_frequency, measurement.wheel_speed
-        rest = 2.0 * (1.0 - SET_POINT_WEIGHT) * speed / frequency
+        equilibrium = 2.0 * (1.0 - SET_POINT_WEIGHT) * speed / frequency
         error = command.speed - speed
-        before = jnp.where(memory.begun, memory.integral, rest)
-        integral = before + memory.period * error
-        wanted = self.inertia * (
+        previous = jnp.where(memory.begun, memory.integral, equilibrium)
+        integral = previous + memory.period * error
+        demand = self.inertia * (
             frequency**2 * integral + 2.0 * frequency * (SET_POINT_WEIGHT * command.speed - speed)
         )
-        torque = jnp.clip(wanted, -self.torque_limit, self.torque_limit)
-        integral = jnp.where((wanted - torque) * error > 0.0, before, integral)
-        after = WheelSpeedMemory(controller, integral, jnp.array(True), memory.period)
-        return after, SpeedLoopCommand(torque, command.speed)
+        torque = jnp.clip(demand, -self.torque_limit, self.torque_limit)
+        integral = jnp.where((demand - torque) * error > 0.0, previous, integral)
+        next_memory = WheelSpeedMemory(controller, integral, jnp.array(True), memory.period)
+        return next_memory, SpeedLoopCommand(torque, command.speed)

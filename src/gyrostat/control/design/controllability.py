@@ -38,8 +38,8 @@ def _new_directions(basis: Matrix, columns: Matrix) -> Matrix:
     """Orthonormal basis of the part of columns, each of length 1 or less, outside a basis."""
     for _ in range(2):  # two passes make the columns orthogonal to rounding
         columns = columns - basis @ (basis.T @ columns)
-    left, sizes, _ = np.linalg.svd(columns, full_matrices=False)
-    return left[:, sizes > SMALLEST]
+    vectors, sizes, _ = np.linalg.svd(columns, full_matrices=False)
+    return vectors[:, sizes > SMALLEST]
 
 
 def uncontrollable(
@@ -73,22 +73,22 @@ def uncontrollable(
         raise InputError(f"state names: found {len(names)}, expected {len(a)}")
     size = np.linalg.norm(a, 2) or 1.0
     lengths = np.linalg.norm(b, axis=0)
-    reached = np.zeros((len(a), 0))
-    new = _new_directions(reached, b[:, lengths > 0.0] / lengths[lengths > 0.0])
-    while new.shape[1]:
-        reached = np.hstack([reached, new])
-        new = _new_directions(reached, a @ new / size)
-    rest = scipy.linalg.null_space(reached.T) if reached.shape[1] else np.eye(len(a))
+    reachable = np.zeros((len(a), 0))
+    columns = _new_directions(reachable, b[:, lengths > 0.0] / lengths[lengths > 0.0])
+    while columns.shape[1]:
+        reachable = np.hstack([reachable, columns])
+        columns = _new_directions(reachable, a @ columns / size)
+    complement = scipy.linalg.null_space(reachable.T) if reachable.shape[1] else np.eye(len(a))
     law, basis, count = np.zeros((0, 0)), np.zeros((0, 0)), 0
-    if rest.shape[1]:
-        ordered: Any = scipy.linalg.schur(
-            rest.T @ a.T @ rest, sort=lambda real, _: real >= -SLOWEST * size
+    if complement.shape[1]:
+        decomposition: Any = scipy.linalg.schur(
+            complement.T @ a.T @ complement, sort=lambda real, _: real >= -SLOWEST * size
         )
-        law, basis, count = ordered
-    directions = rest @ basis[:, :count]
+        law, basis, count = decomposition
+    directions = complement @ basis[:, :count]
     shares = np.linalg.norm(directions, axis=1)
     # a direction over many states has no large share; then the largest ones are named
-    least = min(SHARE, 0.9 * np.max(shares, initial=0.0)) if count else SHARE
-    named = [name for name, share in zip(names, shares, strict=True) if share >= least]
+    threshold = min(SHARE, 0.9 * np.max(shares, initial=0.0)) if count else SHARE
+    selection = [name for name, share in zip(names, shares, strict=True) if share >= threshold]
     rates = np.linalg.eigvals(law[:count, :count]) if count else np.zeros(0, complex)
-    return Controllability(reached.shape[1], directions, rates, tuple(dict.fromkeys(named)))
+    return Controllability(reachable.shape[1], directions, rates, tuple(dict.fromkeys(selection)))

@@ -58,22 +58,22 @@ class EulerCube(Checked):
         """Matrices A and B at a state, for torques about the body axes, N·m."""
         height, theta, _, phi, psi, spin = state  # the rates of theta, phi and psi
         sine, cosine = jnp.cos(height), -jnp.sin(height)  # of theta itself
-        over, cot = 1.0 / sine, cosine / sine
-        s, c, one = jnp.sin(psi) / self.inertia, jnp.cos(psi) / self.inertia, 1.0 / self.inertia
+        cosecant, cot = 1.0 / sine, cosine / sine
+        s, c, inverse = jnp.sin(psi) / self.inertia, jnp.cos(psi) / self.inertia, 1.0 / self.inertia
         k = self.split
         r = [1.0 - share for share in k]
         of_theta = [0.0, 0.0, 0.0, -k[0] * sine * spin, 0.0, -r[0] * sine * phi]
         of_phi = [
-            *(0.0, -r[1] * cot * phi + r[2] * over * spin),
+            *(0.0, -r[1] * cot * phi + r[2] * cosecant * spin),
             *(0.0, -k[1] * cot * theta),
-            *(0.0, k[2] * over * theta),
+            *(0.0, k[2] * cosecant * theta),
         ]
         of_psi = [
-            *(0.0, -r[3] * cot * spin + r[4] * over * phi),
-            *(0.0, k[4] * over * theta),
+            *(0.0, -r[3] * cot * spin + r[4] * cosecant * phi),
+            *(0.0, k[4] * cosecant * theta),
             *(0.0, -k[3] * cot * theta),
         ]
-        rest = [0.0, 0.0, 0.0]
+        zero_row = [0.0, 0.0, 0.0]
         dynamics = [
             [0.0, 1.0, 0.0, 0.0, 0.0, 0.0],
             of_theta,
@@ -82,8 +82,8 @@ class EulerCube(Checked):
             [0.0, 0.0, 0.0, 0.0, 0.0, 1.0],
             of_psi,
         ]
-        torque = [[c, -s, 0.0], [s * over, c * over, 0.0], [-s * cot, -c * cot, one]]
-        inputs = [row for now in torque for row in (rest, now)]
+        torque = [[c, -s, 0.0], [s * cosecant, c * cosecant, 0.0], [-s * cot, -c * cot, inverse]]
+        inputs = [row for torque_row in torque for row in (zero_row, torque_row)]
         return jnp.array(dynamics), jnp.array(inputs)
 
 

@@ -65,15 +65,15 @@ def check_weight(name: str, weight: ArrayLike, size: int, *, definite: bool) -> 
     if np.max(np.abs(matrix - matrix.T)) > ASYMMETRY * largest:
         raise InputError(f"{name}: found a matrix that is not symmetric, expected a symmetric one")
     matrix = 0.5 * (matrix + matrix.T)
-    least = np.linalg.eigvalsh(matrix)[0]
+    eigenvalue = np.linalg.eigvalsh(matrix)[0]
     # scaled to a unit diagonal, so that a mix of units does not affect the test
     units = np.sqrt(np.abs(np.diag(matrix)))
     units = np.where(units > 0.0, units, 1.0)
-    scaled = np.linalg.eigvalsh(matrix / np.outer(units, units))
-    if definite and scaled[0] <= NEGATIVE:
-        raise InputError(f"{name}: found the eigenvalue {least:g}, expected all above 0")
-    if scaled[0] < -NEGATIVE * size:
-        raise InputError(f"{name}: found the eigenvalue {least:g}, expected none below 0")
+    eigenvalues = np.linalg.eigvalsh(matrix / np.outer(units, units))
+    if definite and eigenvalues[0] <= NEGATIVE:
+        raise InputError(f"{name}: found the eigenvalue {eigenvalue:g}, expected all above 0")
+    if eigenvalues[0] < -NEGATIVE * size:
+        raise InputError(f"{name}: found the eigenvalue {eigenvalue:g}, expected none below 0")
     return matrix
 
 
@@ -110,9 +110,9 @@ def lqr(
     r = check_weight("input weight R", input_weight, b.shape[1], definite=True)
     solution = riccati(a, b, q, r, doublings=DOUBLINGS)
     if not solution.valid:
-        unseen = uncontrollable(a.T, q, states).names
-        found = f"no cost in Q on: {', '.join(unseen)}" if unseen else "no accurate solution"
-        raise InputError(f"A, B, Q, R: {found}; expected a cost on every undamped motion")
+        modes = uncontrollable(a.T, q, states).names
+        cause = f"no cost in Q on: {', '.join(modes)}" if modes else "no accurate solution"
+        raise InputError(f"A, B, Q, R: {cause}; expected a cost on every undamped motion")
     return solution
 
 

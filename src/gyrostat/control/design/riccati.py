@@ -65,34 +65,34 @@ def _balance(dynamics: Square, input: Square, weight: Square) -> _Balanced:
 
     A state is `scale` times its balanced one; P is divided by `size` and by both scales.
     """
-    outside = 1.0 - jnp.eye(len(dynamics))
+    off_diagonal = 1.0 - jnp.eye(len(dynamics))
 
     def usable(ratio):
         return jnp.where((ratio > 0.0) & jnp.isfinite(ratio), ratio, 1.0)
 
-    def sweep(_, now: _Balanced) -> _Balanced:
-        coupling = outside * now.dynamics**2
-        size = usable(jnp.sum(now.input**2) / jnp.sum(now.weight**2)) ** 0.25
-        rows = jnp.sum(coupling + now.input**2 / size**2, axis=1)
-        columns = jnp.sum(coupling + now.weight**2 * size**2, axis=0)
+    def sweep(_, state: _Balanced) -> _Balanced:
+        coupling = off_diagonal * state.dynamics**2
+        size = usable(jnp.sum(state.input**2) / jnp.sum(state.weight**2)) ** 0.25
+        rows = jnp.sum(coupling + state.input**2 / size**2, axis=1)
+        columns = jnp.sum(coupling + state.weight**2 * size**2, axis=0)
         # half a step for each state, since all are changed at once
         scale = usable(rows / columns) ** 0.125
-        both = scale[:, None] * scale
+        scales = scale[:, None] * scale
         return _Balanced(
-            now.dynamics * scale / scale[:, None],
-            now.input / (size * both),
-            now.weight * (size * both),
-            now.scale * scale,
-            now.size * size,
+            state.dynamics * scale / scale[:, None],
+            state.input / (size * scales),
+            state.weight * (size * scales),
+            state.scale * scale,
+            state.size * size,
         )
 
     start = _Balanced(dynamics, input, weight, jnp.ones(len(dynamics)), jnp.ones(()))
-    last = jax.lax.stop_gradient(jax.lax.fori_loop(0, BALANCINGS, sweep, start))
-    both = last.size * last.scale[:, None] * last.scale
-    return last._replace(
-        dynamics=dynamics * last.scale / last.scale[:, None],
-        input=input / both,
-        weight=weight * both,
+    balanced = jax.lax.stop_gradient(jax.lax.fori_loop(0, BALANCINGS, sweep, start))
+    scales = balanced.size * balanced.scale[:, None] * balanced.scale
+    return balanced._replace(
+        dynamics=dynamics * balanced.scale / balanced.scale[:, None],
+        input=input / scales,
+        weight=weight * scales,
     )
 
 
@@ -102,7 +102,7 @@ def _left_side(dynamics: Square, input: Square, weight: Square, cost: Square) ->
     return half + half.T + weight
 
 
-def _doubled(dynamics: Square, input: Square, weight: Square, doublings: int) -> Square:
+def _doubling_solution(dynamics: Square, input: Square, weight: Square, doublings: int) -> Square:
     """Stabilising solution, before refinement."""
     size = len(dynamics)
     unit = jnp.eye(size)
@@ -112,8 +112,8 @@ def _doubled(dynamics: Square, input: Square, weight: Square, doublings: int) ->
     shift = jnp.exp(solve(hamiltonian, jnp.zeros((2 * size, 0)))[1] / (2 * size))
     inverse, _ = solve(hamiltonian - shift * jnp.eye(2 * size), 2.0 * shift * jnp.eye(2 * size))
 
-    def double(_, now):
-        power, dual, cost = now
+    def double(_, state):
+        power, dual, cost = state
         root = factor(cost)
         # `@` for a product inside another: if fused, it would be repeated for every element
         spread = dual @ root
@@ -157,21 +157,21 @@ def lyapunov(
     inverse, _ = solve(dynamics - shift * unit, unit)
     start = 2.0 * shift * product(inverse.T, constant @ inverse)
 
-    def double(_, now):
-        total, power = now
+    def double(_, state):
+        total, power = state
         return total + product(power.T, total @ power), product(power, power)
 
-    first = (start, unit + 2.0 * shift * inverse)
-    total, power = jax.lax.fori_loop(0, doublings, double, first)
+    initial = (start, unit + 2.0 * shift * inverse)
+    total, power = jax.lax.fori_loop(0, doublings, double, initial)
     return symmetric(total), _norm(power)
 
 
 @partial(jax.custom_jvp, nondiff_argnums=(3,))
 def _stabilising(dynamics: Square, input: Square, weight: Square, doublings: int):
     """Solution after one Newton-Kleinman step, and the norm of the remaining free motion."""
-    cost = _doubled(dynamics, input, weight, doublings)
-    left = _left_side(dynamics, input, weight, cost)
-    change, remainder = lyapunov(dynamics - product(input, cost), left, doublings)
+    cost = _doubling_solution(dynamics, input, weight, doublings)
+    residual = _left_side(dynamics, input, weight, cost)
+    change, remainder = lyapunov(dynamics - product(input, cost), residual, doublings)
     return cost + change, remainder
 
 
@@ -215,11 +215,11 @@ def riccati(
     balanced = _balance(dynamics, reach, symmetric(state_weight))
     equation = balanced[:3]
     cost, remainder = _stabilising(*equation, doublings)
-    inside = jax.lax.stop_gradient(cost)
+    balanced_cost = jax.lax.stop_gradient(cost)
     a, g, q = (_norm(matrix) for matrix in jax.lax.stop_gradient(equation))
-    p = _norm(inside)
-    left = jax.lax.stop_gradient(_left_side(*equation, inside))
-    residual = _norm(left) / (2.0 * a * p + q + g * p**2)
+    p = _norm(balanced_cost)
+    residual_matrix = jax.lax.stop_gradient(_left_side(*equation, balanced_cost))
+    residual = _norm(residual_matrix) / (2.0 * a * p + q + g * p**2)
     cost = cost / (balanced.size * balanced.scale[:, None] * balanced.scale)
     gain = product(whiten(input_weight, jnp.eye(len(input_weight))).T, product(white, cost))
     # comparisons with NaN are false

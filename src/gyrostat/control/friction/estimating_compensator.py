@@ -223,42 +223,42 @@ class EstimatingCompensator(Checked):
         for k in range(self.delay):
             ahead = self.observer.predict(ahead, memory.under_way[k], period)
             later = self.momentum.predict(later, period)
-        turned = measurement.attitude + self.delay * period * rate.rate
-        seen = measurement._replace(attitude=turned, rate=ahead.rate)
-        law, torque = self.law(memory.law, seen)
-        needed = torque + rate.torque
-        breakaway = self.friction.breakaway_torque(jnp.where(needed < 0.0, -1.0, 1.0))
+        attitude = measurement.attitude + self.delay * period * rate.rate
+        prediction = measurement._replace(attitude=attitude, rate=ahead.rate)
+        law, torque = self.law(memory.law, prediction)
+        base_torque = torque + rate.torque
+        breakaway = self.friction.breakaway_torque(jnp.where(base_torque < 0.0, -1.0, 1.0))
         gain = self.observer.inertia * self.observer.bandwidth / SLOWER
         # the rate by which the rate loop demands the jump of friction at zero speed
         jump = 2.0 * breakaway / gain
-        gained = jnp.clip(ahead.rate - memory.undisturbed, -jump, jump)
-        demanded = needed + gain * gained
+        rate_excess = jnp.clip(ahead.rate - memory.undisturbed, -jump, jump)
+        demanded = base_torque + gain * rate_excess
         speed, sigma = self.momentum.speed(later, ahead.rate)
         # the command is held for a period, so the speed at its middle is used
         speed = speed + 0.5 * period * momentum.torque / self.momentum.wheel_inertia
         # limited, so that a large demand does not outweigh a speed of certain sign
-        share = jnp.clip(needed / (self.softness * breakaway), -2.0, 2.0)
+        share = jnp.clip(base_torque / (self.softness * breakaway), -2.0, 2.0)
         drive = share + speed / (self.band * sigma)
         direction = jnp.where(drive < 0.0, -1.0, 1.0)
         model = self.friction.torque(direction * jnp.abs(speed), direction)
-        missed = (rate.torque - momentum.torque) / model
+        error = (rate.torque - momentum.torque) / model
         # beyond 4 the wheel turns, whatever the demand
-        learned = jnp.where(jnp.abs(drive) > 4.0, self.learning_rate * period * missed, 0.0)
-        scale = jnp.clip(memory.scale + learned, *SCALES)
+        change = jnp.where(jnp.abs(drive) > 4.0, self.learning_rate * period * error, 0.0)
+        scale = jnp.clip(memory.scale + change, *SCALES)
         friction = scale * jnp.minimum(jnp.abs(drive), 1.0) * model
         parts = demanded / self.motor_constant, friction / self.motor_constant
-        wished = parts[0] + parts[1]
-        current = jnp.clip(wished, -self.current_limit, self.current_limit)
-        law = self.law.within_limit(memory.law, law, wished - current)
-        known = friction - self.motor_constant * current
-        under_way, acting = pushed(memory.under_way, known)
-        undisturbed = RateEstimate(ahead.rate - gained, demanded - torque)
+        demand = parts[0] + parts[1]
+        current = jnp.clip(demand, -self.current_limit, self.current_limit)
+        law = self.law.within_limit(memory.law, law, demand - current)
+        table_torque = friction - self.motor_constant * current
+        under_way, acting = pushed(memory.under_way, table_torque)
+        undisturbed = RateEstimate(ahead.rate - rate_excess, demanded - torque)
         memory = EstimatingMemory(
             law,
             self.momentum.predict(momentum, period),
             self.observer.predict(rate, acting, period),
             scale,
-            self.observer.predict(undisturbed, known, period).rate,
+            self.observer.predict(undisturbed, table_torque, period).rate,
             under_way,
         )
         return memory, EstimatingCommand(current, *parts, speed, momentum.torque, scale)
@@ -275,14 +275,12 @@ class EstimatingCompensator(Checked):
                 sample.
         """
         period = memory.law.period
-        known = self.motor_constant * (command.friction_current - command.current)
-        under_way, acting = pushed(memory.under_way, known)
+        table_torque = self.motor_constant * (command.friction_current - command.current)
+        under_way, acting = pushed(memory.under_way, table_torque)
         undisturbed = RateEstimate(memory.undisturbed, memory.rate.torque)
-        return EstimatingMemory(
-            memory.law,
-            self.momentum.predict(memory.momentum, period),
-            self.observer.predict(memory.rate, acting, period),
-            memory.scale,
-            self.observer.predict(undisturbed, known, period).rate,
-            under_way,
+        return memory._replace(
+            momentum=self.momentum.predict(memory.momentum, period),
+            rate=self.observer.predict(memory.rate, acting, period),
+            undisturbed=self.observer.predict(undisturbed, table_torque, period).rate,
+            under_way=under_way,
         )

@@ -128,13 +128,13 @@ class EstimatingFeedForward(Checked):
 
     def start(self, period: Scalar) -> EstimatingFeedForwardMemory:
         """Initial memory."""
-        none = jnp.zeros(self.filter.axes.shape[-1])
+        zero = jnp.zeros(self.filter.axes.shape[-1])
         return EstimatingFeedForwardMemory(
             self.controller.start(period),
             self.filter.start(),
-            none,
-            none,
-            empty_line(none, self.delay),
+            zero,
+            zero,
+            empty_line(zero, self.delay),
             jnp.asarray(period, dtype=float),
         )
 
@@ -152,48 +152,48 @@ class EstimatingFeedForward(Checked):
         period, rotor = memory.period, self.filter.rotor_inertia
         estimate = self.filter.correct(memory.estimate, measurement)
         walk = estimate.wheels
-        seen = with_wheel_friction(measurement, memory.friction - walk.torque)
-        controller, command = self.controller(memory.controller, seen)
+        inner_measurement = with_wheel_friction(measurement, memory.friction - walk.torque)
+        controller, command = self.controller(memory.controller, inner_measurement)
         demand = command.torque
         # momentum at the time at which the command will act
         ahead = walk.momentum
         for k in range(self.delay):
             ahead = ahead + period * (memory.under_way[k] + walk.torque)
-        needed = demand - walk.torque
-        breakaway = self.friction.breakaway_torque(jnp.where(needed < 0.0, -1.0, 1.0))
-        lost = jnp.where(memory.estimate.begun(), memory.demanded - ahead, 0.0)
+        base_torque = demand - walk.torque
+        breakaway = self.friction.breakaway_torque(jnp.where(base_torque < 0.0, -1.0, 1.0))
+        deficit = jnp.where(memory.estimate.begun(), memory.demanded - ahead, 0.0)
         # k times it is at most the jump of friction at zero speed
         largest = 2.0 * breakaway / jnp.maximum(self.gain, 1e-300)
-        lost = jnp.clip(lost, -largest, largest)
+        deficit = jnp.clip(deficit, -largest, largest)
         # the command is held for a period, so the speed at its middle is used
         speed = (ahead + 0.5 * period * demand) / rotor - self.filter.axes.T @ measurement.rate
-        certain = speed * rotor / (self.band * jnp.sqrt(walk.momentum_variance))
-        share = needed / jnp.maximum(self.softness * breakaway, 1e-300)
+        certainty = speed * rotor / (self.band * jnp.sqrt(walk.momentum_variance))
+        share = base_torque / jnp.maximum(self.softness * breakaway, 1e-300)
         # limited, so that a large demand does not outweigh a speed of certain sign
-        drive = jnp.clip(share, -2.0, 2.0) + certain
+        drive = jnp.clip(share, -2.0, 2.0) + certainty
         direction = jnp.where(drive < 0.0, -1.0, 1.0)
         model = self.friction.torque(direction * jnp.abs(speed), direction)
         friction = jnp.minimum(jnp.abs(drive), 1.0) * model
-        most = self.largest * jnp.maximum(jnp.abs(model), breakaway)
-        found = jnp.clip(friction - walk.torque, -most, most)
-        added = found + self.gain * lost
-        torque = jnp.clip(demand + added, -self.torque_limit, self.torque_limit)
+        bound = self.largest * jnp.maximum(jnp.abs(model), breakaway)
+        friction_torque = jnp.clip(friction - walk.torque, -bound, bound)
+        correction = friction_torque + self.gain * deficit
+        torque = jnp.clip(demand + correction, -self.torque_limit, self.torque_limit)
         torque = jnp.where(demand == 0.0, 0.0, torque)
-        kept = jnp.where(demand == 0.0, ahead, ahead + lost + period * (torque - added))
-        unsure = 1.0 - jnp.minimum(jnp.abs(certain), 1.0) ** 2
+        target = jnp.where(demand == 0.0, ahead, ahead + deficit + period * (torque - correction))
+        unsure = 1.0 - jnp.minimum(jnp.abs(certainty), 1.0) ** 2
         variance = jnp.maximum(walk.torque_variance, unsure * (self.doubt * breakaway) ** 2)
         estimate = estimate._replace(wheels=walk._replace(torque_variance=variance))
         under_way, acting = pushed(memory.under_way, torque - friction)
-        after = EstimatingFeedForwardMemory(
+        next_memory = EstimatingFeedForwardMemory(
             controller,
             self.filter.predict(estimate, acting, period),
-            kept,
+            target,
             friction,
             under_way,
             period,
         )
         command = command._replace(torque=torque)
-        return after, recorded_with("Estimating", command, _Recorded(found, speed))
+        return next_memory, recorded_with("Estimating", command, _Recorded(friction_torque, speed))
 
     def predicted(
         self, memory: EstimatingFeedForwardMemory, measurement: Any, command: Any

@@ -60,19 +60,16 @@ class FrictionFeedForward(Checked):
         """
         speed = measurement.wheel_speed
         turns = jnp.abs(speed) > self.band
-        added = self.share * self.friction.torque(speed, jnp.where(speed < 0.0, -1.0, 1.0))
-        seen = with_wheel_friction(measurement, jnp.where(turns, added, 0.0))
-        memory, command = self.controller(memory, seen)
-        demanded = command.torque
-        sense = jnp.where(jnp.where(turns, speed, demanded) < 0.0, -1.0, 1.0)
-        resting = jnp.clip(
-            demanded / (SOFTNESS * jnp.maximum(self.friction.breakaway_torque(sense), 1e-300)),
-            -1.0,
-            1.0,
-        )
+        model_friction = self.share * self.friction.torque(speed, jnp.where(speed < 0.0, -1.0, 1.0))
+        inner_measurement = with_wheel_friction(measurement, jnp.where(turns, model_friction, 0.0))
+        memory, command = self.controller(memory, inner_measurement)
+        demand = command.torque
+        sense = jnp.where(jnp.where(turns, speed, demand) < 0.0, -1.0, 1.0)
+        breakaway = jnp.maximum(self.friction.breakaway_torque(sense), 1e-300)
+        resting = jnp.clip(demand / (SOFTNESS * breakaway), -1.0, 1.0)
         drive = jnp.where(turns, 1.0, jnp.abs(resting))
         friction = drive * self.friction.torque(jnp.where(turns, speed, 0.0), sense)
-        torque = demanded + jnp.where(demanded == 0.0, 0.0, self.share * friction)
+        torque = demand + jnp.where(demand == 0.0, 0.0, self.share * friction)
         return memory, command._replace(
             torque=jnp.clip(torque, -self.torque_limit, self.torque_limit)
         )

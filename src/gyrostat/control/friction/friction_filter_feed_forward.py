@@ -56,10 +56,10 @@ class FrictionFilterFeedForward(Checked):
 
     def start(self, period: Scalar) -> FrictionFilterMemory:
         """Initial memory."""
-        none = jnp.zeros(self.axes.shape[-1])
-        estimate = jax.vmap(self.filter.start)(none)
+        zero = jnp.zeros(self.axes.shape[-1])
+        estimate = jax.vmap(self.filter.start)(zero)
         period = jnp.asarray(period, dtype=float)
-        torque = empty_line(none, self.delay + 1)
+        torque = empty_line(zero, self.delay + 1)
         return FrictionFilterMemory(self.controller.start(period), estimate, torque, period)
 
     def predicted(
@@ -73,12 +73,12 @@ class FrictionFilterFeedForward(Checked):
             command: Safe command that is sent.
         """
         impulse = memory.torque[0] * memory.period
-        estimate = jax.vmap(lambda e, given: self.filter.predict(e, given, memory.period))(
+        estimate = jax.vmap(lambda e, value: self.filter.predict(e, value, memory.period))(
             memory.estimate, impulse
         )
         controller = predicted(self.controller, memory.controller, measurement, command)
-        sent, _ = pushed(memory.torque, command.torque)
-        return FrictionFilterMemory(controller, estimate, sent, memory.period)
+        line, _ = pushed(memory.torque, command.torque)
+        return FrictionFilterMemory(controller, estimate, line, memory.period)
 
     def __call__(self, memory: FrictionFilterMemory, measurement: Any) -> tuple[Any, Any]:
         """Compute the wheel torques.
@@ -93,16 +93,16 @@ class FrictionFilterFeedForward(Checked):
         momentum = self.inertia * (measurement.wheel_speed + axes.T @ measurement.rate)
         momentum = jnp.where(measurement.wheel_measured, momentum, jnp.nan)
 
-        def learnt(estimate: Any, torque: Scalar, momentum: Scalar) -> FrictionTorqueEstimate:
+        def update(estimate: Any, torque: Scalar, momentum: Scalar) -> FrictionTorqueEstimate:
             estimate = filter.predict(estimate, torque * memory.period, memory.period)
             return filter.correct(estimate, momentum)
 
-        estimate = jax.vmap(learnt)(memory.estimate, memory.torque[0], momentum)
-        seen = with_wheel_friction(measurement, jnp.asarray(estimate.friction))
-        controller, command = self.controller(memory.controller, seen)
-        demanded = command.torque
-        torque = demanded + jnp.where(demanded == 0.0, 0.0, estimate.friction)
+        estimate = jax.vmap(update)(memory.estimate, memory.torque[0], momentum)
+        inner_measurement = with_wheel_friction(measurement, jnp.asarray(estimate.friction))
+        controller, command = self.controller(memory.controller, inner_measurement)
+        demand = command.torque
+        torque = demand + jnp.where(demand == 0.0, 0.0, estimate.friction)
         torque = jnp.clip(torque, -self.torque_limit, self.torque_limit)
-        sent, _ = pushed(memory.torque, torque)
-        after = FrictionFilterMemory(controller, estimate, sent, memory.period)
-        return after, command._replace(torque=torque)
+        line, _ = pushed(memory.torque, torque)
+        next_memory = FrictionFilterMemory(controller, estimate, line, memory.period)
+        return next_memory, command._replace(torque=torque)

@@ -42,14 +42,14 @@ class DynamicModelCompensator(Checked):
             memory: Memory of the law.
             measurement: Measurement with attitude, rate and wheel `speed`, rad/s.
         """
-        after, torque = self.law(memory, measurement)
+        next_memory, torque = self.law(memory, measurement)
         speed = measurement.speed
         at_rest = speed == 0.0
         direction = jnp.where(at_rest, jnp.sign(torque), jnp.sign(speed))
         # at rest, the curve in the direction of the demanded torque is the breakaway torque
         friction = jnp.where(direction == 0.0, 0.0, self.friction.torque(speed, direction))
         parts = torque / self.motor_constant, friction / self.motor_constant
-        wished = parts[0] + parts[1]
-        current = jnp.clip(wished, -self.current_limit, self.current_limit)
-        memory = self.law.within_limit(memory, after, wished - current)
+        demand = parts[0] + parts[1]
+        current = jnp.clip(demand, -self.current_limit, self.current_limit)
+        memory = self.law.within_limit(memory, next_memory, demand - current)
         return memory, CurrentCommand(current, *parts)

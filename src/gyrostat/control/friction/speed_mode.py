@@ -69,20 +69,20 @@ class SpeedMode(Checked):
         """
         law, torque = self.law(memory.law, measurement)
         period = law.period
-        before = jnp.where(memory.started, memory.reference, measurement.speed)
-        reference = before + torque / self.inertia * period
+        previous = jnp.where(memory.started, memory.reference, measurement.speed)
+        reference = previous + torque / self.inertia * period
         error = reference - measurement.speed
         integral = memory.integral + error * period
         w_n = self.natural_frequency
         proportional = 2.0 * self.damping_ratio * w_n * self.inertia
-        demanded = proportional * error + w_n**2 * self.inertia * integral
-        current = demanded / self.motor_constant
-        limited = jnp.clip(current, -self.current_limit, self.current_limit)
+        loop_torque = proportional * error + w_n**2 * self.inertia * integral
+        demand = loop_torque / self.motor_constant
+        current = jnp.clip(demand, -self.current_limit, self.current_limit)
         # anti-windup: no integration further beyond the limit
-        cut = current - limited
-        law = self.law.within_limit(memory.law, law, cut)
-        integral = jnp.where(cut * error > 0.0, memory.integral, integral)
-        reference = jnp.where(cut * torque > 0.0, before, reference)
-        wished = torque / self.motor_constant
-        command = CurrentCommand(limited, wished, current - wished)
+        excess = demand - current
+        law = self.law.within_limit(memory.law, law, excess)
+        integral = jnp.where(excess * error > 0.0, memory.integral, integral)
+        reference = jnp.where(excess * torque > 0.0, previous, reference)
+        attitude_current = torque / self.motor_constant
+        command = CurrentCommand(current, attitude_current, demand - attitude_current)
         return SpeedModeMemory(law, reference, integral, jnp.array(True)), command

@@ -49,12 +49,12 @@ class Motion(NamedTuple):
             time: Time, s.
         """
         time = jnp.asarray(time, dtype=float)
-        one = jnp.ones_like(time)
+        dt = jnp.ones_like(time)
 
-        def first(t: Scalar) -> tuple[Quaternion, Quaternion]:
-            return jax.jvp(lambda t: normalised(jnp.asarray(profile(t), dtype=float)), (t,), (one,))
+        def derivative(t: Scalar) -> tuple[Quaternion, Quaternion]:
+            return jax.jvp(lambda t: normalised(jnp.asarray(profile(t), dtype=float)), (t,), (dt,))
 
-        (attitude, slope), (_, bend) = jax.jvp(first, (time,), (one,))
+        (attitude, slope), (_, bend) = jax.jvp(derivative, (time,), (dt,))
         return cls(attitude, slope, bend)
 
     @property
@@ -77,8 +77,8 @@ def rate_of(quaternion: Quaternion, slope: Quaternion) -> Vector3:
         quaternion: Quaternion q of any length, (4,).
         slope: Its time derivative, (4,), 1/s.
     """
-    turned = rotations.product(rotations.conjugate(quaternion), slope)[1:]
-    return 2.0 * turned / (quaternion @ quaternion)
+    vector = rotations.product(rotations.conjugate(quaternion), slope)[1:]
+    return 2.0 * vector / (quaternion @ quaternion)
 
 
 def reference_at(profile: Profile, time: Scalar) -> AttitudeReference:

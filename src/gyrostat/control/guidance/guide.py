@@ -97,9 +97,9 @@ class Guide(NamedTuple):
         carried = rotations.to_body(turn, self.now.rate)
         relative = rate - carried
         total = rotations.to_inertial(attitude, momentum)
-        before, after = (rotations.to_body(end.attitude, total) for end in (self.first, self.last))
-        spun = rotations.to_body(turn, self.last.rate - self.first.rate)
-        gained = rotations.to_body(turn, after - before) - inertia @ spun
+        first, last = (rotations.to_body(end.attitude, total) for end in (self.first, self.last))
+        rate_momentum = rotations.to_body(turn, self.last.rate - self.first.rate)
+        change = rotations.to_body(turn, last - first) - inertia @ rate_momentum
         return Following(
-            turn, relative, carried, -jnp.cross(relative, carried), gained / self.period
+            turn, relative, carried, -jnp.cross(relative, carried), change / self.period
         )

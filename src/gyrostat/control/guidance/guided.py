@@ -118,5 +118,5 @@ class Guided(Checked):
         if "target" not in command._fields:
             signals["target"] = guide.now.attitude
         units = {name: UNITS[name] for name in signals}
-        after = GuidedMemory(inner, mode, memory.sample + 1.0, memory.period)
-        return after, with_fields("Guided", command, signals, units)
+        next_memory = GuidedMemory(inner, mode, memory.sample + 1.0, memory.period)
+        return next_memory, with_fields("Guided", command, signals, units)

@@ -82,8 +82,8 @@ class Pointing(Checked):
             second: Body axis whose part across `axis` points along the second direction, (3,). If
                 both axes are parallel, `check` refuses the profile.
         """
-        first, other = (jnp.asarray(axis, dtype=float) for axis in (axis, second))
-        return cls(orbit, aim, frame_of_axes(first, other))
+        first, secondary = (jnp.asarray(axis, dtype=float) for axis in (axis, second))
+        return cls(orbit, aim, frame_of_axes(first, secondary))
 
     def check_own(self) -> None:
         """Validate the body axes.

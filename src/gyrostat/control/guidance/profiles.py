@@ -122,10 +122,10 @@ class Table(Checked):
             InputError: There are fewer than four rows, the times do not increase, an attitude is
                 not of unit length, or two successive attitudes differ by more than `LARGEST_STEP`.
         """
-        times, found = np.asarray(times, dtype=float), np.asarray(attitudes, dtype=float)
-        if times.ndim != 1 or len(times) < 4 or found.shape != (len(times), 4):
+        times, table = np.asarray(times, dtype=float), np.asarray(attitudes, dtype=float)
+        if times.ndim != 1 or len(times) < 4 or table.shape != (len(times), 4):
             raise InputError(
-                f"attitude table: found shapes {times.shape} and {found.shape}, expected (rows,) "
+                f"attitude table: found shapes {times.shape} and {table.shape}, expected (rows,) "
                 "and (rows, 4) with four rows or more"
             )
         late = np.flatnonzero(~(np.diff(times) > 0.0))
@@ -135,21 +135,21 @@ class Table(Checked):
                 f"attitude table, row {row}: found the time {times[row]:g} s, expected a later one "
                 "than in the row before"
             )
-        rotations.check_unit(jnp.asarray(found))
-        cosines = np.sum(found[1:] * found[:-1], axis=1)
+        rotations.check_unit(jnp.asarray(table))
+        cosines = np.sum(table[1:] * table[:-1], axis=1)
         wide = np.flatnonzero(np.abs(cosines) < np.cos(0.5 * LARGEST_STEP))
         if len(wide):
-            turned = np.degrees(2.0 * np.arccos(abs(cosines[wide[0]])))
+            angle = np.degrees(2.0 * np.arccos(abs(cosines[wide[0]])))
             raise InputError(
-                f"attitude table, row {wide[0] + 1}: found a rotation of {turned:.3g} deg from the "
+                f"attitude table, row {wide[0] + 1}: found a rotation of {angle:.3g} deg from the "
                 f"row before, expected {np.degrees(LARGEST_STEP):g} deg or less"
             )
         from scipy.interpolate import CubicSpline  # slow to import, and only tables need it
 
         signs = np.cumprod(np.append(1.0, np.where(cosines < 0.0, -1.0, 1.0)))
-        found = found * signs[:, None]
-        slopes = CubicSpline(times, found)(times, 1)
-        return cls(jnp.asarray(times), jnp.asarray(found), jnp.asarray(slopes))
+        table = table * signs[:, None]
+        slopes = CubicSpline(times, table)(times, 1)
+        return cls(jnp.asarray(times), jnp.asarray(table), jnp.asarray(slopes))
 
     def __call__(self, time: Scalar) -> Quaternion:
         """Attitude at a time, s."""
@@ -162,19 +162,19 @@ class Table(Checked):
         share, step = (time - times[row]) / length, attitudes[row + 1] - attitudes[row]
         first, last = length * slopes[row], length * slopes[row + 1]
         cubic, square = first + last - 2.0 * step, 3.0 * step - 2.0 * first - last
-        turned = ((cubic * share + square) * share + first) * share
-        return rotations.normalised(attitudes[row] + turned)
+        rise = ((cubic * share + square) * share + first) * share
+        return rotations.normalised(attitudes[row] + rise)
 
 
 def _last_before(times: Float[Array, " rows"], time: Scalar) -> Array:
     """Index of the last time that is not after `time`, by bisection with a fixed count."""
     rows = len(times)
 
-    def halved(_: int, bounds: tuple[Array, Array]) -> tuple[Array, Array]:
+    def halve(_: int, bounds: tuple[Array, Array]) -> tuple[Array, Array]:
         low, high = bounds
         middle = (low + high) // 2
-        after = times[middle] > time
-        return jnp.where(after, low, middle), jnp.where(after, middle, high)
+        is_later = times[middle] > time
+        return jnp.where(is_later, low, middle), jnp.where(is_later, middle, high)
 
     low, high = jnp.array(0), jnp.array(rows)
-    return jax.lax.fori_loop(0, int(rows).bit_length(), halved, (low, high))[0]
+    return jax.lax.fori_loop(0, int(rows).bit_length(), halve, (low, high))[0]

@@ -142,8 +142,8 @@ class Reference(Checked):
 
     def start(self) -> Mode:
         """Mode before the first sample: the first mode, from time 0."""
-        none = None if self.limits is None else Transition.none()
-        return Mode(jnp.zeros((), dtype=int), jnp.zeros(()), none)
+        transition = None if self.limits is None else Transition.none()
+        return Mode(jnp.zeros((), dtype=int), jnp.zeros(()), transition)
 
     def entered(self, mode: Mode, number: Int[Array, ""], start: Scalar) -> Mode:
         """Active mode; the rotation to it is computed if it is another one.
@@ -170,8 +170,8 @@ class Reference(Checked):
         Args:
             mode: Active mode.
         """
-        known = mode.transition is not None or self.limits is None
-        return BoundReference(self, mode if known else self.entered(mode, *mode[:2]))
+        has_transition = mode.transition is not None or self.limits is None
+        return BoundReference(self, mode if has_transition else self.entered(mode, *mode[:2]))
 
     def at(self, mode: Mode, time: Scalar) -> AttitudeReference:
         """Attitude, rate and acceleration at a time.
@@ -206,12 +206,12 @@ class Reference(Checked):
         else:
             ends = jax.lax.cond(
                 ends,
-                lambda: self._measured(until, measurement, self.at(mode, time).attitude),
+                lambda: self._is_met(until, measurement, self.at(mode, time).attitude),
                 lambda: jnp.zeros((), bool),
             )
         return self.entered(mode, mode.number + ends, jnp.where(ends, time, mode.start))
 
-    def _measured(self, until: Condition, measurement: Any, target: Quaternion) -> Bool[Array, ""]:
+    def _is_met(self, until: Condition, measurement: Any, target: Quaternion) -> Bool[Array, ""]:
         """Whether the conditions of a mode on the measurement hold."""
         rate = measurement.rate
         holds = rate @ rate < until.rate_below**2
@@ -239,10 +239,10 @@ class Reference(Checked):
             time: Time, s.
             turning: Whether that of the mode before is needed; if not, it may be wrong.
         """
-        before = jnp.maximum(number - 1, 0)
+        previous = jnp.maximum(number - 1, 0)
         every = [
             jax.lax.cond(
-                (number == k) | (turning & (before == k)),
+                (number == k) | (turning & (previous == k)),
                 lambda time, mode=mode: Motion.of(mode, time),
                 lambda time: Motion(jnp.full(4, 0.5), jnp.zeros(4), jnp.zeros(4)),
                 jnp.asarray(time, dtype=float),
@@ -251,7 +251,7 @@ class Reference(Checked):
         ]
         first, second = (
             Motion(*(jnp.stack(each)[row] for each in zip(*every, strict=True)))
-            for row in (before, number)
+            for row in (previous, number)
         )
         return first, second
 
@@ -275,9 +275,9 @@ class BoundReference(eqx.Module):
             return reference_at(reference.modes[0], time)
         since = time - start
         turning = since < transition.duration
-        before, after = reference.motions(number, time, turning)
+        previous, present = reference.motions(number, time, turning)
 
-        def turned(later: Scalar) -> Quaternion:
-            return transition(since + later, before.after(later), after.after(later))
+        def attitude(later: Scalar) -> Quaternion:
+            return transition(since + later, previous.after(later), present.after(later))
 
-        return jax.lax.cond(turning, lambda: reference_at(turned, 0.0), lambda: after.reference)
+        return jax.lax.cond(turning, lambda: reference_at(attitude, 0.0), lambda: present.reference)

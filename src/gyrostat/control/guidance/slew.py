@@ -109,8 +109,8 @@ class Slews(Checked):
     def __call__(self, time: Scalar) -> Quaternion:
         """Attitude at a time, s."""
         since = time - jnp.asarray(self.times)
-        done = jnp.asarray(jax.vmap(_progress)(self.profiles, since))
-        parts = jax.vmap(rotations.from_rotation_vector)(done[:, None] * self.turns)
+        progress = jnp.asarray(jax.vmap(_progress)(self.profiles, since))
+        parts = jax.vmap(rotations.from_rotation_vector)(progress[:, None] * self.turns)
         attitude = jnp.asarray(self.attitude, dtype=float)
         for part in parts:
             attitude = rotations.product(attitude, part)
@@ -151,9 +151,9 @@ class Transition(NamedTuple):
             limits: Limits of the rotation relative to the attitude after the end.
         """
         rate, slope = rate_of(*before[:2]), rate_of(*after[:2])
-        apart = rotations.error(before.attitude, after.attitude)
-        change = rate - rotations.to_body(apart, slope)
-        turn = rotations.rotation_vector(apart)
+        offset = rotations.error(before.attitude, after.attitude)
+        change = rate - rotations.to_body(offset, slope)
+        turn = rotations.rotation_vector(offset)
         # the slew turns back along p, which has the same components in both frames
         size = jnp.sqrt(change @ change)
         return cls(turn, limits.profile(-turn, before.attitude, start, size))
@@ -171,18 +171,18 @@ class Transition(NamedTuple):
             before: Attitude of the reference before, at this time, (4,).
             after: Attitude of the reference after the end, at this time, (4,).
         """
-        left = 1.0 - _progress(self.profile, since)
-        first = rotations.conjugate(rotations.from_rotation_vector(self.turn))
-        apart = rotations.product(first, rotations.error(before, after))
-        turned = rotations.product(
-            rotations.from_rotation_vector(left * self.turn),
-            rotations.from_rotation_vector(left * rotations.rotation_vector(apart)),
+        remainder = 1.0 - _progress(self.profile, since)
+        inverse_turn = rotations.conjugate(rotations.from_rotation_vector(self.turn))
+        offset = rotations.product(inverse_turn, rotations.error(before, after))
+        rotation = rotations.product(
+            rotations.from_rotation_vector(remainder * self.turn),
+            rotations.from_rotation_vector(remainder * rotations.rotation_vector(offset)),
         )
-        return rotations.product(after, turned)
+        return rotations.product(after, rotation)
 
 
 def _progress(profile: SlewProfile, time: Scalar) -> Scalar:
     """Angle over the whole angle, from 0 to 1; 1 after the start of a rotation by zero."""
-    some = profile.angle > 0.0
-    share = profile(time) / jnp.where(some, profile.angle, 1.0)
-    return jnp.where(some, share, jnp.where(time < 0.0, 0.0, 1.0))
+    turns = profile.angle > 0.0
+    share = profile(time) / jnp.where(turns, profile.angle, 1.0)
+    return jnp.where(turns, share, jnp.where(time < 0.0, 0.0, 1.0))

@@ -45,13 +45,13 @@ class SlewProfile(NamedTuple):
         # the ramp ends at the first of: the largest acceleration, the largest rate, half the angle
         ramps = (acceleration / jerk, jnp.sqrt(rate / jerk), jnp.cbrt(angle / (2.0 * jerk)))
         ramp = jnp.minimum(jnp.minimum(ramps[0], ramps[1]), ramps[2])
-        reached = jnp.where(ramp == ramps[0], acceleration, jerk * ramp)
+        peak = jnp.where(ramp == ramps[0], acceleration, jerk * ramp)
         # held until the largest rate or half the angle; negative where the ramp has reached them
         halfway = 0.5 * (jnp.sqrt(ramp**2 + 4.0 * angle / acceleration) - 3.0 * ramp)
         hold = jnp.maximum(jnp.minimum(rate / acceleration - ramp, halfway), 0.0)
-        top = reached * (ramp + hold)
+        top = peak * (ramp + hold)
         cruise = jnp.maximum(angle / jnp.where(top > 0.0, top, 1.0) - (2.0 * ramp + hold), 0.0)
-        return cls(angle, reached, ramp, hold, jnp.where(top > 0.0, cruise, 0.0))
+        return cls(angle, peak, ramp, hold, jnp.where(top > 0.0, cruise, 0.0))
 
     @property
     def duration(self) -> Scalar:
@@ -65,22 +65,22 @@ class SlewProfile(NamedTuple):
 
     def __call__(self, time: Scalar) -> Scalar:
         """Angle at a time after the start, s; constant before the start and after the end."""
-        first = time < 0.5 * self.duration
-        half = self._first_half(jnp.where(first, time, self.duration - time))
-        return jnp.where(first, half, self.angle - half)
+        in_first_half = time < 0.5 * self.duration
+        half = self._first_half(jnp.where(in_first_half, time, self.duration - time))
+        return jnp.where(in_first_half, half, self.angle - half)
 
     def _first_half(self, time: Scalar) -> Scalar:
         """Angle up to half the duration; the second half is its mirror image."""
         ramp, top = self.ramp, self.rate
         rise = 2.0 * ramp + self.hold
         safe = jnp.where(ramp > 0.0, ramp, 1.0)
-        middle, left = time - 0.5 * ramp, rise - time
-        reached = 0.5 * top * rise
-        rising = self.acceleration * time**3 / (6.0 * safe)
-        held = self.acceleration * (0.5 * middle**2 + ramp**2 / 24.0)
-        falling = reached - top * left + self.acceleration * left**3 / (6.0 * safe)
-        cruising = reached + top * (time - rise)
-        angle = jnp.where(time < rise, falling, cruising)
-        angle = jnp.where(time < ramp + self.hold, held, angle)
-        angle = jnp.where(time < ramp, rising, angle)
+        middle, time_left = time - 0.5 * ramp, rise - time
+        rise_angle = 0.5 * top * rise
+        ramp_up = self.acceleration * time**3 / (6.0 * safe)
+        hold_angle = self.acceleration * (0.5 * middle**2 + ramp**2 / 24.0)
+        ramp_down = rise_angle - top * time_left + self.acceleration * time_left**3 / (6.0 * safe)
+        cruising = rise_angle + top * (time - rise)
+        angle = jnp.where(time < rise, ramp_down, cruising)
+        angle = jnp.where(time < ramp + self.hold, hold_angle, angle)
+        angle = jnp.where(time < ramp, ramp_up, angle)
         return jnp.where(time < 0.0, 0.0, angle)

@@ -106,12 +106,12 @@ class WheelEnvelope(Checked):
         number = jnp.sum(jnp.asarray(self.starts) <= time + 1e-9) - 1
         rows = jnp.asarray(self.share)[number]
         wheels, works = self.spacecraft.wheels, jnp.any(rows != 0.0, axis=1)
-        held = works * self.wheel_momentum
-        null = held - rows @ (jnp.asarray(wheels.axes) @ held)
+        momentum = works * self.wheel_momentum
+        null = momentum - rows @ (jnp.asarray(wheels.axes) @ momentum)
         torque = self.torque_share * jnp.minimum(wheels.torque_limit, NO_LIMIT)
         total = rotations.to_body(attitude, jnp.asarray(self.total_momentum, dtype=float))
         along = axis * (axis @ total)
-        across, beside = total - along, jnp.cross(axis, total)
+        across, normal = total - along, jnp.cross(axis, total)
 
         def largest(constant: PerWheel, cosine: PerWheel, sine: PerWheel) -> PerWheel:
             """Largest |constant + cosine cos(x) + sine sin(x)| for x from 0 to the angle."""
@@ -121,26 +121,26 @@ class WheelEnvelope(Checked):
             return jnp.max(jnp.abs(values), axis=0)
 
         # in body axes the momentum is along + across cos(x) - beside sin(x)
-        gyroscopic = largest(jnp.zeros(len(rows)), rows @ beside, rows @ across)
+        gyroscopic = largest(jnp.zeros(len(rows)), rows @ normal, rows @ across)
         inertial = jnp.maximum(jnp.abs(rows @ (jnp.asarray(self.spacecraft.inertia) @ axis)), SMALL)
-        at_rest = largest(null + rows @ along, rows @ across, -rows @ beside)
+        at_rest = largest(null + rows @ along, rows @ across, -rows @ normal)
         spun = jnp.maximum(jnp.abs(rows @ (self.spacecraft.inertia_locked() @ axis)), SMALL)
-        most = self.momentum_share * jnp.minimum(wheels.momentum_limit, NO_LIMIT)
-        room = jnp.min(jnp.maximum(most - at_rest, 0.0) / spun)
+        momentum_limit = self.momentum_share * jnp.minimum(wheels.momentum_limit, NO_LIMIT)
+        room = jnp.min(jnp.maximum(momentum_limit - at_rest, 0.0) / spun)
         fastest = jnp.minimum(rate, jnp.maximum(room, SLOWEST))
         quickest = jnp.append(torque / inertial, jnp.minimum(acceleration, NO_LIMIT))
-        used = jnp.append(gyroscopic / jnp.maximum(torque, SMALL), 0.0)
+        load = jnp.append(gyroscopic / jnp.maximum(torque, SMALL), 0.0)
 
-        def left(rate: Any) -> Any:
-            return jnp.min(quickest * (1.0 - used * rate[..., None]), axis=-1)
+        def acceleration_at(rate: Any) -> Any:
+            return jnp.min(quickest * (1.0 - load * rate[..., None]), axis=-1)
 
         square = jnp.sqrt(quickest * angle)
         first, second = np.triu_indices(len(rows) + 1, 1)
-        slope = (quickest * used)[first] - (quickest * used)[second]
+        slope = (quickest * load)[first] - (quickest * load)[second]
         crossing = (quickest[first] - quickest[second]) / jnp.where(slope == 0.0, 1.0, slope)
-        found = jnp.concatenate([square / (1.0 + used * square), crossing, fastest[None]])
-        found = jnp.clip(found, SMALL, fastest)
-        able = left(found)
-        times = jnp.where(able > 0.0, angle / found + found / jnp.maximum(able, SMALL), jnp.inf)
-        best = found[jnp.argmin(times)]
-        return best, jnp.maximum(left(best), SMALL)
+        rates = jnp.concatenate([square / (1.0 + load * square), crossing, fastest[None]])
+        rates = jnp.clip(rates, SMALL, fastest)
+        least = acceleration_at(rates)
+        times = jnp.where(least > 0.0, angle / rates + rates / jnp.maximum(least, SMALL), jnp.inf)
+        optimum = rates[jnp.argmin(times)]
+        return optimum, jnp.maximum(acceleration_at(optimum), SMALL)

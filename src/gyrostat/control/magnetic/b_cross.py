@@ -109,11 +109,11 @@ class BCross(Checked):
         """
         field = measured(measurement, "magnetometer", "detumbling")
         wheels, speed = self.spacecraft.wheels, measurement.wheel_speed
-        held = jnp.where(memory.begun, memory.speed, speed)
-        torque = self.speed_gain * wheels.inertia * (held - speed)
+        target_speed = jnp.where(memory.begun, memory.speed, speed)
+        torque = self.speed_gain * wheels.inertia * (target_speed - speed)
         dipole = self.gain * rod_dipole(measurement.rate, field)
         command = RodCommand(wheels.within_torque_limit(torque), dipole)
-        return BCrossMemory(held, jnp.array(True)), command
+        return BCrossMemory(target_speed, jnp.array(True)), command
 
 
 def least_inertia(spacecraft: Spacecraft) -> float:

@@ -39,10 +39,10 @@ class WheelMap(NamedTuple):
         """
         wheels = spacecraft.wheels
         across = inverse_definite(spacecraft.inertia_locked())[:2]
-        turned = across @ (jnp.asarray(wheels.axes) * (wheels.inertia * scale))
-        (a, b), (c, d) = turned
+        matrix = across @ (jnp.asarray(wheels.axes) * (wheels.inertia * scale))
+        (a, b), (c, d) = matrix
         inverse = jnp.array([[d, -b], [-c, a]]) / (a * d - b * c)
-        return cls(across, turned, inverse)
+        return cls(across, matrix, inverse)
 
     def rate(self, momentum: Vector3, speed: Pair) -> Pair:
         """Body rates about x and y, (2,), rad/s.
@@ -98,8 +98,8 @@ class BoresightLaw(Checked):
         axis = jnp.where(at_odds, jnp.array([1.0, 0.0]), across / jnp.where(at_odds, 1.0, sine))
         share = jnp.maximum(jnp.abs(map.inverse @ axis), 1e-12)
         braking = self.braking * jnp.min(limits[0] / share)
-        far = theta - 0.5 * braking / self.gain**2
-        fast = jnp.sqrt(2.0 * braking * jnp.maximum(far, 0.5 * braking / self.gain**2))
+        distance = theta - 0.5 * braking / self.gain**2
+        fast = jnp.sqrt(2.0 * braking * jnp.maximum(distance, 0.5 * braking / self.gain**2))
         room = jnp.maximum(self.top_share * limits[1] - jnp.abs(resting), 0.0)
         speed = jnp.minimum(self.gain * theta, fast)
         return jnp.minimum(speed, jnp.min(room / share)) * axis

@@ -67,17 +67,17 @@ def momentum_angles(
     Returns:
         Roll, spin and tilt; roll and spin are in (-pi, pi].
     """
-    wanted = rotations.to_body(target, total_momentum)
-    now = momentum_frame(axis, rotations.to_body(attitude, total_momentum))
-    then = momentum_frame(axis, wanted)
-    tilt = then.angle - now.angle
-    spin = -jnp.arctan2(jnp.cross(then.radial, now.radial) @ axis, then.radial @ now.radial)
-    others = rotations.product(
-        rotations.from_rotation_vector(tilt * then.tangent),
+    target_momentum = rotations.to_body(target, total_momentum)
+    frame = momentum_frame(axis, rotations.to_body(attitude, total_momentum))
+    goal = momentum_frame(axis, target_momentum)
+    tilt = goal.angle - frame.angle
+    spin = -jnp.arctan2(jnp.cross(goal.radial, frame.radial) @ axis, goal.radial @ frame.radial)
+    rotation = rotations.product(
+        rotations.from_rotation_vector(tilt * goal.tangent),
         rotations.from_rotation_vector(spin * axis),
     )
     turn = rotations.product(rotations.conjugate(target), attitude)
-    turn = rotations.product(turn, rotations.conjugate(others))
-    size = jnp.sqrt(wanted @ wanted)
-    roll = 2.0 * jnp.arctan2(turn[1:] @ wanted / size, turn[0])
+    turn = rotations.product(turn, rotations.conjugate(rotation))
+    size = jnp.sqrt(target_momentum @ target_momentum)
+    roll = 2.0 * jnp.arctan2(turn[1:] @ target_momentum / size, turn[0])
     return MomentumAngles(jnp.arctan2(jnp.sin(roll), jnp.cos(roll)), spin, tilt)

@@ -120,21 +120,21 @@ class OutputZeroing(Checked):
         inverse = inverse_definite(self.spacecraft.inertia_locked())
         along = jnp.stack([attitude[0], attitude[3]])
         length = jnp.sqrt(along @ along)
-        far = length < LEAST_COSINE
+        is_far = length < LEAST_COSINE
         ahead = jnp.where(length > 0.0, along, jnp.array([1.0, 0.0]))
         ahead = LEAST_COSINE * ahead / jnp.where(length > 0.0, length, 1.0)
-        q0, q3 = jnp.where(far, ahead, along)
+        q0, q3 = jnp.where(is_far, ahead, along)
         q1, q2 = attitude[1], attitude[2]
         rates = 0.5 * jnp.array([[q0, -q3, q2], [q3, q0, -q1]]) @ inverse
         (a, b), (c, d) = -rates @ (jnp.asarray(wheels.axes) * wheels.inertia)
-        wished = virtual_input - rates @ momentum
+        demand = virtual_input - rates @ momentum
         size = (a * a + b * b) + (c * c + d * d)
         determinant = a * d - b * c
         flat = jnp.abs(determinant) < PARALLEL * size
         floor = jnp.where(determinant < 0.0, -PARALLEL, PARALLEL) * size
         divisor = jnp.where(flat, floor, determinant)
-        speed = jnp.stack([d * wished[0] - b * wished[1], a * wished[1] - c * wished[0]]) / divisor
-        return speed, far | flat
+        speed = jnp.stack([d * demand[0] - b * demand[1], a * demand[1] - c * demand[0]]) / divisor
+        return speed, is_far | flat
 
     def start(self, period: Scalar) -> Quaternion:
         """Initial memory: zeros in place of the last attitude."""

@@ -155,12 +155,12 @@ class TwoWheelLaw(Checked):
         """
         at = self._geometry(rotations.to_body(attitude, self.total_momentum))
         held = jnp.clip(held, -UPRIGHT * at.size, UPRIGHT * at.size)
-        able = self._authority(at, held, momentum)
+        limits = self._authority(at, held, momentum)
         end = self._geometry(rotations.to_body(self.target, self.total_momentum))
-        carried = momentum + self.wheels.allocation @ (end.body - at.body)
-        way, lag = self._way(way, attitude, at, able, self._authority(end, held, carried))
-        roll_rate = self._roll_rate(way.roll, at, able)
-        tilt_rate = self._tilt_rate(lag, roll_rate, held, at, able)
+        end_momentum = momentum + self.wheels.allocation @ (end.body - at.body)
+        way, lag = self._way(way, attitude, at, limits, self._authority(end, held, end_momentum))
+        roll_rate = self._roll_rate(way.roll, at, limits)
+        tilt_rate = self._tilt_rate(lag, roll_rate, held, at, limits)
         frame = at.frame
         tilt_axis = frame.tangent - self.normal * at.tilt_inertia / at.spin_inertia
         drift = self.normal * (frame.along - held) / at.spin_inertia
@@ -178,16 +178,16 @@ class TwoWheelLaw(Checked):
 
     def _authority(self, at: _Geometry, held: Scalar, momentum: PerWheel) -> _Authority:
         wheels = self.wheels
-        rest = jnp.arccos(held / at.size)
-        less = jnp.minimum(self.largest_tilt, 0.5 * rest)
-        more = jnp.minimum(self.largest_tilt, 0.5 * (jnp.pi - rest))
+        rest_angle = jnp.arccos(held / at.size)
+        tilt_down = jnp.minimum(self.largest_tilt, 0.5 * rest_angle)
+        tilt_up = jnp.minimum(self.largest_tilt, 0.5 * (jnp.pi - rest_angle))
         torque = GYROSCOPIC_SHARE * wheels.torque_along(at.frame.tangent)
         # a forward roll of the body takes momentum from the wheels
         backward, forward = wheels.room(momentum, jnp.asarray(wheels.inertia) @ at.roll_axis)
         anywhere = wheels.torque_anywhere()
         return _Authority(
-            gives=at.size * jnp.cos(rest - less) - held,
-            takes=held - at.size * jnp.cos(rest + more),
+            gives=at.size * jnp.cos(rest_angle - tilt_down) - held,
+            takes=held - at.size * jnp.cos(rest_angle + tilt_up),
             turning=at.spin_inertia * torque / jnp.maximum(at.frame.across, 1e-6),
             slowing=BRAKING_SHARE * anywhere / largest_inertia(wheels.inertia),
             leaning=anywhere / jnp.maximum(jnp.abs(at.frame.along), 1e-9),
@@ -196,54 +196,58 @@ class TwoWheelLaw(Checked):
         )
 
     def _way(
-        self, last: Way, attitude: Quaternion, at: _Geometry, able: _Authority, then: _Authority
+        self, last: Way, attitude: Quaternion, at: _Geometry, limits: _Authority, end: _Authority
     ) -> tuple[Way, Scalar]:
         """Fastest path and its lag, from the authority here and at the target."""
-        forward = jnp.maximum(jnp.minimum(able.forward, then.forward), LEAST_ROLL / at.roll_turn)
-        backward = jnp.maximum(jnp.minimum(able.backward, then.backward), LEAST_ROLL / at.roll_turn)
+        forward = jnp.maximum(jnp.minimum(limits.forward, end.forward), LEAST_ROLL / at.roll_turn)
+        backward = jnp.maximum(
+            jnp.minimum(limits.backward, end.backward), LEAST_ROLL / at.roll_turn
+        )
         angles = momentum_angles(attitude, self.target, self.total_momentum, self.normal)
         roll, spin = angles.roll + WAYS_ROUND[:, 0], angles.spin + WAYS_ROUND[:, 1]
         lag = at.spin_inertia * spin + at.roll_inertia * roll + at.tilt_inertia * angles.tilt
-        rolling = 2.0 * jnp.sqrt(jnp.abs(roll) * at.roll_turn / able.slowing)
+        rolling = 2.0 * jnp.sqrt(jnp.abs(roll) * at.roll_turn / limits.slowing)
         rolling += jnp.abs(roll) / jnp.where(roll > 0.0, backward, forward)
         times = jnp.stack(
             [
                 rolling,
-                jnp.abs(lag) / jnp.where(lag > 0.0, able.takes, able.gives),
-                jnp.abs(spin) * at.spin_inertia / able.turning,
+                jnp.abs(lag) / jnp.where(lag > 0.0, limits.takes, limits.gives),
+                jnp.abs(spin) * at.spin_inertia / limits.turning,
             ]
         )
         # the motions run at the same time but share the torque of the wheels
         total = jnp.max(times, axis=0) + 0.1 * jnp.sum(times, axis=0)
-        same = (jnp.abs(roll - last.roll) < np.pi) & (jnp.abs(spin - last.spin) < np.pi)
-        best = jnp.argmin(jnp.where(same, KEPT * total, total))
-        return Way(roll[best], spin[best]), lag[best]
+        is_present = (jnp.abs(roll - last.roll) < np.pi) & (jnp.abs(spin - last.spin) < np.pi)
+        index = jnp.argmin(jnp.where(is_present, KEPT * total, total))
+        return Way(roll[index], spin[index]), lag[index]
 
-    def _roll_rate(self, roll: Scalar, at: _Geometry, able: _Authority) -> Scalar:
+    def _roll_rate(self, roll: Scalar, at: _Geometry, limits: _Authority) -> Scalar:
         turn = at.roll_turn
-        rate = -brake(roll * turn, self.roll_gain, able.slowing) / turn
-        share = ROLL_SHARE * able.turning / jnp.maximum(jnp.abs(at.roll_inertia), 1e-9)
+        rate = -brake(roll * turn, self.roll_gain, limits.slowing) / turn
+        share = ROLL_SHARE * limits.turning / jnp.maximum(jnp.abs(at.roll_inertia), 1e-9)
         limit = jnp.minimum(self.largest_rate / turn, share)
-        return jnp.clip(rate, -jnp.minimum(limit, able.backward), jnp.minimum(limit, able.forward))
+        return jnp.clip(
+            rate, -jnp.minimum(limit, limits.backward), jnp.minimum(limit, limits.forward)
+        )
 
-    def _tilt_rate(self, lag, roll_rate, held, at: _Geometry, able: _Authority) -> Scalar:
+    def _tilt_rate(self, lag, roll_rate, held, at: _Geometry, limits: _Authority) -> Scalar:
         frame, size = at.frame, at.size
 
         def angle_for(drift):
             return jnp.arccos(jnp.clip((held + drift) / size, -UPRIGHT, UPRIGHT))
 
-        reach = jnp.where(lag > 0.0, able.takes, able.gives)
-        used = jnp.where(lag > 0.0, -1.0, 1.0) * jnp.minimum(reach, able.turning)
-        lean = jnp.maximum(jnp.abs(angle_for(used) - angle_for(0.0)), 1e-3)
-        gain = jnp.minimum(self.lag_gain, LAG_DAMPING * jnp.sqrt(able.slowing / lean))
+        reach = jnp.where(lag > 0.0, limits.takes, limits.gives)
+        widest_drift = jnp.where(lag > 0.0, -1.0, 1.0) * jnp.minimum(reach, limits.turning)
+        lean = jnp.maximum(jnp.abs(angle_for(widest_drift) - angle_for(0.0)), 1e-3)
+        gain = jnp.minimum(self.lag_gain, LAG_DAMPING * jnp.sqrt(limits.slowing / lean))
         # tilting back turns the momentum along the normal, which takes torque too; where the
         # drift is one-sided, an overshoot of the lag costs a full turn
-        gain = jnp.minimum(gain, able.leaning / lean)
+        gain = jnp.minimum(gain, limits.leaning / lean)
         level = jnp.tanh(gain * lag / reach)
         centre = roll_rate * at.roll_inertia
-        wanted = jnp.clip(-reach * level, centre - able.turning, centre + able.turning)
-        slope = jnp.where(wanted == -reach * level, -gain * (1.0 - level**2), 0.0)
-        aim = angle_for(wanted)
+        target_drift = jnp.clip(-reach * level, centre - limits.turning, centre + limits.turning)
+        slope = jnp.where(target_drift == -reach * level, -gain * (1.0 - level**2), 0.0)
+        aim = angle_for(target_drift)
         leading = slope * (frame.along - held) / (size * jnp.sin(aim))
-        rate = brake(frame.angle - aim, self.tilt_gain, able.slowing) + leading
+        rate = brake(frame.angle - aim, self.tilt_gain, limits.slowing) + leading
         return jnp.clip(rate, -self.largest_rate, self.largest_rate)

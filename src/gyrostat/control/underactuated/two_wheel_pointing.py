@@ -137,24 +137,24 @@ class TwoWheelPointing(Checked):
             InputError: The gain is 2 / period or more.
         """
         highest = self.gain if self.tuner is None else self.tuner.highest
-        found = float(np.max(np.asarray(highest)))
-        if found >= 2.0 / period:
+        gain = float(np.max(np.asarray(highest)))
+        if gain >= 2.0 / period:
             raise InputError(
-                f"compensator gain: found {found:g} 1/s at a control period of {period:g} s, "
+                f"compensator gain: found {gain:g} 1/s at a control period of {period:g} s, "
                 f"expected below {2.0 / period:g} 1/s: it would diverge"
             )
 
     def start(self, period: Scalar) -> PointingMemory:
         """Initial memory."""
-        none, rotors = jnp.zeros(2), self._rotors()
+        zero, rotors = jnp.zeros(2), self._rotors()
         return PointingMemory(
             estimate=self.filter.start(),
             momentum=jnp.zeros(3) if rotors is None else rotors.start(),
-            speed=none,
-            acting=none,
-            turned=none,
-            compensator=COMPENSATOR.start(none),
-            tuning=None if self.tuner is None else self.tuner.start(none),
+            speed=zero,
+            acting=zero,
+            turned=zero,
+            compensator=COMPENSATOR.start(zero),
+            tuning=None if self.tuner is None else self.tuner.start(zero),
             cut=jnp.array(False),
             period=jnp.asarray(period, dtype=float),
         )
@@ -169,37 +169,37 @@ class TwoWheelPointing(Checked):
     ) -> tuple[Vector3 | RotorScaleEstimate, Vector3, Pair | float]:
         """Memory of the momentum, the momentum in body axes, N·m·s, and the rotors' scales."""
         attitude, rate, period = estimate.attitude, estimate.rate, memory.period
-        before, rotors = memory.momentum, self._rotors()
-        if isinstance(before, RotorScaleEstimate):
+        previous, rotors = memory.momentum, self._rotors()
+        if isinstance(previous, RotorScaleEstimate):
             assert rotors is not None
-            found = rotors(before, attitude, rate, speed, period)
-            return found, to_body(attitude, found.momentum), found.scale
+            update = rotors(previous, attitude, rate, speed, period)
+            return update, to_body(attitude, update.momentum), update.scale
         wheels = self.spacecraft.wheels
-        held = jnp.asarray(wheels.axes) @ (wheels.inertia * speed)
-        measured = to_inertial(attitude, self.spacecraft.inertia_locked() @ rate + held)
+        wheel_momentum = jnp.asarray(wheels.axes) @ (wheels.inertia * speed)
+        sample = to_inertial(attitude, self.spacecraft.inertia_locked() @ rate + wheel_momentum)
         share = period / (self.momentum_time + period)
         share = jnp.where(memory.estimate.begun, share, 1.0)
-        found = before + share * (measured - before)
-        return found, to_body(attitude, found), 1.0
+        update = previous + share * (sample - previous)
+        return update, to_body(attitude, update), 1.0
 
-    def _compensated(self, memory: PointingMemory, acting: Pair, turn: Pair) -> PointingMemory:
+    def _compensate(self, memory: PointingMemory, acting: Pair, turn: Pair) -> PointingMemory:
         """Memory with the compensator updated at this sample."""
-        given = 0.5 * (memory.acting + acting)
-        turned, tuning, gain = memory.turned + turn, memory.tuning, jnp.asarray(self.gain)
+        mean_rate = 0.5 * (memory.acting + acting)
+        angles, tuning, gain = memory.turned + turn, memory.tuning, jnp.asarray(self.gain)
         if self.tuner is not None and tuning is not None:
             tuning = self.tuner(
                 tuning,
                 error=memory.compensator.error,
-                input=given,
+                input=mean_rate,
                 output=memory.turned,
                 cut=memory.cut,
                 period=memory.period,
             )
             gain = tuning.gain
-        compensator = COMPENSATOR(memory.compensator, given, turned, gain, memory.period)
-        after = memory._replace(turned=turned, tuning=tuning, compensator=compensator)
+        compensator = COMPENSATOR(memory.compensator, mean_rate, angles, gain, memory.period)
+        update = memory._replace(turned=angles, tuning=tuning, compensator=compensator)
         # at the first sample there is neither rotation nor input yet
-        return jax.tree.map(lambda a, b: jnp.where(memory.estimate.begun, a, b), after, memory)
+        return jax.tree.map(lambda a, b: jnp.where(memory.estimate.begun, a, b), update, memory)
 
     def __call__(
         self, memory: PointingMemory, measurement: Any
@@ -215,27 +215,27 @@ class TwoWheelPointing(Checked):
         speed = measurement.wheel_speed
         estimate = self.filter(memory.estimate, measurement.attitude, measurement.rate, period)
         attitude = estimate.attitude
-        kept, momentum, scale = self._momentum(memory, estimate, speed)
+        momentum_memory, momentum, scale = self._momentum(memory, estimate, speed)
         map = WheelMap.of(self.spacecraft, scale)
         acting = map.rate(momentum, speed)
         turn = rotation_vector(error(attitude, memory.estimate.attitude))[:2]
-        memory = self._compensated(memory, acting, turn)
+        memory = self._compensate(memory, acting, turn)
         fastest = jnp.broadcast_to(wheels.momentum_limit / wheels.inertia, (2,))
         quickest = jnp.broadcast_to(self.torque_share * wheels.torque_limit / wheels.inertia, (2,))
         resting = map.speed(momentum, jnp.zeros(2))
         along = to_body(attitude, jnp.asarray(self.along))
         rate = self.law(along, resting, map, (quickest, fastest))
-        wanted = map.speed(momentum, rate + memory.compensator.correction)
-        before = jnp.where(memory.estimate.begun, memory.speed, speed)
-        wanted = jnp.clip(wanted, -fastest, fastest)
-        commanded, share = governed(before, wanted, quickest * period)
-        after = memory._replace(
+        target_speed = map.speed(momentum, rate + memory.compensator.correction)
+        previous_speed = jnp.where(memory.estimate.begun, memory.speed, speed)
+        target_speed = jnp.clip(target_speed, -fastest, fastest)
+        command, share = governed(previous_speed, target_speed, quickest * period)
+        next_memory = memory._replace(
             estimate=estimate,
-            momentum=kept,
-            speed=commanded,
+            momentum=momentum_memory,
+            speed=command,
             acting=acting,
             cut=share < 1.0,
         )
-        tuning = after.tuning
+        tuning = next_memory.tuning
         gain = jnp.asarray(self.gain) if tuning is None else tuning.gain
-        return after, PointingCommand(commanded, share, after.compensator.error, gain)
+        return next_memory, PointingCommand(command, share, next_memory.compensator.error, gain)

@@ -94,12 +94,12 @@ class MomentumRecovery(Checked):
 
     def start(self, period: Scalar) -> MomentumRecoveryMemory:
         """Initial memory."""
-        none = Way(*(jnp.asarray(angle) for angle in NO_WAY))
+        way = Way(*(jnp.asarray(angle) for angle in NO_WAY))
         external = None if self.torque_time is None else ExternalTorqueMemory.start(period)
         total = None
         if self.momentum_time is not None:
             total = MomentumEstimate.start(self.law.total_momentum, period)
-        return MomentumRecoveryMemory(self.law.wheels.start(period), none, external, total)
+        return MomentumRecoveryMemory(self.law.wheels.start(period), way, external, total)
 
     def __call__(
         self, memory: MomentumRecoveryMemory, measurement: Any
@@ -112,47 +112,46 @@ class MomentumRecovery(Checked):
                 (wheels,), relative to the body, rad/s, and `wheel_measured` (wheels,).
         """
         law, loop, rate = self.law, self.law.wheels, measurement.rate
-        held = self._held(measurement)
+        failed_momentum = self._failed_momentum(measurement)
         relative = self.rotor_inertia * measurement.wheel_speed
         attitude, inertia = measurement.attitude, jnp.asarray(loop.inertia)
         total = memory.total
         if total is not None and self.momentum_time is not None:
-            measured = total.updated(attitude, self._measured(measurement), self.momentum_time)
+            update = total.updated(attitude, self._measure(measurement), self.momentum_time)
             # without the speed of a failed wheel the momentum is not measured
             unknown = self._is_unknown(measurement)
-            pairs = zip(total.predicted(), measured, strict=True)
-            total = MomentumEstimate(*(jnp.where(unknown, *pair) for pair in pairs))
+            total = jax.tree.map(lambda a, b: jnp.where(unknown, a, b), total.predicted(), update)
             law = replace(law, total_momentum=total.momentum)
         body = rotations.to_body(attitude, law.total_momentum)
-        followed, following = None, None
+        motion, forward = None, None
         if self.guide is not None:
             # the law in axes of the reference, in which the target is at rest
-            followed = self.guide.follow(attitude, rate, body, inertia)
-            attitude, rate = followed.turn, followed.rate
+            motion = self.guide.follow(attitude, rate, body, inertia)
+            attitude, rate = motion.turn, motion.rate
             momentum = rotations.to_body(self.guide.now.attitude, law.total_momentum)
             law = replace(law, target=AT_REST, total_momentum=momentum)
         resting = relative + loop.allocation @ (inertia @ rate)
         turning = rotations.rate_of_quaternion(attitude, rate)
-        wanted, change, way = jax.jvp(
-            lambda attitude: law(attitude, held, resting, memory.way),
+        target_rate, change, way = jax.jvp(
+            lambda attitude: law(attitude, failed_momentum, resting, memory.way),
             (attitude,),
             (turning,),
             has_aux=True,
         )
-        if followed is not None:
-            wanted, change = wanted + followed.carried, change + followed.change
+        if motion is not None:
+            target_rate, change = target_rate + motion.carried, change + motion.change
             # the rate loop turns the momentum at the measured rate
-            following = followed.torque - jnp.cross(body, followed.carried)
+            forward = motion.torque - jnp.cross(body, motion.carried)
         if total is not None:
-            disturbing = rotations.to_body(measurement.attitude, total.torque)
-            following = disturbing if following is None else following + disturbing
+            disturbance = rotations.to_body(measurement.attitude, total.torque)
+            forward = disturbance if forward is None else forward + disturbance
         external = memory.external
         if external is not None and self.torque_time is not None:
             absolute = relative + self.rotor_inertia * (loop.axes.T @ measurement.rate)
-            whole = inertia @ measurement.rate + loop.axes @ absolute
-            external = external.updated(measurement.attitude, whole, self.torque_time)
-            following = external.torque if following is None else following + external.torque
-        wheels, command = loop(memory.wheels, measurement, body, wanted, change, following)
+            measured_momentum = inertia @ measurement.rate + loop.axes @ absolute
+            external = external.updated(measurement.attitude, measured_momentum, self.torque_time)
+            forward = external.torque if forward is None else forward + external.torque
+        wheels, command = loop(memory.wheels, measurement, body, target_rate, change, forward)
         return MomentumRecoveryMemory(wheels, way, external, total), command
 
     def predicted(
@@ -178,14 +177,14 @@ class MomentumRecovery(Checked):
         failed = jnp.any(self.failed_axes != 0.0, axis=0)
         return jnp.any(failed & ~measurement.wheel_measured)
 
-    def _measured(self, measurement: Any) -> Vector3:
+    def _measure(self, measurement: Any) -> Vector3:
         """Total momentum from body rate and tachometers, body axes, (3,), N·m·s."""
         loop, rate = self.law.wheels, measurement.rate
         axes = loop.axes + self.failed_axes
         absolute = self.rotor_inertia * (measurement.wheel_speed + axes.T @ rate)
         return jnp.asarray(loop.inertia) @ rate + axes @ absolute
 
-    def _held(self, measurement: Any) -> Scalar:
+    def _failed_momentum(self, measurement: Any) -> Scalar:
         axes = self.failed_axes
         absolute = self.rotor_inertia * (measurement.wheel_speed + axes.T @ measurement.rate)
         planned = rotations.to_body(self.law.target, self.law.total_momentum)
@@ -215,27 +214,27 @@ class MomentumRecovery(Checked):
                 momentum at the target has no component along them that could control the third.
         """
         wheels = spacecraft.wheels
-        left = WorkingWheels.of(spacecraft, working, seized)
-        fixed = np.zeros(wheels.count) if seized is None else np.asarray(seized, dtype=float)
-        failed = jnp.asarray(np.asarray(wheels.axes) * (~left.works & (fixed == 0.0)))
-        inertia, normal = jnp.asarray(left.rotor_inertia), jnp.asarray(left.directions[:, 2])
+        subset = WorkingWheels.of(spacecraft, working, seized)
+        locked = np.zeros(wheels.count) if seized is None else np.asarray(seized, dtype=float)
+        failed_axes = jnp.asarray(np.asarray(wheels.axes) * (~subset.works & (locked == 0.0)))
+        inertia, normal = jnp.asarray(subset.rotor_inertia), jnp.asarray(subset.directions[:, 2])
         momentum = jnp.asarray(np.asarray(total_momentum, dtype=float))
-        wanted = jnp.asarray(np.asarray(target, dtype=float))
-        attitude, across = _at_target(wanted, momentum, normal)
+        quaternion = jnp.asarray(np.asarray(target, dtype=float))
+        attitude, across = _at_target(quaternion, momentum, normal)
         loop = WheelRateLoop(
-            inertia=jnp.asarray(left.inertia),
-            axes=jnp.asarray(left.axes),
-            allocation=jnp.asarray(np.linalg.pinv(left.axes, rcond=SPAN)),
-            rotor_inertia=jnp.asarray(left.rotor_inertia * left.works),
+            inertia=jnp.asarray(subset.inertia),
+            axes=jnp.asarray(subset.axes),
+            allocation=jnp.asarray(np.linalg.pinv(subset.axes, rcond=SPAN)),
+            rotor_inertia=jnp.asarray(subset.rotor_inertia * subset.works),
             torque_limit=_of_each(wheels.torque_limit, wheels.count),
             momentum_limit=_of_each(wheels.momentum_limit, wheels.count),
         )
-        if left.rank == 3:
-            still = jnp.asarray(np.zeros(3))
-            return cls(ThreeAxisLaw(loop, attitude, momentum), still, failed, inertia)
-        if left.rank < 2:
+        if subset.rank == 3:
+            zero = jnp.asarray(np.zeros(3))
+            return cls(ThreeAxisLaw(loop, attitude, momentum), zero, failed_axes, inertia)
+        if subset.rank < 2:
             raise InputError(
-                f"working wheels: found axes that span {left.rank} directions, expected 2 or 3"
+                f"working wheels: found axes that span {subset.rank} directions, expected 2 or 3"
             )
         if not across > LEAST_AUTHORITY * np.linalg.norm(total_momentum):
             raise InputError(
@@ -243,8 +242,7 @@ class MomentumRecovery(Checked):
                 "wheels at the target, expected more: it alone can turn the spacecraft about the "
                 "normal"
             )
-        law = TwoWheelLaw(loop, normal, attitude, momentum)
-        return cls(law, normal, failed, inertia)
+        return cls(TwoWheelLaw(loop, normal, attitude, momentum), normal, failed_axes, inertia)
 
 
 @stored_tree_function

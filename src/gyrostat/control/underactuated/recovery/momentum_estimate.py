@@ -42,10 +42,10 @@ class MomentumEstimate(NamedTuple):
         """
         # poles exp(-period / time) of the sampled observer
         pole = jnp.exp(-self.period / time)
-        before = self.predicted()
-        residual = rotations.to_inertial(attitude, measured) - before.momentum
+        prior = self.predicted()
+        residual = rotations.to_inertial(attitude, measured) - prior.momentum
         return MomentumEstimate(
-            before.momentum + (1.0 - pole**2) * residual,
-            before.torque + (1.0 - pole) ** 2 / self.period * residual,
+            prior.momentum + (1.0 - pole**2) * residual,
+            prior.torque + (1.0 - pole) ** 2 / self.period * residual,
             self.period,
         )

@@ -131,17 +131,17 @@ class OneWheelRecovery(Checked):
         """
         rate, limit = measurement.rate, jnp.asarray(self.torque_limit)
         body = rotations.to_body(measurement.attitude, self.total_momentum)
-        wanted = rotations.to_body(self.target, self.total_momentum)
-        size = jnp.sqrt(wanted @ wanted)
-        spun = jnp.asarray(self.inertia) @ rate
-        excess = self.axis @ (body - wanted - spun)
-        roll, tilt = self._turn(memory.roll, measurement.attitude, wanted / size)
-        distance = jnp.maximum(jnp.sqrt(tilt @ tilt), jnp.sqrt(spun @ spun) / size)
+        target_momentum = rotations.to_body(self.target, self.total_momentum)
+        size = jnp.sqrt(target_momentum @ target_momentum)
+        spin = jnp.asarray(self.inertia) @ rate
+        excess = self.axis @ (body - target_momentum - spin)
+        roll, tilt = self._turn(memory.roll, measurement.attitude, target_momentum / size)
+        distance = jnp.maximum(jnp.sqrt(tilt @ tilt), jnp.sqrt(spin @ spin) / size)
         near = distance < jnp.where(memory.near, self.outer, self.inner)
-        seen = tilt + jnp.clip(roll, *self.widest_roll) * wanted / size
-        regulated = -self.gain @ jnp.append(seen, excess)
+        rotation = tilt + jnp.clip(roll, *self.widest_roll) * target_momentum / size
+        regulated = -self.gain @ jnp.append(rotation, excess)
         share, change = jax.jvp(
-            lambda momentum: self.damping_excess(momentum, wanted),
+            lambda momentum: self.damping_excess(momentum, target_momentum),
             (body,),
             (jnp.cross(body, rate),),
         )
@@ -174,10 +174,10 @@ class OneWheelRecovery(Checked):
         tilt = rotations.rotation_vector(rotations.product(rotations.conjugate(twist), turn))
         lowest, highest = self.widest_roll
         # both directions take the same time there; the hysteresis keeps noise from switching
-        turned = 2.0 * jnp.pi * highest / (highest - lowest)
-        turned = turned + STAYING * jnp.where(jnp.abs(last) > STAYING, jnp.sign(last), 0.0)
-        roll = jnp.where(roll > turned, roll - 2.0 * jnp.pi, roll)
-        return jnp.where(roll < turned - 2.0 * jnp.pi, roll + 2.0 * jnp.pi, roll), tilt
+        threshold = 2.0 * jnp.pi * highest / (highest - lowest)
+        threshold = threshold + STAYING * jnp.where(jnp.abs(last) > STAYING, jnp.sign(last), 0.0)
+        roll = jnp.where(roll > threshold, roll - 2.0 * jnp.pi, roll)
+        return jnp.where(roll < threshold - 2.0 * jnp.pi, roll + 2.0 * jnp.pi, roll), tilt
 
     @classmethod
     def plan(
@@ -203,20 +203,20 @@ class OneWheelRecovery(Checked):
                 near the target: a.b = 0 or b x J^-1 a = 0.
         """
         wheels = spacecraft.wheels
-        left = WorkingWheels.of(spacecraft, working, seized)
-        if left.rank != 1:
+        subset = WorkingWheels.of(spacecraft, working, seized)
+        if subset.rank != 1:
             raise InputError(
-                f"working wheels: found axes that span {left.rank} directions, expected 1"
+                f"working wheels: found axes that span {subset.rank} directions, expected 1"
             )
         # the sign of the axis is that of the first working wheel
-        axis = left.directions[:, 0]
-        axis = axis * np.sign(axis @ left.axes[:, np.argmax(left.works)])
-        share = axis @ left.axes
-        inertia = left.inertia
+        axis = subset.directions[:, 0]
+        axis = axis * np.sign(axis @ subset.axes[:, np.argmax(subset.works)])
+        share = axis @ subset.axes
+        inertia = subset.inertia
         attitude = rotations.normalised(jnp.asarray(target, dtype=float))
         momentum = jnp.asarray(total_momentum, dtype=float)
         body = np.asarray(rotations.to_body(attitude, momentum))
-        sine = _checked_sine(inertia, axis, body)
+        sine = _damping_sine(inertia, axis, body)
         limits = np.asarray(wheels.torque_limit) * np.ones(wheels.count)
         size = float(np.linalg.norm(body))
         mean = float(np.trace(inertia)) / 3.0
@@ -235,11 +235,11 @@ class OneWheelRecovery(Checked):
             widest_roll=jnp.asarray(widest),
             torque_limit=jnp.asarray(limits),
             momentum_limit=jnp.ones(wheels.count) * wheels.momentum_limit,
-            rotor_inertia=jnp.asarray(left.rotor_inertia),
+            rotor_inertia=jnp.asarray(subset.rotor_inertia),
         )
 
 
-def _checked_sine(inertia: types.Matrix, axis: types.Vector, body: types.Vector) -> float:
+def _damping_sine(inertia: types.Matrix, axis: types.Vector, body: types.Vector) -> float:
     """Sine of the angle from b to J^-1 a.
 
     Raises:
@@ -250,13 +250,13 @@ def _checked_sine(inertia: types.Matrix, axis: types.Vector, body: types.Vector)
         raise InputError(
             "total momentum: found zero, expected more: one wheel alone controls one axis only"
         )
-    along, turned = body / size, np.linalg.solve(inertia, axis)
+    along, response = body / size, np.linalg.solve(inertia, axis)
     if abs(axis @ along) < LEAST_SINE:
         raise InputError(
             "target: found the momentum orthogonal to the axis of the working wheel there "
             "(a.b = 0), expected a component along it: only this component changes the roll"
         )
-    sine = float(np.linalg.norm(np.cross(along, turned / np.linalg.norm(turned))))
+    sine = float(np.linalg.norm(np.cross(along, response / np.linalg.norm(response))))
     if sine < LEAST_SINE:
         raise InputError(
             "target: found a wheel that turns the spacecraft about the momentum only there "
@@ -287,11 +287,11 @@ def _regulator(
     across = np.eye(4)[:, 1:]
     across[:3, :2] = np.linalg.svd(along[None])[2][1:].T
     across[:, 2] = np.eye(4)[3]
-    closed = across.T @ (dynamics - np.outer(np.eye(4)[3], gain)) @ across
-    steady = np.linalg.solve(closed, np.array([0.0, 0.0, gain[:3] @ along]))
+    closed_loop = across.T @ (dynamics - np.outer(np.eye(4)[3], gain)) @ across
+    steady = np.linalg.solve(closed_loop, np.array([0.0, 0.0, gain[:3] @ along]))
     widest = min(WIDEST, LEAN / max(float(np.hypot(*steady[:2])), SPAN))
-    least = REACH * abs(axis @ along) / max(abs(steady[2]), SPAN)
+    reach = REACH * abs(axis @ along) / max(abs(steady[2]), SPAN)
     bounds = np.array([-widest, widest])
     against = bounds * steady[2] * (axis @ along) < 0.0
-    bounds = np.where(against, np.clip(bounds, -least, least), bounds)
+    bounds = np.where(against, np.clip(bounds, -reach, reach), bounds)
     return gain * np.array([size, size, size, 1.0]) / time, bounds

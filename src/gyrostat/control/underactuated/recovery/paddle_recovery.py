@@ -127,8 +127,7 @@ class PaddleRecovery(Checked):
         if not isinstance(turning.law, ThreeAxisLaw):
             raise InputError("paddle: found an axis in the plane of the wheels, expected another")
         loop = replace(turning.law.wheels, gain=rate_gain, drag_time=drag_time)
-        law = replace(turning.law, wheels=loop, turn_gain=turn_gain)
-        turning = replace(turning, law=law)
+        turning = replace(turning, law=replace(turning.law, wheels=loop, turn_gain=turn_gain))
         wheels = np.arange(3) != paddle
         sweeping = ZeroMomentumRecovery.plan(spacecraft, wheels, target=target)
         return cls(turning, sweeping, paddle, angle_limit)
@@ -163,8 +162,8 @@ class PaddleRecovery(Checked):
         error = rotations.rotation_vector(rotations.error(attitude, target))
         rotors = loop.axes * loop.rotor_inertia
         locked = loop.inertia + rotors @ loop.axes.T
-        moved = loop.allocation[self.paddle] @ (locked @ error)
-        return angle + moved / loop.rotor_inertia[self.paddle]
+        momentum = loop.allocation[self.paddle] @ (locked @ error)
+        return angle + momentum / loop.rotor_inertia[self.paddle]
 
     def __call__(
         self, memory: PaddleRecoveryMemory, measurement: Any
@@ -182,23 +181,23 @@ class PaddleRecovery(Checked):
         angle = measured(measurement, "paddle_angle", type(self).__name__)
         end = self.paddle_end(measurement.attitude, angle)
         sweep = memory.sweeping
-        over = sweep.elapsed >= sweep.sweep.duration
+        is_over = sweep.elapsed >= sweep.sweep.duration
         reach = jnp.where(memory.by_paddle, 1.0, self.share) * self.angle_limit
-        by_paddle = (memory.by_paddle | over) & (jnp.abs(end) <= reach)
+        by_paddle = (memory.by_paddle | is_over) & (jnp.abs(end) <= reach)
         turning, turn = self.turning(memory.turning, measurement)
-        sweeping, alone = self.sweeping(memory.sweeping, measurement)
+        sweeping, sweep_command = self.sweeping(memory.sweeping, measurement)
         inertia = self.turning.law.wheels.rotor_inertia[self.paddle]
         hold = -self.holding * inertia * measurement.wheel_speed[self.paddle]
         limit = jnp.asarray(self.turning.law.wheels.torque_limit)[self.paddle]
-        swept = alone.torque.at[self.paddle].set(jnp.clip(hold, -limit, limit))
+        sweep_torque = sweep_command.torque.at[self.paddle].set(jnp.clip(hold, -limit, limit))
         # the controller that does not act starts anew when it does
         fresh = self.start(sweep.period)
-        turning = _chosen(by_paddle, turning, fresh.turning)
-        sweeping = _chosen(by_paddle, fresh.sweeping, sweeping)
-        torque = jnp.where(by_paddle, turn.torque, swept)
-        after = PaddleRecoveryMemory(turning, sweeping, by_paddle)
-        return after, PaddleRecoveryCommand(torque, by_paddle.astype(float), end)
+        turning = _select(by_paddle, turning, fresh.turning)
+        sweeping = _select(by_paddle, fresh.sweeping, sweeping)
+        torque = jnp.where(by_paddle, turn.torque, sweep_torque)
+        next_memory = PaddleRecoveryMemory(turning, sweeping, by_paddle)
+        return next_memory, PaddleRecoveryCommand(torque, by_paddle.astype(float), end)
 
 
-def _chosen(first: Bool[Array, ""], one: Any, other: Any) -> Any:
-    return jax.tree.map(lambda a, b: jnp.where(first, a, b), one, other)
+def _select(condition: Bool[Array, ""], chosen: Any, fallback: Any) -> Any:
+    return jax.tree.map(lambda a, b: jnp.where(condition, a, b), chosen, fallback)

@@ -56,11 +56,11 @@ class Sweep(NamedTuple):
         return self.length / self.speed + self.ramp
 
 
-def _half_phase(rest: Scalar, tilt: Scalar) -> tuple[Scalar, Scalar, Scalar]:
-    """Twist about z of a sweep of half angle pi - `rest`, and its axis parts across and along z."""
-    across = tilt / jnp.sin(rest)
+def _half_phase(deficit: Scalar, tilt: Scalar) -> tuple[Scalar, Scalar, Scalar]:
+    """Twist of a sweep of half angle pi - `deficit`, and its axis parts across and along z."""
+    across = tilt / jnp.sin(deficit)
     along = jnp.sqrt(jnp.maximum(1.0 - across**2, 0.0))
-    twist = jnp.arctan2(along * jnp.sin(rest), -jnp.cos(rest)) - along * (jnp.pi - rest)
+    twist = jnp.arctan2(along * jnp.sin(deficit), -jnp.cos(deficit)) - along * (jnp.pi - deficit)
     return twist, across, along
 
 
@@ -75,20 +75,20 @@ def shortest(turn: Quaternion) -> tuple[Scalar, Scalar, Scalar]:
     """
     turn = jnp.where(turn[0] < 0.0, -turn, turn)
     tilt = jnp.maximum(jnp.hypot(turn[1], turn[2]), LEAST_TILT)
-    wanted = jnp.arctan2(jnp.abs(turn[3]), turn[0])
-    least = jnp.arctan2(tilt, jnp.hypot(turn[0], turn[3]))
+    target_twist = jnp.arctan2(jnp.abs(turn[3]), turn[0])
+    lowest = jnp.arctan2(tilt, jnp.hypot(turn[0], turn[3]))
 
-    # the twist falls from pi to 0 as `rest` grows
+    # the twist falls from pi to 0 as `deficit` grows
     def halve(_, bounds):
         low, high = bounds
         middle = 0.5 * (low + high)
-        more = _half_phase(middle, tilt)[0] > wanted
-        return jnp.where(more, middle, low), jnp.where(more, high, middle)
+        is_above = _half_phase(middle, tilt)[0] > target_twist
+        return jnp.where(is_above, middle, low), jnp.where(is_above, high, middle)
 
-    low, high = jax.lax.fori_loop(0, HALVINGS, halve, (least, jnp.pi - least))
-    rest = 0.5 * (low + high)
-    _, across, along = _half_phase(rest, tilt)
-    half = jnp.pi - rest
+    low, high = jax.lax.fori_loop(0, HALVINGS, halve, (lowest, jnp.pi - lowest))
+    deficit = 0.5 * (low + high)
+    _, across, along = _half_phase(deficit, tilt)
+    half = jnp.pi - deficit
     sense = jnp.where(turn[3] < 0.0, -1.0, 1.0)
     direction = jnp.arctan2(turn[2], turn[1]) - sense * along * half
     return direction, sense * along / across, 2.0 * half * across
@@ -129,8 +129,8 @@ def timed(
         Fastest such sweep within the limits.
     """
     slope = RAMP_SHARE * acceleration_limit / RAMP_PEAK
-    bent = jnp.sqrt(acceleration_limit / jnp.maximum(jnp.abs(curvature), 1e-9))
-    speed = jnp.minimum(jnp.minimum(speed_limit, bent), jnp.sqrt(slope * length))
+    bend_speed = jnp.sqrt(acceleration_limit / jnp.maximum(jnp.abs(curvature), 1e-9))
+    speed = jnp.minimum(jnp.minimum(speed_limit, bend_speed), jnp.sqrt(slope * length))
     speed = jnp.maximum(speed, 1e-12)
     return Sweep(direction, curvature, length, speed, speed / slope)
 
@@ -139,8 +139,8 @@ def progress(sweep: Sweep, time: Scalar) -> tuple[Scalar, Scalar]:
     """Angle turned, rad, and rate, rad/s, at a time after the start of a sweep, s."""
     up = jnp.clip(time / sweep.ramp, 0.0, 1.0)
     down = jnp.clip((sweep.duration - time) / sweep.ramp, 0.0, 1.0)
-    held = jnp.clip(time - sweep.ramp, 0.0, sweep.duration - 2.0 * sweep.ramp)
-    before = sweep.speed * (sweep.ramp * up**3 * (1.0 - 0.5 * up) + held)
-    after = sweep.speed * sweep.ramp * (0.5 - down**3 * (1.0 - 0.5 * down))
+    cruise_time = jnp.clip(time - sweep.ramp, 0.0, sweep.duration - 2.0 * sweep.ramp)
+    rise = sweep.speed * (sweep.ramp * up**3 * (1.0 - 0.5 * up) + cruise_time)
+    fall = sweep.speed * sweep.ramp * (0.5 - down**3 * (1.0 - 0.5 * down))
     rate = sweep.speed * jnp.minimum(up**2 * (3.0 - 2.0 * up), down**2 * (3.0 - 2.0 * down))
-    return before + after, rate
+    return rise + fall, rate

@@ -71,9 +71,11 @@ class TwoWheelSweeps(eqx.Module):
             raise InputError(
                 f"working wheels: found shape {working.shape}, expected ({wheels.count},)"
             )
-        left = WorkingWheels.of(spacecraft, working, ~working)
-        if left.rank != 2:
-            raise InputError(f"working wheels: found axes of rank {left.rank}, expected 2, a plane")
+        subset = WorkingWheels.of(spacecraft, working, ~working)
+        if subset.rank != 2:
+            raise InputError(
+                f"working wheels: found axes of rank {subset.rank}, expected 2, a plane"
+            )
         limits = [
             np.broadcast_to(np.asarray(limit, dtype=float), working.shape)
             for limit in (wheels.torque_limit, wheels.momentum_limit)
@@ -83,15 +85,15 @@ class TwoWheelSweeps(eqx.Module):
                 "working wheels: found no limit of torque or momentum, expected finite ones: a "
                 "sweep is timed by them"
             )
-        inertia, normal = left.inertia, left.directions[:, 2]
+        inertia, normal = subset.inertia, subset.directions[:, 2]
         length = np.linalg.norm(inertia @ normal)
         z = inertia @ normal / length
         x = np.linalg.svd(z[None])[2][1]
         values = (
             inertia,
             np.asarray(wheels.axes, dtype=float),
-            np.where(working, left.rotor_inertia, 0.0),
-            np.linalg.pinv(left.axes, rcond=SPAN),
+            np.where(working, subset.rotor_inertia, 0.0),
+            np.linalg.pinv(subset.axes, rcond=SPAN),
             np.stack([x, np.cross(z, x), z], axis=1),
             normal / length,
             *limits,
@@ -132,8 +134,8 @@ class TwoWheelSweeps(eqx.Module):
             momentum: Total momentum in body axes, (3,), N·m·s.
         """
         gyroscopic = jnp.cross(momentum, rate)
-        wanted = acceleration.at[2].set(self.drift @ gyroscopic)
-        torque = self.allocation @ (gyroscopic - self.inertia @ (self.frame @ wanted))
+        demand = acceleration.at[2].set(self.drift @ gyroscopic)
+        torque = self.allocation @ (gyroscopic - self.inertia @ (self.frame @ demand))
         return torque / jnp.maximum(jnp.max(jnp.abs(torque) / self.torque_limit), 1.0)
 
     def limits(self, momentum: Vector3, share: Scalar) -> tuple[Scalar, Scalar]:
@@ -146,10 +148,10 @@ class TwoWheelSweeps(eqx.Module):
         Returns:
             Rate, rad/s, and acceleration, rad/s^2.
         """
-        each = (self.allocation @ self.inertia @ self.frame)[:, :2]
-        gain = jnp.maximum(jnp.sqrt(jnp.sum(each**2, axis=1)), 1e-12)
-        held = jnp.sqrt(jnp.sum(self.allocation**2, axis=1) * (momentum @ momentum))
-        room = share * jnp.maximum(self.momentum_limit - held, 0.01 * self.momentum_limit)
+        matrix = (self.allocation @ self.inertia @ self.frame)[:, :2]
+        gain = jnp.maximum(jnp.sqrt(jnp.sum(matrix**2, axis=1)), 1e-12)
+        load = jnp.sqrt(jnp.sum(self.allocation**2, axis=1) * (momentum @ momentum))
+        room = share * jnp.maximum(self.momentum_limit - load, 0.01 * self.momentum_limit)
         return jnp.min(room / gain), jnp.min(share * self.torque_limit / gain)
 
     def planned(
@@ -175,8 +177,8 @@ class TwoWheelSweeps(eqx.Module):
         turn = jnp.concatenate([turn[:1], self.frame.T @ turn[1:]])
         limits = self.limits(momentum, share)
 
-        def aim(planned):
-            goal, _, number = planned
+        def aim(plan):
+            goal, _, number = plan
             sweep = timed(*shortest(goal), *limits)
             drifted = self.drifted(sweep, attitude, momentum)
             goal = rotations.product(rotations.conjugate(drifted), turn)
@@ -185,9 +187,9 @@ class TwoWheelSweeps(eqx.Module):
         # no iteration if no sweep begins: in a batch, `cond` would plan for every run and sample
         rounds = jnp.where(begin, AIMS, 0)
 
-        def goes_on(planned):
+        def goes_on(plan):
             # flight code needs a constant bound, and reports if it is reached
-            return (planned[2] < rounds) & (planned[2] <= AIMS)
+            return (plan[2] < rounds) & (plan[2] <= AIMS)
 
         return jax.lax.while_loop(goes_on, aim, (turn, before, 0))[1]
 
@@ -207,8 +209,8 @@ class TwoWheelSweeps(eqx.Module):
 
         def growth(turn, time, duration):
             way = turned(sweep, progress(sweep, time)[0])
-            there = rotations.product(attitude, self.in_body(rotations.product(turn, way)))
-            rate = self.drift @ rotations.to_body(there, momentum)
+            quaternion = rotations.product(attitude, self.in_body(rotations.product(turn, way)))
+            rate = self.drift @ rotations.to_body(quaternion, momentum)
             return rotations.from_rotation_vector(rate * duration * rotations.to_inertial(way, z))
 
         def add(k, turn):

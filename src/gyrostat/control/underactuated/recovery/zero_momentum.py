@@ -117,9 +117,9 @@ class ZeroMomentumRecovery(Checked):
     def start(self, period: Scalar) -> ZeroMomentumMemory:
         """Initial memory, as after the end of a sweep."""
         zero, one = jnp.zeros(()), jnp.ones(())
-        last, same = Sweep(zero, zero, one, one, one), jnp.array([1.0, 0.0, 0.0, 0.0])
+        sweep, unit = Sweep(zero, zero, one, one, one), jnp.array([1.0, 0.0, 0.0, 0.0])
         period = jnp.asarray(period, dtype=float)
-        return ZeroMomentumMemory(last, last.duration, same, jnp.array(False), period)
+        return ZeroMomentumMemory(sweep, sweep.duration, unit, jnp.array(False), period)
 
     def __call__(
         self, memory: ZeroMomentumMemory, measurement: Any
@@ -134,25 +134,25 @@ class ZeroMomentumRecovery(Checked):
         sweeps, attitude, rate = self.sweeps, measurement.attitude, measurement.rate
         momentum = sweeps.momentum(rate, measurement.wheel_speed)
         across = sweeps.frame.T @ rate
-        memory, held, started = self._begun(memory, attitude, momentum, across)
+        memory, hold_error, started = self._begin(memory, attitude, momentum, across)
         sweep, period = memory.sweep, memory.period
         angle, speed = progress(sweep, memory.elapsed)
         later_angle, later_speed = progress(sweep, memory.elapsed + period)
-        wanted = speed * rate_axis(sweep, angle)
-        later = later_speed * rate_axis(sweep, later_angle)
-        left = jnp.maximum(sweep.duration - memory.elapsed, 0.0)
-        missed = jnp.where(left > 0.0, sweeps.error(attitude, memory.reference), held)
-        feedback = self.frequency**2 * missed + 2.0 * self.frequency * (across - wanted)
-        torque = sweeps.torque((later - wanted) / period - feedback, rate, momentum)
+        target_rate = speed * rate_axis(sweep, angle)
+        later_rate = later_speed * rate_axis(sweep, later_angle)
+        time_left = jnp.maximum(sweep.duration - memory.elapsed, 0.0)
+        error = jnp.where(time_left > 0.0, sweeps.error(attitude, memory.reference), hold_error)
+        feedback = self.frequency**2 * error + 2.0 * self.frequency * (across - target_rate)
+        torque = sweeps.torque((later_rate - target_rate) / period - feedback, rate, momentum)
         # the drift changes while the body turns; its value in the middle of the period is used
         drift = across[2] + 0.5 * period * (sweeps.drift @ jnp.cross(momentum, rate))
         memory = memory._replace(
             elapsed=memory.elapsed + period,
-            reference=self._carried(memory, angle, later_angle, drift),
+            reference=self._advance_reference(memory, angle, later_angle, drift),
         )
-        return memory, ZeroMomentumCommand(torque, started.astype(float), left)
+        return memory, ZeroMomentumCommand(torque, started.astype(float), time_left)
 
-    def _begun(
+    def _begin(
         self, memory: ZeroMomentumMemory, attitude: Quaternion, momentum: Vector3, across: Vector3
     ) -> tuple[ZeroMomentumMemory, Vector3, Bool[Array, ""]]:
         """Begin a sweep if the last is over, the body is slow and the target is not near.
@@ -165,19 +165,19 @@ class ZeroMomentumRecovery(Checked):
         error = sweeps.error(attitude, self.target)
         lever = sweeps.lever(self.target, inertial).at[2].set(0.0)
         size = jnp.sqrt(lever @ lever)
-        over = memory.elapsed >= memory.sweep.duration
-        off, aside = jnp.abs(error[2]), jnp.hypot(error[0], error[1])
-        within = jnp.where(memory.arrived, self.coarse, self.fine)
-        near = off < jnp.maximum(within, SWING_TIME * self.swing * size)
-        near = near & (aside < 2.0 * self.swing)
+        is_over = memory.elapsed >= memory.sweep.duration
+        off, lateral = jnp.abs(error[2]), jnp.hypot(error[0], error[1])
+        tolerance = jnp.where(memory.arrived, self.coarse, self.fine)
+        is_near = off < jnp.maximum(tolerance, SWING_TIME * self.swing * size)
+        is_near = is_near & (lateral < 2.0 * self.swing)
         slow = jnp.hypot(across[0], across[1]) < self.rest_rate
-        begin = over & slow & ~near
-        arrived = over & near & (off < within)
+        begin = is_over & slow & ~is_near
+        arrived = is_over & is_near & (off < tolerance)
         widest = jnp.where(arrived, self.lean, self.swing)
         has = size > NO_LEVER
         amount = -self.lean_gain * error[2] / jnp.where(has, size, 1.0)
         amount = jnp.where(has, jnp.clip(amount, -widest, widest), 0.0)
-        held = error - amount * lever / jnp.where(has, size, 1.0)
+        hold_error = error - amount * lever / jnp.where(has, size, 1.0)
         sweep = sweeps.planned(memory.sweep, begin, attitude, self.target, inertial, self.share)
         memory = memory._replace(
             sweep=sweep,
@@ -185,9 +185,9 @@ class ZeroMomentumRecovery(Checked):
             reference=jnp.where(begin, attitude, memory.reference),
             arrived=arrived,
         )
-        return memory, jnp.where(near, held, 0.0), begin
+        return memory, jnp.where(is_near, hold_error, 0.0), begin
 
-    def _carried(
+    def _advance_reference(
         self, memory: ZeroMomentumMemory, angle: Scalar, later: Scalar, drift: Scalar
     ) -> Quaternion:
         """Reference one period later: along the sweep, and about z at the body's own rate."""
@@ -195,5 +195,4 @@ class ZeroMomentumRecovery(Checked):
         step = rotations.product(rotations.conjugate(turned(sweep, angle)), turned(sweep, later))
         twist = rotations.from_rotation_vector(jnp.array([0.0, 0.0, 0.5]) * drift * memory.period)
         step = rotations.product(rotations.product(twist, step), twist)
-        carried = rotations.product(memory.reference, self.sweeps.in_body(step))
-        return rotations.normalised(carried)
+        return rotations.normalised(rotations.product(memory.reference, self.sweeps.in_body(step)))
