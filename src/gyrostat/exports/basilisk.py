@@ -22,14 +22,16 @@ def basilisk(model: WheelModel) -> str:
     """
     wheel = model.wheel()
     curve = wheel.friction
-    lost = [
+    losses = [
         "it has no sticking: below omegaLimitCycle the friction is a straight line through zero, "
         "and a wheel that should rest creeps",
     ]
     if model.impossible:
-        lost.insert(0, "the wheel is not valid: key validity.impossible of its model file says why")
+        losses.insert(
+            0, "the wheel is not valid: key validity.impossible of its model file says why"
+        )
     if isinstance(curve, DirectionalStribeck):
-        lost.append(_senses(curve))
+        losses.append(_senses(curve))
         curve = Stribeck(
             viscous=0.5 * (curve.viscous_positive + curve.viscous_negative),
             coulomb=0.5 * (curve.coulomb_positive + curve.coulomb_negative),
@@ -40,7 +42,7 @@ def basilisk(model: WheelModel) -> str:
     if isinstance(curve, Stribeck):
         static, excess = float(curve.static), float(curve.static) - float(curve.coulomb)
         beta = float(curve.stribeck_speed) / math.sqrt(2.0)
-        lost.append(
+        losses.append(
             "the Stribeck term acts only while the wheel speeds up from rest, and is zero at zero "
             f"speed: near zero up to {excess:.4g} N·m of friction are missing"
         )
@@ -52,7 +54,7 @@ def basilisk(model: WheelModel) -> str:
         )
     return filled(
         "basilisk.py.txt",
-        lost="\n".join(f"- {text}." for text in lost),
+        lost="\n".join(f"- {text}." for text in losses),
         inertia=float(wheel.inertia),
         motor_constant=float(wheel.motor_constant),
         viscous=float(curve.viscous),
