@@ -117,14 +117,14 @@ class WheelArray(Checked):
         limit = np.asarray(self.momentum_limit, dtype=float)
         momentum = np.asarray(self.inertia, dtype=float) * np.asarray(speed, dtype=float)
         # comparisons with NaN are false
-        beyond = ~(np.abs(momentum) <= limit * (1.0 + LIMIT_TOLERANCE))
-        if np.any(beyond):
-            place = tuple(np.argwhere(beyond)[0])
-            most = np.broadcast_to(limit, beyond.shape)[place]
+        excess = ~(np.abs(momentum) <= limit * (1.0 + LIMIT_TOLERANCE))
+        if np.any(excess):
+            index = tuple(np.argwhere(excess)[0])
+            largest = np.broadcast_to(limit, excess.shape)[index]
             raise InputError(
-                f"speed of wheel {place[-1]}: found {np.broadcast_to(speed, beyond.shape)[place]:g}"
-                f" rad/s, {momentum[place]:g} N·m·s, expected at most its momentum limit, {most:g} "
-                "N·m·s"
+                f"speed of wheel {index[-1]}: found {np.broadcast_to(speed, excess.shape)[index]:g}"
+                f" rad/s, {momentum[index]:g} N·m·s, expected at most its momentum limit, "
+                f"{largest:g} N·m·s"
             )
 
     def check_own(self) -> None:
