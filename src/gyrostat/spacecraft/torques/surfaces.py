@@ -151,8 +151,8 @@ class Surfaces(Checked):
                 a facet reflects more than all the light.
         """
         count = np.shape(self.area)[-1:]
-        wanted = {"normal": (*count, 3), "centre": (*count, 3), "specular": count, "diffuse": count}
-        for name, shape in wanted.items():
+        shapes = {"normal": (*count, 3), "centre": (*count, 3), "specular": count, "diffuse": count}
+        for name, shape in shapes.items():
             found = np.shape(getattr(self, name))[np.ndim(self.area) - 1 :]
             if not count or found != shape:
                 raise InputError(f"facet {name}: found shape {found}, expected {shape}")
