@@ -25,16 +25,14 @@ def program(target: Target, module: Module, precision: Precision) -> tuple[str, 
     """Text of the test program, and its expected output."""
     dialect, double = Dialect(precision), Dialect()
     ports = {port.name: port for every in module.ports.values() for port in every}
-    results = target.run()
-    outputs = list(results[0])
-    expressions = _texts(ports, outputs)
-    names = [text.strip("(*)") for text in expressions]
+    run = target.run()
+    outputs = list(run[0])
+    texts = _texts(ports, outputs)
+    names = [text.strip("(*)") for text in texts]
     input_rows = np.array([_row(target.inputs, k) for k in range(STEPS)])
-    expected = np.array([[x for name in outputs for x in _numbers(step[name])] for step in results])
+    expected = np.array([[x for name in outputs for x in _numbers(step[name])] for step in run])
     share = ROUNDING[precision] / TOLERANCE[precision]
-    scale = np.array(
-        [x for name in outputs for x in _scales([step[name] for step in results], share)]
-    )
+    scale = np.array([x for name in outputs for x in _scales([step[name] for step in run], share)])
 
     def calls(entries: Sequence[Entry], indent: str) -> str:
         return "\n".join(f"{indent}status |= {call(module, e.name)};" for e in entries)
@@ -45,7 +43,7 @@ def program(target: Target, module: Module, precision: Precision) -> tuple[str, 
         title=target.title,
         name=module.name,
         steps=STEPS,
-        count=len(expressions),
+        count=len(texts),
         tolerance=TOLERANCE[precision],
         given=_table("given", input_rows, dialect),
         expected=_table("expected", expected, double),
@@ -55,7 +53,7 @@ def program(target: Target, module: Module, precision: Precision) -> tuple[str, 
         begin=calls(target.begin, "    "),
         inputs="\n".join(f"        {line}" for line in inputs),
         calls=calls(target.steps, "        "),
-        seen="\n".join(f"            (double)({text})," for text in expressions),
+        seen="\n".join(f"            (double)({text})," for text in texts),
     )
     return text, "".join(f"{name}: as in Python\n" for name in names)
 

@@ -158,10 +158,8 @@ def predict(
     sample = guard.current(check.current, AppliedCurrent(current), period)
     last_current = check.current.last.current
     safe = last_current if guard.current.on_bad == "hold" else jnp.zeros_like(last_current)
-    applied_current = jnp.where(sample.good, sample.measurement.current, safe)
-    estimate, status = _finite_update(
-        filter.predict(estimate, applied_current, period), estimate, sample
-    )
+    drive = jnp.where(sample.good, sample.measurement.current, safe)
+    estimate, status = _update(filter.predict(estimate, drive, period), estimate, sample)
     after = jax.tree.map(lambda a, b: jnp.where(sample.good, a, b), sample.used, sample.missed)
     return estimate, check._replace(current=after), SampleReport(status, after.samples_missed)
 
@@ -178,12 +176,12 @@ def correct(
     sample = guard.measured(check.measured, MeasuredSpeed(measured), period)
     # the filter counts NaN as a missed sample
     speed = jnp.where(sample.good, sample.measurement.measured, jnp.nan)
-    estimate, status = _finite_update(filter.correct(estimate, speed), estimate, sample)
+    estimate, status = _update(filter.correct(estimate, speed), estimate, sample)
     after = jax.tree.map(lambda a, b: jnp.where(sample.good, a, b), sample.used, sample.missed)
     return estimate, check._replace(measured=after), SampleReport(status, after.samples_missed)
 
 
-def _finite_update(new: Any, old: Any, sample: Validated) -> tuple[Any, Any]:
+def _update(new: Any, old: Any, sample: Validated) -> tuple[Any, Any]:
     """New estimate if it is finite, otherwise the old one; and the status."""
     stays = finite(new)
     status = jnp.where(sample.good & ~stays, int(SampleStatus.NOT_COMPUTED), sample.status)

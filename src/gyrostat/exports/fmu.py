@@ -110,12 +110,10 @@ def _role(target: Target, port: Port) -> tuple[str, bool]:
 
 def _start_values(target: Target) -> dict[str, list[Any]]:
     """Leaves of the arguments with a start value: the parameters and the period."""
-    constants = {name: [value] for name, value in target.constants.items() if name in ("period",)}
+    fixed = {name: [value] for name, value in target.constants.items() if name in ("period",)}
     entry = target.begin[0]
-    results = entry.function() if len(entry.results) > 1 else (entry.function(),)
-    return constants | {
-        n: jax.tree.leaves(tree) for n, tree in zip(entry.results, results, strict=True)
-    }
+    trees = entry.function() if len(entry.results) > 1 else (entry.function(),)
+    return fixed | {n: jax.tree.leaves(tree) for n, tree in zip(entry.results, trees, strict=True)}
 
 
 def _leaves(content: Leaf | Struct, path: str, meaning: str) -> Iterator[tuple[str, Kind, str]]:

@@ -32,16 +32,14 @@ def files(target: Target, precision: Precision, origin: str) -> dict[str, str]:
     name = target.name
     module = emit(name, target.entries, precision)
     test, printed = program(target, module, precision)
-    sources = {
+    texts = {
         f"{name}.h": module.header,
         f"{name}.c": module.source,
         f"{name}_test.c": test,
         "expected.txt": printed,
         "Makefile": filled("Makefile", name=name, flags=FLAGS, optimisation=OPTIMISATION),
     }
-    return sources | {
-        "README.md": _readme(target, module, precision, origin, measure(sources, name))
-    }
+    return texts | {"README.md": _readme(target, module, precision, origin, measure(texts, name))}
 
 
 def _readme(

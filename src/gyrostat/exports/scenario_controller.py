@@ -51,11 +51,11 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     plans = plans_of(nominal)._replace(orbit=nominal_orbit(scenario))
     setup = build(structure_of(nominal), jax.tree.map(jnp.asarray, dict(nominal.values)), plans)
     period = scenario.values["run.control_period"]
-    measurement = first_measurement(setup.sensor, setup.start, period)
+    sample = first_measurement(setup.sensor, setup.start, period)
     limits = {}
     if scenario.guard is not None:
         for name in measured_names(scenario):
-            if not jnp.issubdtype(getattr(measurement, name).dtype, jnp.floating):
+            if not jnp.issubdtype(getattr(sample, name).dtype, jnp.floating):
                 continue
             rate = options.get(f"{name}_change", np.inf)
             limits[name] = FieldLimits(
@@ -63,16 +63,14 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
                 min(options[f"{name}_upper"], UNLIMITED),
                 rate if np.isfinite(rate) else None,
             )
-    guard = MeasurementGuard.of(measurement, limits, scenario.guard or on_bad)
+    guard = MeasurementGuard.of(sample, limits, scenario.guard or on_bad)
     wrappers = (scenario.estimator, scenario.unloading, scenario.compensator)
     kinds = [kind for kind in wrappers if kind != "none"]
     title = f"Attitude control of {scenario.name}: {', '.join([*kinds, scenario.controller])}"
     controller = setup.controller
     if not chosen(scenario, "reference").moves:
         controller = jax.tree.map(_first_phase, controller, is_leaf=_is_phases)
-    return flight_loop(
-        "controller", title, controller, period, guard, _test_measurements(measurement)
-    )
+    return flight_loop("controller", title, controller, period, guard, _test_run(sample))
 
 
 def _is_phases(part: Any) -> bool:
@@ -86,7 +84,7 @@ def _first_phase(part: Any) -> Any:
 _at_start = eqx.filter_jit(lambda phases: phases.at(0.0))
 
 
-def _test_measurements(measurement: Any) -> Any:
+def _test_run(sample: Any) -> Any:
     """Measurements of a test run: small oscillations about the first sample, three bad samples."""
     step = np.arange(STEPS)
 
@@ -101,4 +99,4 @@ def _test_measurements(measurement: Any) -> Any:
         rows[[7, 15, 16]] = np.reshape([np.nan, np.inf, -np.inf], (3, *[1] * value.ndim))
         return jnp.asarray(rows)
 
-    return jax.tree.map(vary, measurement)
+    return jax.tree.map(vary, sample)

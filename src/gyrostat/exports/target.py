@@ -109,9 +109,7 @@ def flight_module(
         steps: Functions called once in every period.
         others: Further fields of the module.
     """
-    example_inputs = {
-        n: jax.tree.map(lambda x: x[0], value) for n, value in others["inputs"].items()
-    }
+    inputs = {n: jax.tree.map(lambda x: x[0], value) for n, value in others["inputs"].items()}
     split = {
         key: eqx.partition(value, lambda leaf: np.size(leaf) <= LARGEST)
         for key, value in parameters.items()
@@ -119,7 +117,7 @@ def flight_module(
     parameters = {key: small for key, (small, _) in split.items()}
     # one array object for each table, so that every use reads the same constant
     tables = {key: jax.tree.map(jnp.asarray, large) for key, (_, large) in split.items()}
-    examples = {**parameters, **state, **others["constants"], **example_inputs}
+    examples = {**parameters, **state, **others["constants"], **inputs}
 
     def combined(key: str, value: Any) -> Any:
         return eqx.combine(value, tables[key]) if key in tables else value

@@ -84,15 +84,11 @@ class DrivenGyrostat(GyrostatWrapper):
     def record(self, state: Any, command: Any) -> Any:
         """Record of the gyrostat; `saturated` includes the limits of the driver."""
         record = self.gyrostat.record(state, command)
-        commanded_current, target = self._set_point(state, command)
-        return record._replace(
-            saturated=record.saturated | self.driver.limited(commanded_current, target)
-        )
+        demand, target = self._set_point(state, command)
+        return record._replace(saturated=record.saturated | self.driver.limited(demand, target))
 
     def _set_point(self, state: Any, command: Any) -> tuple[Any, Any]:
         """Commanded currents, and set points of the current loops after limits, (wheels,), A."""
         torque = self.spacecraft.wheels.within_torque_limit(command.torque)
-        commanded_current = torque / self.motor_constant
-        return commanded_current, self.driver.set_point(
-            commanded_current, state.wheel_speed, self.motor_constant
-        )
+        demand = torque / self.motor_constant
+        return demand, self.driver.set_point(demand, state.wheel_speed, self.motor_constant)

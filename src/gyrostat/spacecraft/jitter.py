@@ -72,10 +72,8 @@ def rotation_of_body(
             share = jnp.asarray(translational) / jnp.sqrt(jnp.asarray(spacecraft.mass))
             forcing = [a + share @ part for a, part in zip(forcing, force, strict=True)]
         frequency = number[:, None] * speed
-        coordinates = _deflection(modes, mass, frequency, *forcing)
-        moment = [
-            a - speed**2 * (rotational.T @ q) for a, q in zip(moment, coordinates, strict=True)
-        ]
+        modal = _deflection(modes, mass, frequency, *forcing)
+        moment = [a - speed**2 * (rotational.T @ q) for a, q in zip(moment, modal, strict=True)]
     real, imaginary = (-inverse @ part for part in moment)
     return Phasor(real, imaginary)
 
@@ -86,14 +84,12 @@ def _deflection(modes: FlexibleModes, mass: Any, frequency: Any, real: Any, imag
     Elimination without pivoting: the damping keeps every pivot away from zero.
     """
     mode = jnp.asarray(modes.frequency)
-    omega, identity = frequency[..., None, None], jnp.eye(modes.count)
+    w, eye = frequency[..., None, None], jnp.eye(modes.count)
     rows = (
-        jnp.concatenate(
-            [mode**2 * identity - omega**2 * mass, jnp.swapaxes(real, 1, 2)[..., None]], -1
-        ),
+        jnp.concatenate([mode**2 * eye - w**2 * mass, jnp.swapaxes(real, 1, 2)[..., None]], -1),
         jnp.concatenate(
             [
-                2.0 * omega * jnp.asarray(modes.damping) * mode * identity,
+                2.0 * w * jnp.asarray(modes.damping) * mode * eye,
                 jnp.swapaxes(imaginary, 1, 2)[..., None],
             ],
             -1,
@@ -107,6 +103,6 @@ def _deflection(modes: FlexibleModes, mass: Any, frequency: Any, real: Any, imag
         below = [part[..., :, k, None] for part in rows]
         p, q = (part[..., None, :] for part in pivot)
         product = (below[0] * p - below[1] * q, below[0] * q + below[1] * p)
-        at = identity[:, k, None] == 1.0
+        at = eye[:, k, None] == 1.0
         rows = (jnp.where(at, p, rows[0] - product[0]), jnp.where(at, q, rows[1] - product[1]))
     return tuple(jnp.swapaxes(part[..., -1], 1, 2) for part in rows)

@@ -167,10 +167,10 @@ def _wheel(path: Path, prefix: str, row: dict[str, Any], force: bool) -> dict[st
     refuse_unknown(path, prefix, row, _WHEEL)
     axis = direction(path, f"{prefix}axis", row.get("axis"))
     sheet = _sheet(path, prefix, row)
-    sheet_values = {} if sheet is None else sheet.values
+    defaults = {} if sheet is None else sheet.values
     fields: dict[str, Any] = {"axis": axis / float(np.linalg.norm(axis)), "model": sheet}
     for name, dimension in _LIMITS.items():
-        fields[name] = sheet_values.get(name, np.inf)
+        fields[name] = defaults.get(name, np.inf)
         if name in row:
             key = f"{prefix}{name}"
             fields[name] = quantity(path, key, row[name], dimension, positive=True)
@@ -191,15 +191,11 @@ def _wheel(path: Path, prefix: str, row: dict[str, Any], force: bool) -> dict[st
         inertia = rotor if inertia is None else inertia
     if "friction" in row:
         fields["model"] = _inline_friction(path, prefix, row)
-    inertia = sheet_values.get("inertia") if inertia is None else inertia
+    inertia = defaults.get("inertia") if inertia is None else inertia
     if inertia is None:
         raise InputError(f"{path}: key {prefix}inertia: found none, expected it in kg·m²")
     model = fields["model"]
-    return {
-        **fields,
-        "inertia": inertia,
-        "known": {**sheet_values, **(model.values if model else {})},
-    }
+    return {**fields, "inertia": inertia, "known": {**defaults, **(model.values if model else {})}}
 
 
 def _inline_friction(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel:

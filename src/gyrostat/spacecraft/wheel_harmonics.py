@@ -74,13 +74,11 @@ class WheelHarmonics(Checked):
         Raises:
             InputError: A shape differs from those of the attributes.
         """
-        expected = (*np.shape(self.number), count)
+        shape = (*np.shape(self.number), count)
         for name in ("force", "torque", "axial", "phase"):
             found = np.shape(getattr(self, name))
-            if found != expected:
-                raise InputError(
-                    f"wheel harmonics {name}: found shape {found}, expected {expected}"
-                )
+            if found != shape:
+                raise InputError(f"wheel harmonics {name}: found shape {found}, expected {shape}")
 
 
 class Gain(NamedTuple):

@@ -151,14 +151,12 @@ def earliest_event(contacts, motion, modes, start, remaining, begins, whole):
             earlier = jnp.where(past_zero, height <= 0.0, turning < earliest)
             suspects = search.suspects & (jnp.arange(len(held)) != wheel)
             suspects &= jnp.where(happens, earlier, True)
-            next_search = _Search(
+            result = _Search(
                 earliest, jnp.where(happens, wheel, search.wheel), search.found | happens, suspects
             )
             over = trial.steps == NEWTON_STEPS
             return *jax.tree.map(
-                lambda a, b: jnp.where(over, a, b),
-                (next_search, next_trial(next_search)),
-                (search, closer),
+                lambda a, b: jnp.where(over, a, b), (result, next_trial(result)), (search, closer)
             ), number + 1
 
         # flight code needs a constant bound, and reports if it is reached

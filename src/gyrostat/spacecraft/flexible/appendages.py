@@ -116,7 +116,7 @@ def appendage_modes(kind: str, values: Mapping[str, Any], spacecraft: Spacecraft
     def vector(name: str) -> Vector3:
         return jnp.stack([jnp.asarray(values[f"{name}.{end}"], dtype=float) for end in "xyz"])
 
-    def from_centre(name: str) -> Vector3:
+    def point(name: str) -> Vector3:
         centre = spacecraft.centre_of_mass
         return vector(name) if centre is None else vector(name) - jnp.asarray(centre)
 
@@ -127,7 +127,7 @@ def appendage_modes(kind: str, values: Mapping[str, Any], spacecraft: Spacecraft
         "spacecraft_mass": mass,
     }
     if kind == "slosh":
-        return spring_mass(values["mass"], from_centre("position"), vector("direction"), **fields)
+        return spring_mass(values["mass"], point("position"), vector("direction"), **fields)
     if kind == "hinged_panel":
         xx, yy, zz, xy, xz, yz = (
             jnp.asarray(values[f"inertia.{end}"], dtype=float)
@@ -135,12 +135,7 @@ def appendage_modes(kind: str, values: Mapping[str, Any], spacecraft: Spacecraft
         )
         inertia = jnp.stack([jnp.stack(row) for row in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))])
         return hinged_panel(
-            values["mass"],
-            inertia,
-            from_centre("hinge"),
-            from_centre("centre"),
-            vector("axis"),
-            **fields,
+            values["mass"], inertia, point("hinge"), point("centre"), vector("axis"), **fields
         )
     linear = vector("translation") if "translation.x" in values else None
     return _single_mode(vector("participation"), linear, **fields)

@@ -84,23 +84,18 @@ class FlexibleModes(Checked):
         Args:
             parts: Modes of each; those without translation do not move the centre of mass.
         """
-        translations = [
+        rows = [
             jnp.zeros(np.shape(part.participation))
             if part.translation is None
             else part.translation
             for part in parts
         ]
-        without_translation = all(part.translation is None for part in parts)
+        is_fixed = all(part.translation is None for part in parts)
         frequency, damping, participation = (
             jnp.concatenate([jnp.asarray(getattr(part, name)) for part in parts])
             for name in ("frequency", "damping", "participation")
         )
-        return cls(
-            frequency,
-            damping,
-            participation,
-            None if without_translation else jnp.concatenate(translations),
-        )
+        return cls(frequency, damping, participation, None if is_fixed else jnp.concatenate(rows))
 
     def check_inertia(self, inertia: ArrayLike) -> None:
         """Validate that the body without the inertia of the modes has some left.

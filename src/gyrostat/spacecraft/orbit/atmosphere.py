@@ -79,12 +79,9 @@ def air_density(
     since_midnight = (dates - dates.astype("datetime64[D]")) / np.timedelta64(1, "s") / DAY
     late = since_midnight >= 0.5
     share_of_day = since_midnight - np.where(late, 0.5, -0.5)
-    one_second, day = np.timedelta64(1, "s"), np.timedelta64(1, "D")
+    step, day = np.timedelta64(1, "s"), np.timedelta64(1, "D")
     logarithm = np.zeros(len(times))
-    for seconds, weight in (
-        (second, 1.0 - share_of_second),
-        (second + one_second, share_of_second),
-    ):
+    for seconds, weight in ((second, 1.0 - share_of_second), (second + step, share_of_second)):
         if not np.any(weight):
             continue
         for offset, share in ((0, 1.0 - share_of_day), (1, share_of_day)):

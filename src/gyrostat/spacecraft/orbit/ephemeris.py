@@ -154,12 +154,10 @@ class Ephemeris:
                 "in a CSV file, in km in an OEM file"
             )
         acceleration = -EARTH * position / distance**3
-        displacement = np.diff(position, axis=0)
+        chord = np.diff(position, axis=0)
         path = step * (velocity[1:] + velocity[:-1]) / 2.0
-        off = np.linalg.norm(
-            displacement - path + step**2 * np.diff(acceleration, axis=0) / 12.0, axis=1
-        )
-        length = np.linalg.norm(displacement, axis=1)
+        off = np.linalg.norm(chord - path + step**2 * np.diff(acceleration, axis=0) / 12.0, axis=1)
+        length = np.linalg.norm(chord, axis=1)
         path_length = np.maximum(np.linalg.norm(path, axis=1), 1e-9)
         ratio = float(np.median(length / path_length))
         angle = (step * np.sqrt(EARTH / np.minimum(distance[1:], distance[:-1]) ** 3))[:, 0]
@@ -226,11 +224,9 @@ def hermite(times: Times, states: States, degree: int, wanted: Times) -> States:
     slope_position = 2.0 * basis * (linear * slope - node_slope * basis) / length
     slope_velocity = basis**2 + 2.0 * (at - nodes) * basis * slope
 
-    def total(position_weight: np.ndarray, velocity_weight: np.ndarray) -> np.ndarray:
+    def total(alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
         position, velocity = states.position[rows], states.velocity[rows]
-        return np.einsum("nk,nkx->nx", position_weight, position) + np.einsum(
-            "nk,nkx->nx", velocity_weight, velocity
-        )
+        return np.einsum("nk,nkx->nx", alpha, position) + np.einsum("nk,nkx->nx", beta, velocity)
 
     return States(total(of_position, of_velocity), total(slope_position, slope_velocity))
 

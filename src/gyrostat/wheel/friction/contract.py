@@ -87,13 +87,9 @@ def check_law(law: Any) -> None:
     if not law.dimensions():
         raise InputError(f"{name}: found no parameter, expected fields `= parameter(UNIT)`")
     bases = [vars(base) for base in law.__mro__ if base.__module__.startswith("gyrostat.")]
-    reserved = [
-        n for n in law.dimensions() if n in RESERVED or any(n in namespace for namespace in bases)
-    ]
-    if reserved and not law.is_shipped():
-        raise InputError(
-            f"{name}: found a parameter {reserved[0]}, a name with another meaning here"
-        )
+    names = [n for n in law.dimensions() if n in RESERVED or any(n in scope for scope in bases)]
+    if names and not law.is_shipped():
+        raise InputError(f"{name}: found a parameter {names[0]}, a name with another meaning here")
     tied = {*law.held_by_default, *law.vanishing_at, *law.vanishing_at.values()}
     if tied - set(law.dimensions()):
         raise InputError(
@@ -101,11 +97,9 @@ def check_law(law: Any) -> None:
             f" expected one of {', '.join(law.dimensions())}"
         )
     for shape in ((), (3,)):
-        argument = jax.ShapeDtypeStruct(shape, float)
+        arg = jax.ShapeDtypeStruct(shape, float)
         with reported(name):
-            torque = jax.eval_shape(
-                _torque(law), [argument] * len(law.dimensions()), argument, argument
-            )
+            torque = jax.eval_shape(_torque(law), [arg] * len(law.dimensions()), arg, arg)
         if not isinstance(torque, jax.ShapeDtypeStruct) or torque.shape != shape:
             raise InputError(
                 f"{name}: found {_describe(torque)} from torque, expected "
@@ -191,7 +185,7 @@ def curve_fault(law: Any, theta: Any) -> str:
 
 
 def _not_finite(law: Any, curve: SampledCurve) -> str:
-    for quantity, values in (
+    for item, values in (
         ("torque", curve.torque),
         ("derivative of torque by speed", curve.slope),
         *zip(
@@ -203,9 +197,7 @@ def _not_finite(law: Any, curve: SampledCurve) -> str:
         bad = np.flatnonzero(~np.isfinite(values))
         if len(bad):
             speed = curve.speed[bad[0]]
-            return (
-                f"found the {quantity} {values[bad[0]]:g} at {speed:.3g} rad/s, expected it finite"
-            )
+            return f"found the {item} {values[bad[0]]:g} at {speed:.3g} rad/s, expected it finite"
     return ""
 
 
