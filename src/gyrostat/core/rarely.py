@@ -29,7 +29,7 @@ def rarely(quick: Callable[..., Any], exact: Callable[..., Any]) -> Callable[...
         result, fine = jax.vmap(quick, axes, axis_size=size)(*arguments)
         order, count = jnp.argsort(fine), jnp.sum(~fine)
 
-        def some(carry: tuple[Any, Any]) -> tuple[Any, Any]:
+        def step(carry: tuple[Any, Any]) -> tuple[Any, Any]:
             result, first = carry
             position = first + jnp.arange(TOGETHER)
             at = order[jnp.minimum(position, size - 1)]
@@ -38,11 +38,11 @@ def rarely(quick: Callable[..., Any], exact: Callable[..., Any]) -> Callable[...
             # of the runs beyond the last one nothing is kept
             where = jnp.where(position < count, at, size)
             result = jax.tree.map(
-                lambda all, few: all.at[where].set(few, mode="drop"), result, chunk
+                lambda all, part: all.at[where].set(part, mode="drop"), result, chunk
             )
             return result, first + TOGETHER
 
-        result, _ = jax.lax.while_loop(lambda carry: carry[1] < count, some, (result, 0))
+        result, _ = jax.lax.while_loop(lambda carry: carry[1] < count, step, (result, 0))
         return result, jax.tree.map(lambda _: True, result)
 
     # differentiated, the exact function alone is used: a tangent may be of a batch where its value

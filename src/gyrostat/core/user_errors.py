@@ -87,7 +87,7 @@ def reported(part: str, package: str = "") -> Iterator[None]:
 
 def _mistake(part: str, error: BaseException) -> UserPartError:
     """Error with the place of an exception in a user's Python, and what to write instead."""
-    location, code = _place(part, error)
+    location, code = _location(part, error)
     for kind, found, expected in ADVICE:
         if isinstance(error, kind):
             quote = f" in `{code}`" if code else ""
@@ -103,7 +103,7 @@ def _mistake(part: str, error: BaseException) -> UserPartError:
     return UserPartError(f"{part}{location}: found {found}, expected {expected}")
 
 
-def _place(part: str, error: BaseException) -> tuple[str, str]:
+def _location(part: str, error: BaseException) -> tuple[str, str]:
     """Innermost line of the user's Python that raised an exception, and its text."""
     for frame in reversed(traceback.extract_tb(error.__traceback__)):
         package, _, path = frame.filename.partition("/")
