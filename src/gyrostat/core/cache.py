@@ -235,10 +235,7 @@ def _locked(path: Path, kind: int) -> Iterator[None]:
 
 def _sweep(path: Path) -> None:
     """Remove temporary files of killed processes, unless files are being written now."""
-    with (
-        contextlib.suppress(BlockingIOError),
-        _locked(path, fcntl.LOCK_EX | fcntl.LOCK_NB),
-    ):
+    with contextlib.suppress(BlockingIOError), _locked(path, fcntl.LOCK_EX | fcntl.LOCK_NB):
         for leftover in path.glob(f"{_UNFINISHED}*"):
             shutil.rmtree(leftover, ignore_errors=True)
 

@@ -191,7 +191,8 @@ def _move(
     scratch: Path, folder: Path, by: str, force: bool, aside: Callable[[str], None] | None
 ) -> None:
     """Rename every file of the scratch folder into the output folder and add it to the manifest."""
-    files = {path.relative_to(scratch).as_posix(): path for path in _files(scratch)}
+    paths = sorted(path for path in scratch.rglob("*") if path.is_file())
+    files = {path.relative_to(scratch).as_posix(): path for path in paths}
     digests = {name: digest_of(path) or "" for name, path in files.items()}
     for path in files.values():
         _sync(path)
@@ -215,10 +216,6 @@ def _move(
             os.replace(path, folder / name)
             manifest.entries[name] = Entry(by, (digests[name],))
         manifest.write(scratch)
-
-
-def _files(scratch: Path) -> list[Path]:
-    return sorted(path for path in scratch.rglob("*") if path.is_file())
 
 
 def _in_the_way(path: Path, fault: str) -> InputError:

@@ -10,9 +10,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from gyrostat.core.errors import InputError
+from gyrostat.core.errors import InputError, placed
 from gyrostat.core.toml_file import described, read_content
 from gyrostat.core.user_modules import Source
+from gyrostat.core.user_sources import path_below
 
 LARGEST_DATA = 10_000_000
 """Largest data file of a part, bytes: it is stored in the text of the scenario."""
@@ -44,10 +45,7 @@ def data_names(place: str, found: Any) -> dict[str, str]:
 
 
 def with_data(
-    folder: Path,
-    sources: tuple[Source, ...],
-    kinds: Iterable[str],
-    data: Mapping[str, str],
+    folder: Path, sources: tuple[Source, ...], kinds: Iterable[str], data: Mapping[str, str]
 ) -> tuple[Source, ...]:
     """Modules of a scenario, and the data files of its parts, sorted by path.
 
@@ -96,12 +94,7 @@ def _read(folder: Path, path: str, where: str) -> Source:
             f"{where}: found the Python file {path}, expected a data file: modules are found by "
             "the import statements of the part"
         )
-    full_path = folder / path
-    inside = folder.resolve() in full_path.resolve().parents
-    if PurePosixPath(path).is_absolute() or ".." in PurePosixPath(path).parts or not inside:
-        raise InputError(f"{where}: found {path}, expected a file below the folder {folder}")
+    full_path = path_below(folder, path, where)
     kind = f"a data file of at most {LARGEST_DATA // 10**6} MB"
-    try:
+    with placed(where):
         return Source.of_data(path, read_content(full_path, kind, LARGEST_DATA))
-    except InputError as error:
-        raise InputError(f"{where}: {error}") from None

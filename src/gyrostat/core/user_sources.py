@@ -37,12 +37,17 @@ def sources_below(
     return tuple(sources[path] for path in sorted(sources))
 
 
-def _text(folder: Path, path: str, where: str) -> str:
-    """Content of a file below the folder of the scenario."""
-    full_path = folder / path
-    inside = folder.resolve() in full_path.resolve().parents
+def path_below(folder: Path, path: str, where: str) -> Path:
+    """Full path of a file below the folder of a scenario; raises `InputError` for any other."""
+    inside = folder.resolve() in (folder / path).resolve().parents
     if PurePosixPath(path).is_absolute() or ".." in PurePosixPath(path).parts or not inside:
         raise InputError(f"{where}: found {path}, expected a file below the folder {folder}")
+    return folder / path
+
+
+def _text(folder: Path, path: str, where: str) -> str:
+    """Content of a file below the folder of the scenario."""
+    full_path = path_below(folder, path, where)
     with placed(where):
         return read_text(full_path, "a Python file", 1_000_000)
 
