@@ -198,16 +198,9 @@ def _require_increasing_time(measured: Measured, time: NDArray[np.float64]) -> N
         index = int(late[0]) + 1
         column = measured.chosen["time"]
         before, after = (repr(float(t)) for t in measured.values["time"][index - 1 : index + 1])
-        found = (
-            f"time {after} after {before} {column.unit.symbol} in row {measured.rows[index - 1]}"
-        )
-        raise fault(
-            measured.file,
-            found,
-            "strictly increasing time",
-            int(measured.rows[index]),
-            column.name,
-        )
+        last, row = measured.rows[index - 1 : index + 1]
+        found = f"time {after} after {before} {column.unit.symbol} in row {last}"
+        raise fault(measured.file, found, "strictly increasing time", int(row), column.name)
 
 
 def _direction(
