@@ -49,9 +49,8 @@ def basilisk(model: WheelModel) -> str:
     elif isinstance(curve, ViscousCoulomb):
         static = float(curve.coulomb)
     else:
-        raise InputError(
-            f"friction model: found {_name(curve)}, expected one that Basilisk supports"
-        )
+        name = curve.name if isinstance(curve, Friction) else type(curve).__name__
+        raise InputError(f"friction model: found {name}, expected one that Basilisk supports")
     return filled(
         "basilisk.py.txt",
         lost="\n".join(f"- {text}." for text in losses),
@@ -70,7 +69,3 @@ def _senses(curve: DirectionalStribeck) -> str:
         "it is the same in both senses of rotation: this module uses the mean, and the Coulomb "
         f"torque is wrong by {off:.4g} N·m in each sense"
     )
-
-
-def _name(curve: object) -> str:
-    return curve.name if isinstance(curve, Friction) else type(curve).__name__

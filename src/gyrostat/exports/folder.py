@@ -115,10 +115,7 @@ def _costs(target: Target, module: Module, compiled: Compiled | None) -> list[st
             cells = [f"{one_pass[name]} ({largest[name]})" for name in classes]
         lines.append(f"| `{entry.name}` | {' | '.join(cells)} |")
     if any("(" in line for line in lines[2:]):
-        lines += [
-            "",
-            "Counts for one pass of each loop that may end early (for its most passes).",
-        ]
+        lines += ["", "Counts for one pass of each loop that may end early (for its most passes)."]
     lines.append("")
     if compiled is None:
         return [*lines, "Size and stack: not measured, because there was no C compiler."]

@@ -69,16 +69,16 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     title = f"Attitude control of {scenario.name}: {', '.join([*kinds, scenario.controller])}"
     controller = setup.controller
     if not chosen(scenario, "reference").moves:
-        controller = jax.tree.map(_first_phase, controller, is_leaf=_is_phases)
+        controller = jax.tree.map(
+            lambda part: _at_start(part) if _is_phases(part) else part,
+            controller,
+            is_leaf=_is_phases,
+        )
     return flight_loop("controller", title, controller, period, guard, _test_run(sample))
 
 
 def _is_phases(part: Any) -> bool:
     return isinstance(part, Phases)
-
-
-def _first_phase(part: Any) -> Any:
-    return _at_start(part) if _is_phases(part) else part
 
 
 _at_start = eqx.filter_jit(lambda phases: phases.at(0.0))
