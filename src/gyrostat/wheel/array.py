@@ -10,7 +10,7 @@ from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.checked import Checked, limit, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
-from gyrostat.wheel.friction import AnyFriction, Friction, ViscousCoulomb
+from gyrostat.wheel.friction import AnyFriction, ViscousCoulomb
 
 UNIT_TOLERANCE = 1e-6
 """Largest deviation of the length of an axis from 1; allows for rounded numbers in data sheets."""
@@ -39,10 +39,6 @@ def zeros() -> Any:
     return eqx.field(converter=listed, default_factory=lambda: np.zeros(3))
 
 
-def _no_friction() -> Friction:
-    return ViscousCoulomb(viscous=0.0, coulomb=0.0)
-
-
 class WheelArray(Checked):
     """Wheels on any axes, commanded by motor torque.
 
@@ -64,7 +60,7 @@ class WheelArray(Checked):
     momentum_limit: Annotated[PerWheel | float, limit("wheel momentum_limit", "N·m·s")] = eqx.field(
         converter=listed, default=jnp.inf
     )
-    friction: Any = eqx.field(default_factory=_no_friction)
+    friction: Any = eqx.field(default_factory=lambda: ViscousCoulomb(viscous=0.0, coulomb=0.0))
 
     @property
     def count(self) -> int:

@@ -17,10 +17,7 @@ from gyrostat.core.rarely import rarely
 from gyrostat.wheel.bearing_equation import Motion
 from gyrostat.wheel.coupled_bearings import CoupledBearings, Modes
 from gyrostat.wheel.coupled_events import earliest_event, runge_kutta
-from gyrostat.wheel.segment import (
-    Segment,
-    through_segments,
-)
+from gyrostat.wheel.segment import Segment, through_segments
 from gyrostat.wheel.step_bounds import stays, step_bounds
 
 

@@ -46,14 +46,7 @@ from gyrostat.core.units import si_unit
 from gyrostat.core.user_modules import Source, is_user_kind
 from gyrostat.wheel.friction import Friction
 from gyrostat.wheel.friction.base import check_concrete
-from gyrostat.wheel.friction_laws import (
-    Law,
-    digest,
-    law_texts,
-    read_law,
-    static,
-    write_texts,
-)
+from gyrostat.wheel.friction_laws import Law, digest, law_texts, read_law, static, write_texts
 from gyrostat.wheel.wheel import Wheel
 
 _SECTIONS = ("wheel", "friction", "sources", "sigma", "correlation", "validity", "origin")

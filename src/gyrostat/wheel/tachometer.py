@@ -52,9 +52,6 @@ class PulseTachometer(Checked):
         static=True, default=1
     )
 
-    def _count(self, state: Any) -> Float[Array, ""]:
-        return jnp.floor(state.wheel_angle * self.pulses / (2.0 * jnp.pi))
-
     def start(self, state: Any, period: Scalar) -> tuple[Array, Scalar]:
         """Counts at the last samples, for a constant speed before the start, and gate time, s."""
         back = jnp.arange(self.gate_periods, 0, -1) * period
@@ -67,16 +64,16 @@ class PulseTachometer(Checked):
     ) -> tuple[tuple[Array, Scalar], Float[Array, ""]]:
         """Count the pulses of the last gate time and return the speed, rad/s."""
         counts, gate = memory
-        count = self._count(state)
+        count = jnp.floor(state.wheel_angle * self.pulses / (2.0 * jnp.pi))
         speed = (count - counts[0]) * 2.0 * jnp.pi / (self.pulses * gate)
         return (jnp.concatenate([counts[1:], count[None]]), gate), speed
 
 
-def _is_count(pulses: Any) -> Any:
-    return (pulses == 0.0) | ((pulses >= 1.0) & np.isfinite(pulses))
-
-
-_pulse_rule = within("tachometer pulses", "1 or more, or 0 for a speed without steps", _is_count)
+_pulse_rule = within(
+    "tachometer pulses",
+    "1 or more, or 0 for a speed without steps",
+    lambda pulses: (pulses == 0.0) | ((pulses >= 1.0) & np.isfinite(pulses)),
+)
 
 
 class WheelTachometer(Checked):
