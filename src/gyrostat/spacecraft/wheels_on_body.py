@@ -125,9 +125,7 @@ class WheelsOnBody(CoupledBearings):
         """See `CoupledBearings.carrier_rate`."""
         attitude = motion.carrier.attitude
         rate, _ = self.rate_of_body(motion)
-        torque = to_inertial(
-            attitude, self.body.torque(motion.carrier.attitude, self.started + time)
-        )
+        torque = to_inertial(attitude, self.body.torque(attitude, self.started + time))
         modal = None
         if self.coupling is not None:
             modal = self.coupling.derivative(motion.carrier.modal, rate)

@@ -205,11 +205,7 @@ class CircularElements:
 
 
 def propagated(
-    start: States,
-    axis: Float[np.ndarray, "3"],
-    end: float,
-    longest: float,
-    j2: float = EARTH_J2,
+    start: States, axis: Float[np.ndarray, "3"], end: float, longest: float, j2: float = EARTH_J2
 ) -> Callable[[Times], States]:
     """Integrate the motion around the oblate Earth (Dormand and Prince, order 8).
 

@@ -164,12 +164,7 @@ def samples_at(
     density = air_density(epoch, times, *geodetic(fixed), activity)
     field = rotated(transposed(matrices), magnetic_field(epoch, times, fixed))
     return OrbitSamples(
-        position,
-        velocity,
-        sun_position(epoch, times),
-        field,
-        density,
-        earth_attitude(matrices),
+        position, velocity, sun_position(epoch, times), field, density, earth_attitude(matrices)
     )
 
 

@@ -77,11 +77,9 @@ def read_utc(text: str, where: str) -> Julian:
         with warnings.catch_warnings():
             warnings.simplefilter("error", erfa.ErfaWarning)
             return Julian(*erfa.dtf2d("UTC", *date, int(hour), int(minute), float(second)))
-    except erfa.ErfaWarning as warning:
-        if "dubious year" in str(warning):
+    except (erfa.ErfaWarning, erfa.ErfaError) as error:
+        if "dubious year" in str(error):
             expected = "a year for which the leap seconds are known (a later pyerfa knows more)"
-        raise InputError(f"{where}: found {text!r}, expected {expected}") from None
-    except erfa.ErfaError:
         raise InputError(f"{where}: found {text!r}, expected {expected}") from None
 
 

@@ -11,10 +11,8 @@ from gyrostat.core.checked import Checked, finite, share, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix
 from gyrostat.core.validation import require
-from gyrostat.wheel.array import listed
+from gyrostat.wheel.array import UNIT_TOLERANCE, listed
 
-UNIT_TOLERANCE = 1e-6
-"""Largest deviation of the length of a normal from 1."""
 ABSORBED_TOLERANCE = 1e-9
 """Largest excess of the reflected share of the light over 1, from rounding."""
 
