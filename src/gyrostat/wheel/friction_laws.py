@@ -141,7 +141,7 @@ def read_law(path: Path, key: str, table: Mapping[str, Any], digests: object = N
         return law_below(path.parent, kind, where, digests, data)[0]
     if digests is not None:
         raise InputError(f"{path}: key sources: found it, expected none with this {key}")
-    forms = {"kind": WHEEL_FRICTION, "python": ()}.get(key.rpartition(".")[2], WHEEL_FRICTION)
+    forms = () if key.endswith(".python") else WHEEL_FRICTION
     if not isinstance(name, str) or name not in forms:
         found = "none" if name is None else repr(name)
         expected = [*forms, *([] if key.endswith(".kind") else ["FILE.py:CLASS"])]
