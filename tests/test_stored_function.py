@@ -90,7 +90,7 @@ def test_a_damaged_entry_is_compiled_anew(cache):
 
 
 def test_an_executable_that_computes_something_else_is_not_kept(cache, monkeypatch):
-    monkeypatch.setattr(stored_function, "_same", lambda one, other: False)
+    monkeypatch.setattr(stored_function, "_have_same_bytes", lambda first, second: False)
     made(Counted())(np.ones((5, 3)), np.ones(3))
     assert kept(cache) == []
 

@@ -21,23 +21,23 @@ def parse_any(text: str, where: str) -> float:
         InputError: Not a number, an unknown unit, or a magnitude outside the accepted range.
     """
     match = QUANTITY.fullmatch(text)
-    unit = None if match is None else match[2].strip()
-    found = Unit("") if unit == "" else _any_unit(unit or "?")
-    if match is None or found is None:
+    spelling = None if match is None else match[2].strip()
+    unit = Unit("") if spelling == "" else _any_unit(spelling or "?")
+    if match is None or unit is None:
         raise InputError(
             f"{where}: found {text[:40]!r}, expected a number in SI units or with a unit such as "
             "mN·m or mN·m/deg"
         )
-    return magnitude(where, found.to_si(float(match[1])), shown=repr(text[:40]))
+    return magnitude(where, unit.to_si(float(match[1])), shown=repr(text[:40]))
 
 
 def _any_unit(text: str) -> Unit | None:
     """Unit of any dimension, or a quotient of units; None if it is unknown or ambiguous."""
     text = normalised(text)
-    found = {unit for dimension in SI_UNIT if (unit := known_unit(text, dimension)) is not None}
+    units = {unit for dimension in SI_UNIT if (unit := known_unit(text, dimension)) is not None}
     # N·m·s is a momentum and a viscous coefficient
-    if len({(unit.factor, unit.offset) for unit in found}) == 1:
-        return found.pop()
+    if len({(unit.factor, unit.offset) for unit in units}) == 1:
+        return units.pop()
     if text.startswith("√"):
         inner = _any_unit(text[1:])
         return None if inner is None or inner.offset else Unit(text, math.sqrt(inner.factor))

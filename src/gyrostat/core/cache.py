@@ -57,9 +57,9 @@ class Cache:
                 status = os.fstat(handle)
                 is_private = stat.S_ISREG(status.st_mode) and status.st_uid == os.geteuid()
                 if is_private and not status.st_mode & 0o022 and status.st_size <= _LARGEST:
-                    found = stream.read()
-                    content = found[_HEADER:]
-                    if found[:_HEADER] == _header(name, content):
+                    entry = stream.read()
+                    content = entry[_HEADER:]
+                    if entry[:_HEADER] == _header(name, content):
                         with contextlib.suppress(OSError):
                             os.utime(handle)  # the time of last use, for `evict`
                         return content
@@ -74,8 +74,8 @@ class Cache:
             name: File name of the entry.
             content: Content of the entry.
         """
-        with contextlib.suppress(OSError), self.workplace() as place:
-            unfinished = place / name
+        with contextlib.suppress(OSError), self.workplace() as folder:
+            unfinished = folder / name
             with unfinished.open("xb") as stream:
                 unfinished.chmod(0o600)
                 stream.write(_header(name, content))
@@ -98,9 +98,9 @@ class Cache:
             _locked(self.path, fcntl.LOCK_SH),
             tempfile.TemporaryDirectory(
                 dir=self.path, prefix=_UNFINISHED, ignore_cleanup_errors=True
-            ) as place,
+            ) as folder,
         ):
-            yield Path(place)
+            yield Path(folder)
 
 
 def private_cache(say: Callable[[str], None] = warnings.warn) -> Cache | None:
@@ -118,27 +118,27 @@ def private_cache(say: Callable[[str], None] = warnings.warn) -> Cache | None:
     """
     limit()  # refused before anything is compiled
     folder = named_folder()
-    found = None if folder is None else _replaced.get(folder)
-    if found is not None and found.path.is_dir():
-        return found
+    cache = None if folder is None else _replaced.get(folder)
+    if cache is not None and cache.path.is_dir():
+        return cache
     reason = "no home folder" if folder is None else None
     if folder is not None:
         try:
-            return _opened(folder)
+            return _open_cache(folder)
         except OSError as error:
             reason = str(error) if error.errno is None else f"{folder}: {error.strerror}"
-    found = temporary_cache()
-    instead = "no cache" if found is None else f"temporary folder {found.path}"
+    cache = temporary_cache()
+    instead = "no cache" if cache is None else f"temporary folder {cache.path}"
     say(
         f"cache of compiled programs: found {reason}, expected a folder (GYROSTAT_CACHE) that only "
         f"you may write to, in parents that only you or root may write to; using {instead}"
     )
-    if found is not None:
-        _replaced[found.path] = found
+    if cache is not None:
+        _replaced[cache.path] = cache
         if folder is not None:
-            _replaced[folder] = found
-        os.environ["GYROSTAT_CACHE"] = str(found.path)
-    return found
+            _replaced[folder] = cache
+        os.environ["GYROSTAT_CACHE"] = str(cache.path)
+    return cache
 
 
 def named_folder() -> Path | None:
@@ -164,11 +164,11 @@ def temporary_cache() -> Cache | None:
             if _unsafe(path) is not None:
                 path.rmdir()
                 continue
-            held = contextlib.ExitStack()
-            held.enter_context(_locked(path, fcntl.LOCK_SH))
+            lock = contextlib.ExitStack()
+            lock.enter_context(_locked(path, fcntl.LOCK_SH))
             if not path.is_dir():  # another process removed it before it was locked
                 continue
-            atexit.register(_remove, path, held, os.getpid())
+            atexit.register(_remove, path, lock, os.getpid())
             return Cache(path)
     return None
 
@@ -183,7 +183,7 @@ def _header(name: str, content: bytes) -> bytes:
     return _MARK + digest.digest()
 
 
-def _opened(folder: Path) -> Cache:
+def _open_cache(folder: Path) -> Cache:
     """Create and check a folder, and restrict its permissions.
 
     Raises:
@@ -192,13 +192,13 @@ def _opened(folder: Path) -> Cache:
     path = Path(os.path.realpath(folder))
     if (reason := _unsafe(path)) is not None:
         raise OSError(reason)
-    for missing in reversed([p for p in (path, *path.parents) if not p.exists()]):
-        missing.mkdir(mode=0o700, exist_ok=True)
+    for directory in reversed([p for p in (path, *path.parents) if not p.exists()]):
+        directory.mkdir(mode=0o700, exist_ok=True)
     # check again: in a parent such as /tmp another user may have created it meanwhile
     if (reason := _unsafe(path)) is not None:
         raise OSError(reason)
     private = not path.stat().st_mode & 0o077
-    if not private and all(any(p.match(known) for known in _PATTERNS) for p in path.iterdir()):
+    if not private and all(any(p.match(pattern) for pattern in _PATTERNS) for p in path.iterdir()):
         path.chmod(0o700)
     if path not in _swept:
         _sweep(path)
@@ -208,17 +208,17 @@ def _opened(folder: Path) -> Cache:
 
 def _unsafe(path: Path) -> str | None:
     """Reason why other users could write files there, or None. Missing folders are ignored."""
-    for place in (path, *path.parents):
+    for folder in (path, *path.parents):
         try:
-            found = place.lstat()
+            status = folder.lstat()
         except FileNotFoundError:
             continue
-        allowed = (os.geteuid(),) if place == path else (os.geteuid(), 0)
-        if found.st_uid not in allowed:
-            return f"{place}, which belongs to user {found.st_uid}"
-        sticky = place != path and found.st_mode & stat.S_ISVTX
-        if found.st_mode & 0o022 and not sticky:
-            return f"{place}, which others may write to (chmod go-w)"
+        owners = (os.geteuid(),) if folder == path else (os.geteuid(), 0)
+        if status.st_uid not in owners:
+            return f"{folder}, which belongs to user {status.st_uid}"
+        sticky = folder != path and status.st_mode & stat.S_ISVTX
+        if status.st_mode & 0o022 and not sticky:
+            return f"{folder}, which others may write to (chmod go-w)"
     return None
 
 
@@ -235,12 +235,9 @@ def _locked(path: Path, kind: int) -> Iterator[None]:
 
 def _sweep(path: Path) -> None:
     """Remove temporary files of killed processes, unless files are being written now."""
-    with (
-        contextlib.suppress(BlockingIOError),
-        _locked(path, fcntl.LOCK_EX | fcntl.LOCK_NB),
-    ):
-        for left in path.glob(f"{_UNFINISHED}*"):
-            shutil.rmtree(left, ignore_errors=True)
+    with contextlib.suppress(BlockingIOError), _locked(path, fcntl.LOCK_EX | fcntl.LOCK_NB):
+        for leftover in path.glob(f"{_UNFINISHED}*"):
+            shutil.rmtree(leftover, ignore_errors=True)
 
 
 def _remove_if_left(path: Path) -> None:
@@ -252,7 +249,7 @@ def _remove_if_left(path: Path) -> None:
                 shutil.rmtree(path, ignore_errors=True)
 
 
-def _remove(path: Path, held: contextlib.ExitStack, process: int) -> None:
+def _remove(path: Path, lock: contextlib.ExitStack, process: int) -> None:
     if os.getpid() == process:  # not in a forked child
         shutil.rmtree(path, ignore_errors=True)
-        held.close()
+        lock.close()

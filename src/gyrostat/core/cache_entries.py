@@ -52,10 +52,10 @@ def limit() -> int:
     text = os.environ.get("GYROSTAT_CACHE_LIMIT", "").strip()
     if not text:
         return _DEFAULT
-    found = re.fullmatch(r"(\d{1,15}(?:\.\d{1,9})?)\s*([KMGT]?B|)", text, re.ASCII | re.IGNORECASE)
-    if found is None:
+    match = re.fullmatch(r"(\d{1,15}(?:\.\d{1,9})?)\s*([KMGT]?B|)", text, re.ASCII | re.IGNORECASE)
+    if match is None:
         raise InputError(f"GYROSTAT_CACHE_LIMIT: found {text!r}, expected a size such as 500MB")
-    return int(float(found[1]) * _FACTORS[found[2].upper()])
+    return int(float(match[1]) * _FACTORS[match[2].upper()])
 
 
 def entries(folder: Path) -> list[Entry]:
@@ -67,15 +67,15 @@ def entries(folder: Path) -> list[Entry]:
     Returns:
         Entries, the least recently used first.
     """
-    found = []
-    with contextlib.suppress(OSError), os.scandir(folder) as places:
-        for place in places:
-            if place.name.startswith(tuple(KINDS)):
+    programs = []
+    with contextlib.suppress(OSError), os.scandir(folder) as files:
+        for file in files:
+            if file.name.startswith(tuple(KINDS)):
                 with contextlib.suppress(OSError):  # another process removed it
-                    status = place.stat(follow_symlinks=False)
+                    status = file.stat(follow_symlinks=False)
                     if stat.S_ISREG(status.st_mode):
-                        found.append(Entry(Path(place.path), status.st_size, status.st_mtime))
-    return sorted(found, key=lambda entry: (entry.used, entry.path))
+                        programs.append(Entry(Path(file.path), status.st_size, status.st_mtime))
+    return sorted(programs, key=lambda entry: (entry.used, entry.path))
 
 
 def evict(folder: Path, largest: int, newest: str) -> None:
@@ -89,11 +89,11 @@ def evict(folder: Path, largest: int, newest: str) -> None:
         newest: Name of the entry that was just written. It is removed only if it exceeds the limit
             by itself.
     """
-    found = entries(folder)
-    total = sum(entry.size for entry in found)
+    programs = entries(folder)
+    total = sum(entry.size for entry in programs)
     if total <= largest:
         return
-    for entry in sorted(found, key=lambda entry: entry.path.name == newest):
+    for entry in sorted(programs, key=lambda entry: entry.path.name == newest):
         enough = largest if entry.path.name == newest else (1.0 - _FREE_SHARE) * largest
         if total <= enough:
             return
@@ -114,10 +114,10 @@ def clear(folder: Path) -> list[Entry]:
     Raises:
         InputError: An entry cannot be removed.
     """
-    found = entries(folder)
-    for entry in found:
+    programs = entries(folder)
+    for entry in programs:
         try:
             entry.path.unlink(missing_ok=True)
         except OSError as error:
             raise InputError(f"{entry.path}: cannot be removed: {error.strerror}") from None
-    return found
+    return programs

@@ -97,14 +97,14 @@ def positive_share(name: str) -> Rule:
 
 def three(name: str, unit: str = "") -> Rule:
     """Rule: three finite values, (3,); `name` and `unit` are for the message."""
-    wanted = ", ".join(filter(None, ("three finite values", unit)))
+    expected = ", ".join(filter(None, ("three finite values", unit)))
 
     def test(value: Any) -> None:
         every = np.asarray(value, dtype=float)
         if every.shape[-1:] != (3,) or not np.all(np.isfinite(every)):
-            raise InputError(f"{name}: found {every}, expected {wanted}")
+            raise InputError(f"{name}: found {every}, expected {expected}")
 
-    return Rule(wanted, test)
+    return Rule(expected, test)
 
 
 def direction(name: str) -> Rule:
@@ -138,7 +138,7 @@ class Checked(eqx.Module):
             for rule in getattr(field.type, "__metadata__", ()):
                 if isinstance(rule, Rule) and value is not None:
                     rule.test(value)
-            check_parts(*_each(value))
+            check_parts(*_as_tuple(value))
         self.check_own()
 
     def check_own(self) -> None:
@@ -158,7 +158,7 @@ class Checked(eqx.Module):
             InputError: A part or `check_own_period` raises it.
         """
         for field in dataclasses.fields(self):
-            check_period(period, *_each(getattr(self, field.name)))
+            check_period(period, *_as_tuple(getattr(self, field.name)))
         self.check_own_period(period)
 
     def check_own_period(self, period: float) -> None:
@@ -172,7 +172,7 @@ class Checked(eqx.Module):
         """
 
 
-def _each(value: Any) -> tuple[Any, ...]:
+def _as_tuple(value: Any) -> tuple[Any, ...]:
     return value if isinstance(value, tuple) else (value,)
 
 

@@ -13,11 +13,11 @@ def classes_of(folder: ModuleType, base: type[Kind]) -> tuple[type[Kind], ...]:
 
     The class itself may be in one of them.
     """
-    found: list[type[Kind]] = []
+    subclasses: list[type[Kind]] = []
     for file in iter_modules(folder.__path__):
         module = import_module(f"{folder.__name__}.{file.name}")
         classes = (each for each in vars(module).values() if isinstance(each, type))
         # not those that the file imports
         classes = (each for each in classes if each.__module__ == module.__name__)
-        found += [each for each in classes if issubclass(each, base) and each is not base]
-    return tuple(found)
+        subclasses += [each for each in classes if issubclass(each, base) and each is not base]
+    return tuple(subclasses)

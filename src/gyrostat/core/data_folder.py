@@ -31,7 +31,7 @@ def data_folder(files: Mapping[str, bytes]) -> Path:
     folder = _FOLDERS.get(name)
     try:
         if folder is None or not all((folder / path).is_file() for path in files):
-            folder = _FOLDERS[name] = _written(files)
+            folder = _FOLDERS[name] = _write_copies(files)
         for path, content in files.items():
             if (folder / path).read_bytes() != content:
                 raise InputError(
@@ -46,7 +46,7 @@ def data_folder(files: Mapping[str, bytes]) -> Path:
     return folder
 
 
-def _written(files: Mapping[str, bytes]) -> Path:
+def _write_copies(files: Mapping[str, bytes]) -> Path:
     """New folder with these files, which cannot be written."""
     folder = Path(tempfile.mkdtemp(prefix="gyrostat-data-")).resolve()
     atexit.register(_remove, folder, os.getpid())

@@ -58,8 +58,8 @@ class WatchedReaders(importlib.abc.MetaPathFinder):
         """Specification of a module of `READERS` that replaces its readers when it is executed."""
         if fullname not in READERS:
             return None
-        others = (finder for finder in sys.meta_path if finder is not self)
-        specs = (finder.find_spec(fullname, path, target) for finder in others)
+        finders = (finder for finder in sys.meta_path if finder is not self)
+        specs = (finder.find_spec(fullname, path, target) for finder in finders)
         spec = next((each for each in specs if each is not None), None)
         if spec is not None and spec.loader is not None:
             loader: Any = spec.loader
@@ -102,8 +102,8 @@ def _reporting(reader: Any, report: Report) -> Any:
                 report(path)
             return reader.__new__(kind, *arguments, **options)
 
-        found: Any = type(reader.__name__, (reader,), {"__new__": make, "__wrapped__": reader})
-        found.__module__ = reader.__module__
+        wrapper: Any = type(reader.__name__, (reader,), {"__new__": make, "__wrapped__": reader})
+        wrapper.__module__ = reader.__module__
     else:
 
         @functools.wraps(reader)
@@ -112,13 +112,13 @@ def _reporting(reader: Any, report: Report) -> Any:
                 report(path)
             return reader(*arguments, **options)
 
-        found = read
-    mark(found)
-    return found
+        wrapper = read
+    mark(wrapper)
+    return wrapper
 
 
 def _paths(arguments: Sequence[Any], options: dict[str, Any]) -> Iterator[Any]:
     """Paths among the first arguments, of which the first may be the object of a method."""
     for value in (*arguments[:2], *options.values()):
-        each = value if isinstance(value, list | tuple) else [value]
-        yield from (path for path in each if isinstance(path, str | bytes | os.PathLike))
+        values = value if isinstance(value, list | tuple) else [value]
+        yield from (path for path in values if isinstance(path, str | bytes | os.PathLike))

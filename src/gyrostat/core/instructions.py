@@ -84,14 +84,14 @@ def instructions() -> str:
     if not name:
         vector = sorted(each for each in features if re.match("avx|fma|sve|asimd", each))
         return " ".join([platform.machine(), *vector])
-    wanted = environment(name)
+    variables = environment(name)
     lacking = sorted(COMMON[name].needed - features)
     if lacking:
         raise InputError(
             f"--instructions: found a processor without {', '.join(lacking)}, expected {name}"
         )
-    other = [key for key, value in wanted.items() if value not in os.environ.get(key, "")]
-    if other or not set(_of_numpy()).isdisjoint(COMMON[name].beyond):
+    keys = [key for key, value in variables.items() if value not in os.environ.get(key, "")]
+    if keys or not set(_of_numpy()).isdisjoint(COMMON[name].beyond):
         raise InputError(
             f"--instructions: found a process with other instructions, expected {set_before(name)}"
         )
@@ -155,5 +155,5 @@ def _of_numpy() -> list[str]:
         return []
     import numpy as np
 
-    shown = np.show_config(mode="dicts") or {}
-    return shown.get("SIMD Extensions", {}).get("found", [])
+    config = np.show_config(mode="dicts") or {}
+    return config.get("SIMD Extensions", {}).get("found", [])

@@ -39,8 +39,8 @@ def use_private_cache(jax: Any) -> None:
     Args:
         jax: The imported module.
     """
-    folder, named = jax.config.jax_compilation_cache_dir, named_folder()
-    if folder and (named is None or Path(folder) != named.resolve() / "jax"):
+    folder, root = jax.config.jax_compilation_cache_dir, named_folder()
+    if folder and (root is None or Path(folder) != root.resolve() / "jax"):
         return
     cache, module = private_cache(), sys.modules.get("jax._src.compilation_cache")
     if cache is None or not hasattr(module, "get_file_cache"):

@@ -38,14 +38,14 @@ def whiten(positive: Square, right: Float[Array, "n m"]) -> Float[Array, "n m"]:
         positive: Symmetric positive definite matrix, (n, n); otherwise the result is NaN.
         right: Right-hand side, (n, m).
     """
-    found = []
+    solution = []
     rows = jnp.concatenate([positive, right], axis=1)
     size = len(positive)
     for k in range(size):
         row = rows[0] * jax.lax.rsqrt(rows[0, 0])
-        found.append(row[size - k :])
+        solution.append(row[size - k :])
         rows = rows[1:, 1:] - row[1 : size - k, None] * row[1:]
-    return jnp.stack(found)
+    return jnp.stack(solution)
 
 
 def factor(semidefinite: Square, drop: float = 1e-13) -> Square:
@@ -57,15 +57,15 @@ def factor(semidefinite: Square, drop: float = 1e-13) -> Square:
             errors; their column is zero.
     """
     index = jnp.arange(len(semidefinite))
-    least = drop * jnp.max(semidefinite)  # the largest element is on the diagonal
-    rest, columns = semidefinite, []
+    threshold = drop * jnp.max(semidefinite)  # the largest element is on the diagonal
+    remainder, columns = semidefinite, []
     for k in range(len(semidefinite)):
-        pivot = rest[k, k]
+        pivot = remainder[k, k]
         # a compiler may round the two uses of the pivot differently: keep the argument positive
-        scale = jnp.where(pivot > least, jax.lax.rsqrt(jnp.maximum(pivot, least)), 0.0)
-        column = jnp.where(index >= k, rest[:, k] * scale, 0.0)
+        scale = jnp.where(pivot > threshold, jax.lax.rsqrt(jnp.maximum(pivot, threshold)), 0.0)
+        column = jnp.where(index >= k, remainder[:, k] * scale, 0.0)
         columns.append(column)
-        rest = rest - column[:, None] * column
+        remainder = remainder - column[:, None] * column
     return jnp.stack(columns, axis=1)
 
 
@@ -96,15 +96,15 @@ def solve(
     index = jnp.arange(size)
 
     def step(k, carry):
-        rows, used, order, logarithm = carry
+        rows, eliminated, order, logarithm = carry
         column = rows[:, k]
-        best = jnp.argmax(jnp.where(used, -1.0, jnp.abs(column)))
-        chosen = index == best
+        best = jnp.argmax(jnp.where(eliminated, -1.0, jnp.abs(column)))
+        is_pivot = index == best
         pivot = column[best]
         row = rows[best] / pivot
-        rows = jnp.where(chosen[:, None], row, rows - column[:, None] * row)
+        rows = jnp.where(is_pivot[:, None], row, rows - column[:, None] * row)
         order = jnp.where(index == k, best, order)
-        return rows, used | chosen, order, logarithm + jnp.log(jnp.abs(pivot))
+        return rows, eliminated | is_pivot, order, logarithm + jnp.log(jnp.abs(pivot))
 
     rows = jnp.concatenate([matrix, right], axis=1)
     start = (rows, jnp.zeros(size, bool), index, jnp.zeros(()))

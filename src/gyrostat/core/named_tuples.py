@@ -21,8 +21,8 @@ def with_fields(prefix: str, values: Any, added: Mapping[str, Any], units: Mappi
         A named tuple of the fields of `values`, followed by the additional ones. Equal arguments
         give the same type.
     """
-    made = _extended(prefix, type(values), tuple(added), tuple(sorted(units.items())))
-    return made(*values, *added.values())
+    extension = _extend(prefix, type(values), tuple(added), tuple(sorted(units.items())))
+    return extension(*values, *added.values())
 
 
 def without_fields(values: Any) -> Any:
@@ -32,14 +32,14 @@ def without_fields(values: Any) -> Any:
 
 
 @cache
-def _extended(
+def _extend(
     prefix: str, kind: Any, names: tuple[str, ...], units: tuple[tuple[str, str], ...]
 ) -> Any:
-    made: Any = namedtuple(f"{prefix}{kind.__name__}", (*kind._fields, *names))
-    made.UNITS = declared_units(kind) | dict(units)
-    made.EXTENDS = kind
+    extension: Any = namedtuple(f"{prefix}{kind.__name__}", (*kind._fields, *names))
+    extension.UNITS = declared_units(kind) | dict(units)
+    extension.EXTENDS = kind
     # the type is made when it is needed, so that pickle cannot find it by its name
-    made.__reduce__ = lambda row: (
+    extension.__reduce__ = lambda row: (
         with_fields,
         (
             prefix,
@@ -48,4 +48,4 @@ def _extended(
             dict(units),
         ),
     )
-    return made
+    return extension

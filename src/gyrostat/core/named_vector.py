@@ -26,9 +26,9 @@ class NamedVector(np.ndarray):
             names: Names, (n,).
             values: Numbers, (n,).
         """
-        made = np.array(values, dtype=np.float64).view(cls)
-        made.names = tuple(names)
-        return made
+        vector = np.array(values, dtype=np.float64).view(cls)
+        vector.names = tuple(names)
+        return vector
 
     def __getitem__(self, key: Any) -> Any:
         """Return the entry of a name, or what NumPy returns for an index.

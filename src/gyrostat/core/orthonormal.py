@@ -83,14 +83,14 @@ def _nodes() -> tuple[Vector, Vector]:
 def _stieltjes(nodes: Vector, weights: Vector, points: Vector, degree: int) -> Matrix:
     """Polynomials at points that are orthonormal over weighted nodes, (n, degree + 1)."""
     before, now = np.zeros_like(nodes), np.ones_like(nodes)
-    found, past = [np.ones_like(points)], np.zeros_like(points)
+    polynomials, past = [np.ones_like(points)], np.zeros_like(points)
     size = 0.0
     for _ in range(degree):
         centre = weights @ (nodes * now**2)
-        grown = (nodes - centre) * now - size * before
-        other = (points - centre) * found[-1] - size * past
-        size = float(np.sqrt(weights @ grown**2))
-        before, now = now, grown / size
-        past = found[-1]
-        found.append(other / size)
-    return np.stack(found, axis=1)
+        at_nodes = (nodes - centre) * now - size * before
+        at_points = (points - centre) * polynomials[-1] - size * past
+        size = float(np.sqrt(weights @ at_nodes**2))
+        before, now = now, at_nodes / size
+        past = polynomials[-1]
+        polynomials.append(at_points / size)
+    return np.stack(polynomials, axis=1)

@@ -69,7 +69,7 @@ class Manifest:
             with contextlib.suppress(
                 ValueError, TypeError, KeyError, AttributeError, RecursionError
             ):
-                self.entries = _parsed(json.loads(content))
+                self.entries = _parse(json.loads(content))
                 self.damaged = False
 
     def fault(self, name: str, by: str) -> str | None:
@@ -116,7 +116,7 @@ class Manifest:
         os.replace(unfinished, self.folder / MANIFEST)
 
 
-def _parsed(content: Any) -> dict[str, Entry]:
+def _parse(content: Any) -> dict[str, Entry]:
     if content["gyrostat"] != _FORMAT:
         raise ValueError("another format")
     entries = {}
@@ -144,9 +144,9 @@ def check_outputs(folder: Path, names: Iterable[str], *, by: str, force: bool = 
     if not force:
         manifest = Manifest(folder)
         for name in (MANIFEST, *names):
-            found = manifest.fault(name, by)
-            if found is not None:
-                raise _in_the_way(folder / name, found)
+            fault = manifest.fault(name, by)
+            if fault is not None:
+                raise _in_the_way(folder / name, fault)
 
 
 @contextlib.contextmanager
@@ -191,39 +191,36 @@ def _move(
     scratch: Path, folder: Path, by: str, force: bool, aside: Callable[[str], None] | None
 ) -> None:
     """Rename every file of the scratch folder into the output folder and add it to the manifest."""
-    made = {path.relative_to(scratch).as_posix(): path for path in _files(scratch)}
-    digests = {name: digest_of(path) or "" for name, path in made.items()}
-    for path in made.values():
+    paths = sorted(path for path in scratch.rglob("*") if path.is_file())
+    files = {path.relative_to(scratch).as_posix(): path for path in paths}
+    digests = {name: digest_of(path) or "" for name, path in files.items()}
+    for path in files.values():
         _sync(path)
     with _locked(folder):
         manifest = Manifest(folder)
-        for name in (MANIFEST, *made):
-            found = manifest.fault(name, by)
-            if found is None or digest_of(folder / name) == digests.get(name, ""):
+        for name in (MANIFEST, *files):
+            fault = manifest.fault(name, by)
+            if fault is None or digest_of(folder / name) == digests.get(name, ""):
                 continue
             if aside is not None:
-                kept = set_aside(folder / name)
-                aside(f"{folder / name}: found {found}: it is kept as {kept.name}")
+                new_path = set_aside(folder / name)
+                aside(f"{folder / name}: found {fault}: it is kept as {new_path.name}")
             elif not force:
-                raise _in_the_way(folder / name, found)
+                raise _in_the_way(folder / name, fault)
         for name, digest in digests.items():
             before = digest_of(folder / name)
             manifest.entries[name] = Entry(by, (digest,) if before is None else (before, digest))
         manifest.write(scratch)
-        for name, path in made.items():
+        for name, path in files.items():
             (folder / name).parent.mkdir(parents=True, exist_ok=True)
             os.replace(path, folder / name)
             manifest.entries[name] = Entry(by, (digests[name],))
         manifest.write(scratch)
 
 
-def _files(scratch: Path) -> list[Path]:
-    return sorted(path for path in scratch.rglob("*") if path.is_file())
-
-
-def _in_the_way(path: Path, found: str) -> InputError:
+def _in_the_way(path: Path, fault: str) -> InputError:
     return InputError(
-        f"{path}: found {found}, expected no file, or one of this command: give another --out, "
+        f"{path}: found {fault}, expected no file, or one of this command: give another --out, "
         "move it, or replace it with --force"
     )
 
@@ -248,12 +245,12 @@ def _lock(folder: Path, *, wait: bool) -> int:
 
 def _sweep(folder: Path) -> None:
     """Remove the scratch folders of killed processes. Folders of live processes are locked."""
-    for left in folder.glob(f"{UNFINISHED}*"):
+    for leftover in folder.glob(f"{UNFINISHED}*"):
         with contextlib.suppress(OSError):
-            handle = os.open(left, os.O_DIRECTORY | os.O_NOFOLLOW)
+            handle = os.open(leftover, os.O_DIRECTORY | os.O_NOFOLLOW)
             try:
                 fcntl.flock(handle, fcntl.LOCK_EX | fcntl.LOCK_NB)
-                shutil.rmtree(left)
+                shutil.rmtree(leftover)
             finally:
                 os.close(handle)
 

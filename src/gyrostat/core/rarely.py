@@ -22,25 +22,27 @@ def rarely(quick: Callable[..., Any], exact: Callable[..., Any]) -> Callable[...
     function = jax.custom_batching.custom_vmap(exact)
 
     @function.def_vmap
-    def batched(size: int, own: list[Any], *arguments: Any) -> tuple[Any, Any]:
+    def batched(size: int, in_batched: list[Any], *arguments: Any) -> tuple[Any, Any]:
         leaves, tree = jax.tree.flatten(arguments)
-        flags = jax.tree.leaves(own)
+        flags = jax.tree.leaves(in_batched)
         axes = jax.tree.unflatten(tree, [0 if flag else None for flag in flags])
         result, fine = jax.vmap(quick, axes, axis_size=size)(*arguments)
         order, count = jnp.argsort(fine), jnp.sum(~fine)
 
-        def some(carry: tuple[Any, Any]) -> tuple[Any, Any]:
+        def step(carry: tuple[Any, Any]) -> tuple[Any, Any]:
             result, first = carry
-            place = first + jnp.arange(TOGETHER)
-            at = order[jnp.minimum(place, size - 1)]
+            position = first + jnp.arange(TOGETHER)
+            at = order[jnp.minimum(position, size - 1)]
             picked = [leaf[at] if flag else leaf for leaf, flag in zip(leaves, flags, strict=True)]
-            found = jax.vmap(exact, axes, axis_size=TOGETHER)(*jax.tree.unflatten(tree, picked))
+            chunk = jax.vmap(exact, axes, axis_size=TOGETHER)(*jax.tree.unflatten(tree, picked))
             # of the runs beyond the last one nothing is kept
-            where = jnp.where(place < count, at, size)
-            kept = jax.tree.map(lambda all, few: all.at[where].set(few, mode="drop"), result, found)
-            return kept, first + TOGETHER
+            where = jnp.where(position < count, at, size)
+            result = jax.tree.map(
+                lambda all, part: all.at[where].set(part, mode="drop"), result, chunk
+            )
+            return result, first + TOGETHER
 
-        result, _ = jax.lax.while_loop(lambda carry: carry[1] < count, some, (result, 0))
+        result, _ = jax.lax.while_loop(lambda carry: carry[1] < count, step, (result, 0))
         return result, jax.tree.map(lambda _: True, result)
 
     # differentiated, the exact function alone is used: a tangent may be of a batch where its value

@@ -21,7 +21,6 @@ def with_values(part: Any) -> str:
 
 
 def _plain(leaf: Any) -> Any:
-    traced = isinstance(leaf, Tracer)
-    if traced or not isinstance(leaf, jax.Array | np.ndarray | np.generic):
+    if isinstance(leaf, Tracer) or not isinstance(leaf, jax.Array | np.ndarray | np.generic):
         return leaf
     return np.asarray(leaf).tolist() if leaf.size <= LARGEST_SHOWN else leaf

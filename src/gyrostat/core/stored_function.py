@@ -35,23 +35,23 @@ def stored_function(function: Callable[..., Any], *about: Any) -> Callable[..., 
         about: What else determines the function: texts and numbers that it uses, and classes.
     """
     compiled = jax.jit(function)
-    loaded: dict[Any, Callable[..., Any]] = {}
+    programs: dict[Any, Callable[..., Any]] = {}
     ours = all(each.__module__.startswith("gyrostat.") for each in about if isinstance(each, type))
 
     def call(*arguments: Any) -> Any:
         if not ours or any(isinstance(each, Tracer) for each in arguments):
             return compiled(*arguments)
-        given = [np.asarray(each) for each in arguments]
-        types = tuple((each.shape, str(each.dtype)) for each in given)
-        if types not in loaded:
+        arrays = [np.asarray(each) for each in arguments]
+        types = tuple((each.shape, str(each.dtype)) for each in arrays)
+        if types not in programs:
             name = repr((function.__module__, function.__qualname__, about, types))
-            loaded[types] = _executable(compiled, given, name)
-        return loaded[types](*given)
+            programs[types] = _executable(compiled, arrays, name)
+        return programs[types](*arrays)
 
     return call
 
 
-def _executable(compiled: Any, given: list[Any], name: str) -> Callable[..., Any]:
+def _executable(compiled: Any, arrays: list[Any], name: str) -> Callable[..., Any]:
     """Executable of a function for the types of these arguments."""
     from jax.experimental.serialize_executable import deserialize_and_load, serialize
 
@@ -63,16 +63,16 @@ def _executable(compiled: Any, given: list[Any], name: str) -> Callable[..., Any
     if content is not None:
         return deserialize_and_load(*pickle.loads(content))
     with compiled_anew():  # what JAX has loaded from a store cannot be serialised
-        made = compiled.lower(*given).compile()
-    content = pickle.dumps(serialize(made))
-    again = deserialize_and_load(*pickle.loads(content))(*given)
-    if all(map(_same, jax.tree.leaves(made(*given)), jax.tree.leaves(again))):
+        executable = compiled.lower(*arrays).compile()
+    content = pickle.dumps(serialize(executable))
+    results = deserialize_and_load(*pickle.loads(content))(*arrays)
+    if all(map(_have_same_bytes, jax.tree.leaves(executable(*arrays)), jax.tree.leaves(results))):
         cache.write(entry, content)
-    return made
+    return executable
 
 
-def _same(one: Any, other: Any) -> bool:
-    return np.asarray(one).tobytes() == np.asarray(other).tobytes()
+def _have_same_bytes(first: Any, second: Any) -> bool:
+    return np.asarray(first).tobytes() == np.asarray(second).tobytes()
 
 
 def surroundings() -> str:

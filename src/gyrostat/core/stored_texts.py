@@ -20,11 +20,11 @@ def stored_texts(about: Any, make: Callable[[], dict[str, str]]) -> dict[str, st
             are made anew and not kept.
         make: Function that makes the texts from these data: name -> text.
     """
-    told = structure_text(about, is_data=False)
-    cache = None if told is None else private_cache()
+    description = structure_text(about, is_data=False)
+    cache = None if description is None else private_cache()
     if cache is None:
         return make()
-    name = f"texts-{hashlib.sha256(f'{told} {surroundings()}'.encode()).hexdigest()}"
+    name = f"texts-{hashlib.sha256(f'{description} {surroundings()}'.encode()).hexdigest()}"
     content = cache.read(name)
     if content is not None:
         return json.loads(content)

@@ -47,12 +47,12 @@ def stored_tree_function(function: Callable[..., Any]) -> Callable[..., Any]:
             kinds = [jax.random.key_impl(leaf) if _is_key(leaf) else None for leaf in leaves]
 
             def flat(*arrays: Any) -> Any:
-                given, found = iter(arrays), []
+                data, values = iter(arrays), []
                 for leaf, kind in zip(static, kinds, strict=True):
-                    found.append(next(given) if leaf is None else leaf)
+                    values.append(next(data) if leaf is None else leaf)
                     if kind is not None:
-                        found[-1] = jax.random.wrap_key_data(found[-1], impl=kind)
-                return function(*jax.tree.unflatten(tree, found))
+                        values[-1] = jax.random.wrap_key_data(values[-1], impl=kind)
+                return function(*jax.tree.unflatten(tree, values))
 
             programs[about] = stored_function(flat, name, about)
         arrays = (leaf for leaf in leaves if _is_array(leaf))
@@ -74,7 +74,7 @@ def structure_text(value: Any, *, is_data: bool = True) -> str | None:
         The text; None if an object, class or function in the tree is not of this package.
     """
     try:
-        return _described(value, is_data)
+        return _describe(value, is_data)
     except _UserCodeError:
         return None
 
@@ -83,45 +83,45 @@ class _UserCodeError(Exception):
     """The tree contains something that is not of this package."""
 
 
-def _described(value: Any, is_data: bool) -> str:
+def _describe(value: Any, is_data: bool) -> str:
     kind = type(value)
     if value is None or kind in (bool, int, float, str):
         return f"{kind.__name__} {value!r}"
     if is_data and _is_array(value):
         return f"key {jax.random.key_impl(value)}" if _is_key(value) else "array"
     if kind in (tuple, list):
-        return f"{kind.__name__} [{', '.join(_described(each, is_data) for each in value)}]"
+        return f"{kind.__name__} [{', '.join(_describe(each, is_data) for each in value)}]"
     if kind is dict:
-        parts = (f"{_described(k, False)}: {_described(v, is_data)}" for k, v in value.items())
+        parts = (f"{_describe(k, False)}: {_describe(v, is_data)}" for k, v in value.items())
         return f"dict {{{', '.join(parts)}}}"
     if isinstance(value, type | FunctionType):
-        return f"object {_named(value)}"
+        return f"object {_qualified_name(value)}"
     if isinstance(value, Enum):
-        return f"{_named(kind)} {value.name}"
+        return f"{_qualified_name(kind)} {value.name}"
     if isinstance(value, eqx.Module):
         parts = (
             f"{each.name}="
-            + _described(
+            + _describe(
                 getattr(value, each.name), is_data and not each.metadata.get("static", False)
             )
             for each in dataclasses.fields(value)
         )
-        return f"{_named(kind)}({', '.join(parts)})"
+        return f"{_qualified_name(kind)}({', '.join(parts)})"
     if isinstance(value, tuple) and hasattr(kind, "_fields"):
-        return f"{_named(kind)}({', '.join(_described(each, is_data) for each in value)})"
+        return f"{_qualified_name(kind)}({', '.join(_describe(each, is_data) for each in value)})"
     raise _UserCodeError
 
 
-def _named(value: Any) -> str:
+def _qualified_name(value: Any) -> str:
     """Module and name of a class or function of this package."""
     home, name = value.__module__, value.__qualname__
     if not home.startswith("gyrostat.") or "<" in name:
         raise _UserCodeError
     try:
-        found = attrgetter(name)(sys.modules[home])
+        definition = attrgetter(name)(sys.modules[home])
     except (AttributeError, KeyError):
-        found = None
-    if found is not value:
+        definition = None
+    if definition is not value:
         raise _UserCodeError
     return f"{home}.{name}"
 

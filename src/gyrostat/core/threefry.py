@@ -28,16 +28,16 @@ def threefry(key: ArrayLike, counter: ArrayLike) -> Words:
     key, counter = np.atleast_1d(key), np.atleast_1d(counter)
     high, low = _halves(key)
     keys = (high, low, high ^ low ^ _PARITY)
-    one, other = _halves(counter)
-    one, other = one + high, other + low
+    x0, x1 = _halves(counter)
+    x0, x1 = x0 + high, x1 + low
     for stage in range(5):
         for rotation in _ROTATIONS[stage % 2]:
-            one = one + other
-            turned = (other << np.uint32(rotation)) | (other >> np.uint32(32 - rotation))
-            other = turned ^ one
-        one = one + keys[(stage + 1) % 3]
-        other = other + keys[(stage + 2) % 3] + np.uint32(stage + 1)
-    return ((one.astype(np.uint64) << np.uint64(32)) | other).reshape(shape)
+            x0 = x0 + x1
+            turned = (x1 << np.uint32(rotation)) | (x1 >> np.uint32(32 - rotation))
+            x1 = turned ^ x0
+        x0 = x0 + keys[(stage + 1) % 3]
+        x1 = x1 + keys[(stage + 2) % 3] + np.uint32(stage + 1)
+    return ((x0.astype(np.uint64) << np.uint64(32)) | x1).reshape(shape)
 
 
 def _halves(words: Words) -> tuple[NDArray[np.uint32], NDArray[np.uint32]]:

@@ -75,8 +75,8 @@ def read_content(path: Path, kind: str, largest: int) -> bytes:
         if isinstance(error, InputError):
             raise
         raise InputError(f"{path}: found {error}, expected {kind}") from None
-    what = "a folder" if stat.S_ISDIR(status.st_mode) else "a pipe or device"
-    raise InputError(f"{path}: found {what}, expected {kind}")
+    file_type = "a folder" if stat.S_ISDIR(status.st_mode) else "a pipe or device"
+    raise InputError(f"{path}: found {file_type}, expected {kind}")
 
 
 def read_toml(path: Path, kind: str) -> dict[str, Any]:
@@ -114,9 +114,9 @@ def refuse_unknown(path: Path, prefix: str, found: Collection[str], known: Colle
         if key not in known:
             near = difflib.get_close_matches(key, known, n=1)
             hint = f" (did you mean {prefix}{near[0]}?)" if near else ""
-            shown = key if key.isprintable() else repr(key)
+            name = key if key.isprintable() else repr(key)
             raise InputError(
-                f"{path}: key {prefix}{shown}: found an unknown key{hint}, expected "
+                f"{path}: key {prefix}{name}: found an unknown key{hint}, expected "
                 f"{', '.join(known)}"
             )
 
@@ -133,9 +133,9 @@ def name_text(path: Path, key: str, value: object) -> str:
         InputError: The value is not such a name.
     """
     if not isinstance(value, str) or not value.isprintable() or len(value) > LONGEST_NAME:
-        found = repr(value)
+        text = repr(value)
         raise InputError(
-            f"{path}: key {key}: found {found if len(found) <= 60 else found[:57] + '...'}, "
+            f"{path}: key {key}: found {text if len(text) <= 60 else text[:57] + '...'}, "
             f"expected a text of at most {LONGEST_NAME} printable characters"
         )
     return value
@@ -153,13 +153,13 @@ def number(path: Path, key: str, value: object, *, positive: bool) -> float:
     Raises:
         InputError: The value is not such a number.
     """
-    found = math.nan
+    result = math.nan
     if isinstance(value, int | float) and not isinstance(value, bool):
-        found = float(value) if abs(value) <= sys.float_info.max else math.inf
-    if not math.isfinite(found) or (positive and found <= 0.0):
-        wanted = "a number above 0" if positive else "a finite number"
-        raise InputError(f"{path}: key {key}: found {value!r}, expected {wanted}")
-    return magnitude(f"{path}: key {key}", found, shown=value)
+        result = float(value) if abs(value) <= sys.float_info.max else math.inf
+    if not math.isfinite(result) or (positive and result <= 0.0):
+        expected = "a number above 0" if positive else "a finite number"
+        raise InputError(f"{path}: key {key}: found {value!r}, expected {expected}")
+    return magnitude(f"{path}: key {key}", result, shown=value)
 
 
 def quantity(path: Path, key: str, value: object, dimension: str, *, positive: bool) -> float:
@@ -220,10 +220,10 @@ def direction(path: Path, key: str, value: object) -> Vector:
     Raises:
         InputError: The value is not a list of three numbers, or they are all zero.
     """
-    found = three(path, key, value, None)
-    if not found.any():
+    vector = three(path, key, value, None)
+    if not vector.any():
         raise InputError(f"{path}: key {key}: found zero, expected a direction")
-    return found
+    return vector
 
 
 def inertia_matrix(path: Path, key: str, value: object) -> Matrix:

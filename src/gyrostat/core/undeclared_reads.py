@@ -77,8 +77,8 @@ class UndeclaredReadError(InputError):
     """
 
     def __init__(self, read: Read) -> None:
-        found = f"found `{read.text}`, which {read.what}"
-        super().__init__(f"{read.file} line {read.line}: {found}, expected {read.remedy}")
+        fault = f"found `{read.text}`, which {read.what}"
+        super().__init__(f"{read.file} line {read.line}: {fault}, expected {read.remedy}")
         self.read = read
 
 
@@ -99,14 +99,14 @@ def watched_reads(package: str = "") -> Iterator[None]:
         UndeclaredReadError: A line of a private package has read something from outside of the
             scenario, in place of any exception that this led to.
     """
-    found = folder_of(package.partition(".")[0])
+    location = folder_of(package.partition(".")[0])
     reads: list[Read] = []
     with _SWITCHING:
         if not _watches:
             _switch_on()
         _watches[id(reads)] = reads
     try:
-        with working_in(found[0] if found else None):
+        with working_in(location[0] if location else None):
             yield
     except Exception:
         if not reads:
@@ -200,7 +200,7 @@ def _judge(event: str, arguments: Any) -> None:
     elif event in ("os.listdir", "os.scandir"):
         _note_file(arguments[0] or ".", listed=True)
     elif event in ("subprocess.Popen", "os.system"):
-        _note(f"runs {_shown(arguments[0])}", _AS_DATA)
+        _note(f"runs {_shorten(arguments[0])}", _AS_DATA)
     elif event == "socket.connect":
         _note("opens a connection", _AS_DATA)
 
@@ -210,41 +210,41 @@ def _note_file(path: Any, *, listed: bool = False) -> None:
     if not isinstance(path, str | bytes | os.PathLike):
         return  # an open file
     name = os.fsdecode(path)
-    called = _caller()
-    if called is None:
+    caller = _caller()
+    if caller is None:
         return
-    frame, between = called
+    frame, between = caller
     imported = any(code.co_filename == _IMPORT for code in between)
-    whole = os.path.abspath(name)
-    if whole.endswith(".pyc") and imported:
+    file = os.path.abspath(name)
+    if file.endswith(".pyc") and imported:
         with contextlib.suppress(ValueError, NotImplementedError):
-            whole = os.path.abspath(importlib.util.source_from_cache(whole))
-    is_code = whole.endswith((".py", ".pyc"))
-    if is_library_file(whole) or whole == os.devnull or (imported and not is_code):
+            file = os.path.abspath(importlib.util.source_from_cache(file))
+    is_code = file.endswith((".py", ".pyc"))
+    if is_library_file(file) or file == os.devnull or (imported and not is_code):
         return
     if any(part in code.co_filename for code in between for part in _OWN_READERS):
         return
-    if whole.startswith(_MACHINE) and any(is_library_file(code.co_filename) for code in between):
+    if file.startswith(_MACHINE) and any(is_library_file(code.co_filename) for code in between):
         return
     if is_code and any(code is linecache.updatecache.__code__ for code in between):
         return  # the lines of a warning or a traceback
     package = frame.f_code.co_filename.partition("/")[0]
     start, declared = folder_of(package) or (Path(os.path.abspath(package)), ())
-    inside = Path(whole).is_relative_to(start)
-    short = Path(whole).relative_to(start).as_posix() if inside else name
+    inside = Path(file).is_relative_to(start)
+    short = Path(file).relative_to(start).as_posix() if inside else name
     if inside and (short in declared or (declared and listed)):
         return
     if is_code:
         _note(
             f"{'imports' if imported else 'reads'} {short}",
-            f"the statement import {Path(whole).stem}, which makes it part of the scenario",
+            f"the statement import {Path(file).stem}, which makes it part of the scenario",
         )
         return
     if listed:
         _note(f"lists the folder {short}", 'the names of its files, data = ["FILE", ...]')
         return
     relative = not os.path.isabs(short) and ".." not in Path(short).parts
-    entry = short if relative else os.path.basename(whole)
+    entry = short if relative else os.path.basename(file)
     copy = "" if relative else f"a copy beside the module, Path(__file__).parent / {entry!r}, and "
     _note(
         f"reads {short}",
@@ -253,29 +253,29 @@ def _note_file(path: Any, *, listed: bool = False) -> None:
     )
 
 
-def _note_variable(what: str) -> None:
+def _note_variable(action: str) -> None:
     """Note an environment variable that a line of a user reads, itself or by a function of os."""
-    called = _caller()
-    if called is None:
+    caller = _caller()
+    if caller is None:
         return
-    files = {os.path.basename(code.co_filename) for code in called[1]}
-    names = {code.co_name for code in called[1]}
+    files = {os.path.basename(code.co_filename) for code in caller[1]}
+    names = {code.co_name for code in caller[1]}
     if files <= _ENVIRONMENT and "setdefault" not in names:
-        _note(f"reads {what}", _AS_FIELD)
+        _note(f"reads {action}", _AS_FIELD)
 
 
-def _note(what: str, remedy: str) -> None:
+def _note(action: str, remedy: str) -> None:
     """Note a read, if a line of a user leads to it, which no import of a package does."""
-    called = _caller()
-    if called is None or not _watches:
+    caller = _caller()
+    if caller is None or not _watches:
         return
-    frame, between = called
-    if any(code.co_filename == _IMPORT for code in between) and not what.startswith("imports "):
+    frame, between = caller
+    if any(code.co_filename == _IMPORT for code in between) and not action.startswith("imports "):
         return
     package, _, file = frame.f_code.co_filename.partition("/")
     text = linecache.getline(frame.f_code.co_filename, frame.f_lineno).strip()[:80]
     next(reversed(_watches.values())).append(
-        Read(package, file, frame.f_lineno, text, what, remedy)
+        Read(package, file, frame.f_lineno, text, action, remedy)
     )
 
 
@@ -291,9 +291,9 @@ def _caller() -> tuple[FrameType, list[CodeType]] | None:
     return None
 
 
-def _shown(value: Any) -> str:
-    shown = os.fsdecode(value) if isinstance(value, str | bytes) else repr(value)
-    return shown if len(shown) <= 60 else f"{shown[:57]}..."
+def _shorten(value: Any) -> str:
+    text = os.fsdecode(value) if isinstance(value, str | bytes) else repr(value)
+    return text if len(text) <= 60 else f"{text[:57]}..."
 
 
 _READERS = WatchedReaders(_note_file)

@@ -114,8 +114,8 @@ def find_unit(text: str, dimension: str, where: str) -> Unit:
     unit = known_unit(text, dimension)
     if unit is not None:
         return unit
-    others = [name for name in TABLE if known_unit(text, name) is not None]
-    remark = f"; {text[:40]!r} is a unit of {_words(others[0])}" if others else ""
+    dimensions = [name for name in TABLE if known_unit(text, name) is not None]
+    remark = f"; {text[:40]!r} is a unit of {_words(dimensions[0])}" if dimensions else ""
     raise InputError(
         f"{where}: found unit {text[:40]!r}, expected a unit of {_words(dimension)}: "
         f"{_listed(dimension)}{remark or _suggestion(text, dimension)}"
@@ -140,8 +140,8 @@ def _suggestion(text: str, dimension: str) -> str:
     rows = {row[0].symbol.casefold(): row[0] for row in reversed(TABLE.get(dimension, ()))}
     parts = _PARTS.split(normalised(text).casefold())
     for near in difflib.get_close_matches(text.strip().casefold(), rows, n=3):
-        wanted = _PARTS.split(normalised(near).casefold())
-        if len(parts) == len(wanted) and all(map(_is_misprint, parts, wanted)):
+        near_parts = _PARTS.split(normalised(near).casefold())
+        if len(parts) == len(near_parts) and all(map(_is_misprint, parts, near_parts)):
             unit = rows[near]
             plain = unit.factor == 1.0 or unit.offset
             size = "" if plain else f" ({unit.factor:.4g} {SI_UNIT[dimension]})"
@@ -149,13 +149,13 @@ def _suggestion(text: str, dimension: str) -> str:
     return ""
 
 
-def _is_misprint(part: str, wanted: str) -> bool:
+def _is_misprint(part: str, target: str) -> bool:
     """Whether a part of a unit is another one with a misprint; a prefix is none."""
-    is_prefixed = part[1:] == wanted or wanted[1:] == part
-    return part == wanted or (
+    is_prefixed = part[1:] == target or target[1:] == part
+    return part == target or (
         not is_prefixed
-        and min(len(part), len(wanted)) > 1
-        and difflib.SequenceMatcher(None, part, wanted).ratio() > 0.6
+        and min(len(part), len(target)) > 1
+        and difflib.SequenceMatcher(None, part, target).ratio() > 0.6
     )
 
 
@@ -177,9 +177,9 @@ def to_si(value, unit, dimension):
     Raises:
         InputError: The unit is unknown, or a value is not finite before or after conversion.
     """
-    found = find_unit(unit, dimension, dimension)
+    source_unit = find_unit(unit, dimension, dimension)
     with np.errstate(over="ignore"):
-        converted = found.to_si(np.asarray(value, dtype=np.float64))
+        converted = source_unit.to_si(np.asarray(value, dtype=np.float64))
     if not np.all(np.isfinite(converted)):
         raise InputError(f"{dimension}: found NaN or an infinite value, expected finite numbers")
     return float(converted) if converted.ndim == 0 else converted

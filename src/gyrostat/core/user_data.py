@@ -10,9 +10,10 @@ from collections.abc import Iterable, Iterator, Mapping
 from pathlib import Path, PurePosixPath
 from typing import Any
 
-from gyrostat.core.errors import InputError
+from gyrostat.core.errors import InputError, placed
 from gyrostat.core.toml_file import described, read_content
 from gyrostat.core.user_modules import Source
+from gyrostat.core.user_sources import path_below
 
 LARGEST_DATA = 10_000_000
 """Largest data file of a part, bytes: it is stored in the text of the scenario."""
@@ -29,8 +30,8 @@ def data_names(place: str, found: Any) -> dict[str, str]:
         InputError: The value is not a list of different paths.
     """
     if not isinstance(found, list | tuple) or not found:
-        shown = "an empty list" if isinstance(found, list | tuple) else described(found)
-        raise InputError(f'{place}: found {shown}, expected paths, such as ["weights.npz"]')
+        text = "an empty list" if isinstance(found, list | tuple) else described(found)
+        raise InputError(f'{place}: found {text}, expected paths, such as ["weights.npz"]')
     names: dict[str, str] = {}
     for k, path in enumerate(found):
         inner = f"{place}[{k}]"
@@ -44,10 +45,7 @@ def data_names(place: str, found: Any) -> dict[str, str]:
 
 
 def with_data(
-    folder: Path,
-    sources: tuple[Source, ...],
-    kinds: Iterable[str],
-    data: Mapping[str, str],
+    folder: Path, sources: tuple[Source, ...], kinds: Iterable[str], data: Mapping[str, str]
 ) -> tuple[Source, ...]:
     """Modules of a scenario, and the data files of its parts, sorted by path.
 
@@ -61,16 +59,16 @@ def with_data(
         InputError: A file cannot be read, is too large, is a Python module or is not below the
             folder.
     """
-    named = dict(data)
+    paths = dict(data)
     for kind in kinds:
         file, _, name = kind.partition(":")
         text = next(source.text for source in sources if source.path == file)
         for path in _of_class(text, name):
-            place = f"{folder / file}: {name}.data"
-            for entry, _ in data_names(place, [path]).items():
-                named.setdefault(str(PurePosixPath(file).parent / entry), place)
-    found = [*sources, *(_read(folder, path, place) for path, place in named.items())]
-    return tuple(sorted(found, key=lambda source: source.path))
+            where = f"{folder / file}: {name}.data"
+            for entry, _ in data_names(where, [path]).items():
+                paths.setdefault(str(PurePosixPath(file).parent / entry), where)
+    files = [*sources, *(_read(folder, path, where) for path, where in paths.items())]
+    return tuple(sorted(files, key=lambda source: source.path))
 
 
 def _of_class(text: str, name: str) -> Iterator[str]:
@@ -89,19 +87,14 @@ def _of_class(text: str, name: str) -> Iterator[str]:
                 yield from (each for each in entries if isinstance(each, str))
 
 
-def _read(folder: Path, path: str, place: str) -> Source:
+def _read(folder: Path, path: str, where: str) -> Source:
     """Data file below the folder of the scenario."""
     if path.endswith(".py"):
         raise InputError(
-            f"{place}: found the Python file {path}, expected a data file: modules are found by "
+            f"{where}: found the Python file {path}, expected a data file: modules are found by "
             "the import statements of the part"
         )
-    whole = folder / path
-    inside = folder.resolve() in whole.resolve().parents
-    if PurePosixPath(path).is_absolute() or ".." in PurePosixPath(path).parts or not inside:
-        raise InputError(f"{place}: found {path}, expected a file below the folder {folder}")
+    full_path = path_below(folder, path, where)
     kind = f"a data file of at most {LARGEST_DATA // 10**6} MB"
-    try:
-        return Source.of_data(path, read_content(whole, kind, LARGEST_DATA))
-    except InputError as error:
-        raise InputError(f"{place}: {error}") from None
+    with placed(where):
+        return Source.of_data(path, read_content(full_path, kind, LARGEST_DATA))

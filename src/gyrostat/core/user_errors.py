@@ -87,23 +87,23 @@ def reported(part: str, package: str = "") -> Iterator[None]:
 
 def _mistake(part: str, error: BaseException) -> UserPartError:
     """Error with the place of an exception in a user's Python, and what to write instead."""
-    place, code = _place(part, error)
+    location, code = _location(part, error)
     for kind, found, expected in ADVICE:
         if isinstance(error, kind):
-            shown = f" in `{code}`" if code else ""
-            return UserPartError(f"{part}{place}: found {found}{shown}, expected {expected}")
+            quote = f" in `{code}`" if code else ""
+            return UserPartError(f"{part}{location}: found {found}{quote}, expected {expected}")
     text = str(error).strip().partition("\n")[0][:200]
     name = type(error).__name__
     if isinstance(error, SyntaxError):
-        place, text = f", line {error.lineno}", error.msg
+        location, text = f", line {error.lineno}", error.msg
     found = re.sub(rf"{PREFIX}\w+/", "", f"{name} ({text})" if text else name)
     expected = "Python that runs without an exception"
     if isinstance(error, FileNotFoundError):
         expected = 'a file of the scenario: data = ["FILE", ...] beside python'
-    return UserPartError(f"{part}{place}: found {found}, expected {expected}")
+    return UserPartError(f"{part}{location}: found {found}, expected {expected}")
 
 
-def _place(part: str, error: BaseException) -> tuple[str, str]:
+def _location(part: str, error: BaseException) -> tuple[str, str]:
     """Innermost line of the user's Python that raised an exception, and its text."""
     for frame in reversed(traceback.extract_tb(error.__traceback__)):
         package, _, path = frame.filename.partition("/")
@@ -136,16 +136,16 @@ def numbers(part: str, what: str, value: Any, shape: tuple[int, ...] | None = No
         raise UserPartError(f"{part}: found a random key of JAX as {what}, expected {NO_KEY}")
     expected = "numbers" if shape is None else f"shape {shape}"
     try:
-        found = None if isinstance(value, str | bytes) else jnp.asarray(value)
+        array = None if isinstance(value, str | bytes) else jnp.asarray(value)
     except (TypeError, ValueError):
-        found = None
-    if found is None:
+        array = None
+    if array is None:
         raise UserPartError(f"{part}: found {type(value).__name__} as {what}, expected {expected}")
-    if jnp.iscomplexobj(found):
+    if jnp.iscomplexobj(array):
         raise UserPartError(f"{part}: found complex numbers as {what}, expected real {expected}")
-    if shape is not None and found.shape != shape:
-        raise UserPartError(f"{part}: found shape {found.shape} of {what}, expected shape {shape}")
-    return found if shape is None else found.astype(float)
+    if shape is not None and array.shape != shape:
+        raise UserPartError(f"{part}: found shape {array.shape} of {what}, expected shape {shape}")
+    return array if shape is None else array.astype(float)
 
 
 def same_memory(part: str, before: Any, after: Any) -> Any:
@@ -161,14 +161,14 @@ def same_memory(part: str, before: Any, after: Any) -> Any:
         raise UserPartError(
             f"{part}: found a memory {found}, expected {expected}, as start returned"
         )
-    for (path, one), (_, other) in zip(old, new, strict=True):
-        place = f"memory{jax.tree_util.keystr(path)}"
-        other = numbers(part, place, other)
-        if (one.shape, one.dtype) != (other.shape, other.dtype):
-            hint = "" if one.dtype == other.dtype else " (write 0.0 for a real number)"
+    for (path, old_leaf), (_, new_leaf) in zip(old, new, strict=True):
+        where = f"memory{jax.tree_util.keystr(path)}"
+        new_leaf = numbers(part, where, new_leaf)
+        if (old_leaf.shape, old_leaf.dtype) != (new_leaf.shape, new_leaf.dtype):
+            hint = "" if old_leaf.dtype == new_leaf.dtype else " (write 0.0 for a real number)"
             raise UserPartError(
-                f"{part}: found {place} of shape {other.shape} and type {other.dtype}, expected "
-                f"{one.shape} and {one.dtype}, as start returned{hint}"
+                f"{part}: found {where} of shape {new_leaf.shape} and type {new_leaf.dtype}, "
+                f"expected {old_leaf.shape} and {old_leaf.dtype}, as start returned{hint}"
             )
     return jax.tree.map(jnp.asarray, after)
 

@@ -128,14 +128,14 @@ def joined_sources(
     Raises:
         InputError: Two of them have the same path and other texts.
     """
-    found = {source.path: source for source in sources}
+    files = {source.path: source for source in sources}
     for source in further:
-        if found.setdefault(source.path, source) != source:
+        if files.setdefault(source.path, source) != source:
             raise InputError(
                 f"{name}: found two different files {source.path}, expected files with different "
                 "names"
             )
-    return tuple(found[path] for path in sorted(found))
+    return tuple(files[path] for path in sorted(files))
 
 
 @lru_cache(maxsize=64)
@@ -163,20 +163,20 @@ def load(sources: tuple[Source, ...], kind: str) -> Any:
     file = kind.partition(":")[0]
     if file not in {source.path for source in sources}:
         raise InputError(f"{kind}: found no file {file}, expected its text in the scenario")
-    return _named(package_of(sources), kind)
+    return _load_object(package_of(sources), kind)
 
 
-def _named(package: str, kind: str) -> Any:
+def _load_object(package: str, kind: str) -> Any:
     """Class or function of a private package."""
     file, _, name = kind.partition(":")
     module = f"{package}.{module_name(file)}"
-    found = importlib.import_module(module)
-    if not hasattr(found, name):
-        names = [n for n, v in vars(found).items() if getattr(v, "__module__", None) == module]
+    namespace = importlib.import_module(module)
+    if not hasattr(namespace, name):
+        names = [n for n, v in vars(namespace).items() if getattr(v, "__module__", None) == module]
         raise InputError(
             f"{file}: found no {name}, expected one of {', '.join(names) or 'its names'}"
         )
-    return getattr(found, name)
+    return getattr(namespace, name)
 
 
 @contextlib.contextmanager
@@ -185,7 +185,7 @@ def loaded_again(sources: tuple[Source, ...], kind: str) -> Iterator[Any]:
     name = f"{package_of(sources)}_{next(_NUMBERS)}"
     _PACKAGES[name] = _PACKAGES[package_of(sources)]
     try:
-        yield _named(name, kind)
+        yield _load_object(name, kind)
     finally:
         del _PACKAGES[name]
         unload(name)
@@ -194,8 +194,8 @@ def loaded_again(sources: tuple[Source, ...], kind: str) -> Iterator[Any]:
 def packaged(module: str) -> tuple[str, tuple[Source, ...]] | None:
     """Path and all files of a module of a private package; None for any other module."""
     package, _, inner = module.partition(".")
-    found = _PACKAGES.get(package)
-    return None if found is None else (found.modules[inner].path, found.sources)
+    entry = _PACKAGES.get(package)
+    return None if entry is None else (entry.modules[inner].path, entry.sources)
 
 
 def unload(package: str) -> None:
@@ -210,11 +210,11 @@ def folder_of(package: str) -> tuple[Path, tuple[str, ...]] | None:
     Raises:
         InputError: A file in the folder was changed.
     """
-    found = _PACKAGES.get(package)
-    folder = None if found is None else found.folder()
-    if found is None or folder is None:
+    entry = _PACKAGES.get(package)
+    folder = None if entry is None else entry.folder()
+    if entry is None or folder is None:
         return None
-    return folder, tuple(source.path for source in found.sources if not source.is_module)
+    return folder, tuple(source.path for source in entry.sources if not source.is_module)
 
 
 class _Finder:
@@ -225,11 +225,11 @@ class _Finder:
     ) -> importlib.machinery.ModuleSpec | None:
         """Specification of a module of a private package; None for any other module."""
         package, _, inner = fullname.partition(".")
-        found = _PACKAGES.get(package)
-        if found is None:
+        entry = _PACKAGES.get(package)
+        if entry is None:
             return None
-        source, start = found.modules.get(inner), f"{inner}." if inner else ""
-        folder = not inner or any(name.startswith(start) for name in found.modules)
+        source, start = entry.modules.get(inner), f"{inner}." if inner else ""
+        folder = not inner or any(name.startswith(start) for name in entry.modules)
         if source is None and not folder:
             return None
         return importlib.machinery.ModuleSpec(fullname, _Loader(package, source), is_package=folder)
@@ -248,7 +248,7 @@ class _Loader(importlib.abc.Loader):
         """Execute the text; a folder without `__init__.py` has none."""
         if self._source is None:
             return
-        code = _compiled(self._package, self._source)
+        code = _compile(self._package, self._source)
         folder = _PACKAGES[self._package].folder()
         # a part reads its data beside `__file__`
         module.__file__ = str(folder / self._source.path) if folder else code.co_filename
@@ -256,7 +256,7 @@ class _Loader(importlib.abc.Loader):
         exec(code, vars(module))
 
 
-def _compiled(package: str, source: Source) -> CodeType:
+def _compile(package: str, source: Source) -> CodeType:
     name = f"{package}/{source.path}"
     # tracebacks show the lines of the text; without a modification time, it stays
     lines = source.text.splitlines(keepends=True)

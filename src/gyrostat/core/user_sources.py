@@ -26,25 +26,30 @@ def sources_below(
         InputError: See `user_sources`.
     """
     texts = texts or {}
-    waiting, found = {**named, **dict.fromkeys(texts, "")}, {}
+    waiting, sources = {**named, **dict.fromkeys(texts, "")}, {}
     while waiting:
-        path, place = waiting.popitem()
-        text = texts[path] if path in texts else _text(folder, path, place)
-        found[path] = Source(path, text)
-        for other in _imports(folder, path, text):
-            if other not in found:
-                waiting[other] = f"{folder / path}: import of {other}"
-    return tuple(found[path] for path in sorted(found))
+        path, where = waiting.popitem()
+        text = texts[path] if path in texts else _text(folder, path, where)
+        sources[path] = Source(path, text)
+        for module_path in _imports(folder, path, text):
+            if module_path not in sources:
+                waiting[module_path] = f"{folder / path}: import of {module_path}"
+    return tuple(sources[path] for path in sorted(sources))
 
 
-def _text(folder: Path, path: str, place: str) -> str:
-    """Content of a file below the folder of the scenario."""
-    whole = folder / path
-    inside = folder.resolve() in whole.resolve().parents
+def path_below(folder: Path, path: str, where: str) -> Path:
+    """Full path of a file below the folder of a scenario; raises `InputError` for any other."""
+    inside = folder.resolve() in (folder / path).resolve().parents
     if PurePosixPath(path).is_absolute() or ".." in PurePosixPath(path).parts or not inside:
-        raise InputError(f"{place}: found {path}, expected a file below the folder {folder}")
-    with placed(place):
-        return read_text(whole, "a Python file", 1_000_000)
+        raise InputError(f"{where}: found {path}, expected a file below the folder {folder}")
+    return folder / path
+
+
+def _text(folder: Path, path: str, where: str) -> str:
+    """Content of a file below the folder of the scenario."""
+    full_path = path_below(folder, path, where)
+    with placed(where):
+        return read_text(full_path, "a Python file", 1_000_000)
 
 
 def _imports(folder: Path, path: str, text: str) -> Iterator[str]:
@@ -57,8 +62,8 @@ def _imports(folder: Path, path: str, text: str) -> Iterator[str]:
         tree = ast.parse(text)
     except (SyntaxError, ValueError, RecursionError, MemoryError) as error:
         line = f", line {error.lineno}" if isinstance(error, SyntaxError) else ""
-        shown = error.msg if isinstance(error, SyntaxError) else error
-        raise InputError(f"{folder / path}{line}: found {shown}, expected Python") from None
+        reason = error.msg if isinstance(error, SyntaxError) else error
+        raise InputError(f"{folder / path}{line}: found {reason}, expected Python") from None
     for node in ast.walk(tree):
         if isinstance(node, ast.Import):
             names = [(alias.name, False) for alias in node.names]
@@ -93,14 +98,14 @@ def _base(folder: Path, path: str, node: ast.ImportFrom) -> str:
 def _files(folder: Path, name: str) -> list[str]:
     """Files that the import of a module executes, if it is below the folder."""
     parts = name.split(".")
-    found = [
+    files = [
         "/".join((*parts[:k], "__init__.py"))
         for k in range(1, len(parts) + 1)
         if (folder.joinpath(*parts[:k]) / "__init__.py").is_file()
     ]
     if folder.joinpath(*parts).with_suffix(".py").is_file():
-        found.append("/".join(parts) + ".py")
-    return found
+        files.append("/".join(parts) + ".py")
+    return files
 
 
 def _refuse_local(folder: Path, path: str, line: int, name: str) -> None:
@@ -114,9 +119,9 @@ def _refuse_local(folder: Path, path: str, line: int, name: str) -> None:
         spec = None
     if spec is None:
         return
-    places = [spec.origin, *(spec.submodule_search_locations or ())]
-    if not any(part in INSTALLED for place in places if place for part in Path(place).parts):
+    paths = [spec.origin, *(spec.submodule_search_locations or ())]
+    if not any(part in INSTALLED for root in paths if root for part in Path(root).parts):
         raise InputError(
-            f"{folder / path}, line {line}: found an import of {name} from {places[0] or places[1]}"
+            f"{folder / path}, line {line}: found an import of {name} from {paths[0] or paths[1]}"
             f", expected installed packages, or modules below {folder}"
         )

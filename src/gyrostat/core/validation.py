@@ -66,10 +66,10 @@ def require(name: str, value: Any, unit: str = "", *, positive: bool = False) ->
     bad = ~(sound if positive else sound | (every == 0.0))  # comparisons with NaN are false
     if np.any(bad):
         found = every[bad].flat[0]
-        wanted = f"a finite value {'above 0' if positive else 'of 0 or more'} {unit}".rstrip()
+        expected = f"a finite value {'above 0' if positive else 'of 0 or more'} {unit}".rstrip()
         if np.isfinite(found) and found > 0.0:
-            wanted = f"{SMALLEST:g} to {LARGEST:g} {unit}".rstrip()
-        raise InputError(f"{name}: found {found:g}, expected {wanted}")
+            expected = f"{SMALLEST:g} to {LARGEST:g} {unit}".rstrip()
+        raise InputError(f"{name}: found {found:g}, expected {expected}")
 
 
 def require_period(name: str, period: float) -> None:

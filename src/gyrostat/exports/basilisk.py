@@ -22,14 +22,16 @@ def basilisk(model: WheelModel) -> str:
     """
     wheel = model.wheel()
     curve = wheel.friction
-    lost = [
+    losses = [
         "it has no sticking: below omegaLimitCycle the friction is a straight line through zero, "
         "and a wheel that should rest creeps",
     ]
     if model.impossible:
-        lost.insert(0, "the wheel is not valid: key validity.impossible of its model file says why")
+        losses.insert(
+            0, "the wheel is not valid: key validity.impossible of its model file says why"
+        )
     if isinstance(curve, DirectionalStribeck):
-        lost.append(_senses(curve))
+        losses.append(_senses(curve))
         curve = Stribeck(
             viscous=0.5 * (curve.viscous_positive + curve.viscous_negative),
             coulomb=0.5 * (curve.coulomb_positive + curve.coulomb_negative),
@@ -40,19 +42,18 @@ def basilisk(model: WheelModel) -> str:
     if isinstance(curve, Stribeck):
         static, excess = float(curve.static), float(curve.static) - float(curve.coulomb)
         beta = float(curve.stribeck_speed) / math.sqrt(2.0)
-        lost.append(
+        losses.append(
             "the Stribeck term acts only while the wheel speeds up from rest, and is zero at zero "
             f"speed: near zero up to {excess:.4g} N·m of friction are missing"
         )
     elif isinstance(curve, ViscousCoulomb):
         static = float(curve.coulomb)
     else:
-        raise InputError(
-            f"friction model: found {_name(curve)}, expected one that Basilisk supports"
-        )
+        name = curve.name if isinstance(curve, Friction) else type(curve).__name__
+        raise InputError(f"friction model: found {name}, expected one that Basilisk supports")
     return filled(
         "basilisk.py.txt",
-        lost="\n".join(f"- {text}." for text in lost),
+        lost="\n".join(f"- {text}." for text in losses),
         inertia=float(wheel.inertia),
         motor_constant=float(wheel.motor_constant),
         viscous=float(curve.viscous),
@@ -68,7 +69,3 @@ def _senses(curve: DirectionalStribeck) -> str:
         "it is the same in both senses of rotation: this module uses the mean, and the Coulomb "
         f"torque is wrong by {off:.4g} N·m in each sense"
     )
-
-
-def _name(curve: object) -> str:
-    return curve.name if isinstance(curve, Friction) else type(curve).__name__

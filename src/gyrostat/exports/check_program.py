@@ -25,14 +25,14 @@ def program(target: Target, module: Module, precision: Precision) -> tuple[str, 
     """Text of the test program, and its expected output."""
     dialect, double = Dialect(precision), Dialect()
     ports = {port.name: port for every in module.ports.values() for port in every}
-    made = target.run()
-    outputs = list(made[0])
-    seen = _texts(ports, outputs)
-    names = [text.strip("(*)") for text in seen]
-    given = np.array([_row(target.inputs, k) for k in range(STEPS)])
-    expected = np.array([[x for name in outputs for x in _numbers(step[name])] for step in made])
+    run = target.run()
+    outputs = list(run[0])
+    texts = _texts(ports, outputs)
+    names = [text.strip("(*)") for text in texts]
+    input_rows = np.array([_row(target.inputs, k) for k in range(STEPS)])
+    expected = np.array([[x for name in outputs for x in _numbers(step[name])] for step in run])
     share = ROUNDING[precision] / TOLERANCE[precision]
-    scale = np.array([x for name in outputs for x in _scales([step[name] for step in made], share)])
+    scale = np.array([x for name in outputs for x in _scales([step[name] for step in run], share)])
 
     def calls(entries: Sequence[Entry], indent: str) -> str:
         return "\n".join(f"{indent}status |= {call(module, e.name)};" for e in entries)
@@ -43,17 +43,17 @@ def program(target: Target, module: Module, precision: Precision) -> tuple[str, 
         title=target.title,
         name=module.name,
         steps=STEPS,
-        count=len(seen),
+        count=len(texts),
         tolerance=TOLERANCE[precision],
-        given=_table("given", given, dialect),
+        given=_table("given", input_rows, dialect),
         expected=_table("expected", expected, double),
         scale=_table("scale", scale[None], double),
         names="\n".join(f'    "{name}",' for name in names),
-        declared="\n".join(f"    {_declared(p, target, dialect)}" for p in ports.values()),
+        declared="\n".join(f"    {_definition(p, target, dialect)}" for p in ports.values()),
         begin=calls(target.begin, "    "),
         inputs="\n".join(f"        {line}" for line in inputs),
         calls=calls(target.steps, "        "),
-        seen="\n".join(f"            (double)({text})," for text in seen),
+        seen="\n".join(f"            (double)({text})," for text in texts),
     )
     return text, "".join(f"{name}: as in Python\n" for name in names)
 
@@ -92,12 +92,12 @@ def _table(name: str, rows: np.ndarray, dialect: Dialect) -> str:
     return "\n".join([head, *(f"    {{{text}}}," for text in texts), "};"])
 
 
-def _declared(port: Port, target: Target, dialect: Dialect) -> str:
-    declared, content = declaration(port.content, port.name, dialect), port.content
+def _definition(port: Port, target: Target, dialect: Dialect) -> str:
+    text, content = declaration(port.content, port.name, dialect), port.content
     if isinstance(content, Struct):
-        return f"{declared};"
+        return f"{text};"
     value = target.constants.get(port.name)
-    first = "{0}" if content.shape else "0"
+    initial = "{0}" if content.shape else "0"
     if value is not None:
-        first = dialect.number(Number("real", float(value))).text
-    return f"{declared} = {first};"
+        initial = dialect.number(Number("real", float(value))).text
+    return f"{text} = {initial};"

@@ -104,9 +104,9 @@ class CompensatedWheel(eqx.Module):
             measurement: Measured motion of the body at the start of the period.
         """
         period = state.memory.period
-        seen = TableMeasurement(measurement.attitude, measurement.rate, state.speed)
+        sample = TableMeasurement(measurement.attitude, measurement.rate, state.speed)
         guarded = Guarded(self.compensator, self.guard)
-        memory, command, report = guarded.step(state.memory, seen)
+        memory, command, report = guarded.step(state.memory, sample)
         under_way, current = pushed(state.under_way, command.current)
         speed, resolved = advance(self.wheel, state.speed, current, 0.0, period)
         output = CompensatedOutput(

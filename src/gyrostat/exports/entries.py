@@ -70,16 +70,16 @@ class EstimatorGuard(eqx.Module):
         Raises:
             InputError: Limits are given for another name.
         """
-        given = dict(limits or {})
-        for name in given:
+        by_name = dict(limits or {})
+        for name in by_name:
             if name not in ("current", "measured"):
                 raise InputError(
                     f"limits of a measurement: found {name}, expected current or measured"
                 )
-        checked = [{n: given[n]} if n in given else {} for n in ("current", "measured")]
+        groups = [{n: by_name[n]} if n in by_name else {} for n in ("current", "measured")]
         return cls(
-            MeasurementGuard.of(AppliedCurrent(0.0), checked[0], on_bad),
-            MeasurementGuard.of(MeasuredSpeed(0.0), checked[1], on_bad),
+            MeasurementGuard.of(AppliedCurrent(0.0), groups[0], on_bad),
+            MeasurementGuard.of(MeasuredSpeed(0.0), groups[1], on_bad),
         )
 
     def start(self) -> EstimatorCheck:
@@ -107,18 +107,18 @@ def guard_of(
         InputError: Limits are given for a field that is not read.
     """
     memory = controller.start(period)
-    jaxpr = jax.make_jaxpr(lambda seen: controller(memory, seen))(measurement).jaxpr
-    used = {id(atom) for equation in jaxpr.eqns for atom in equation.invars}
+    jaxpr = jax.make_jaxpr(lambda sample: controller(memory, sample))(measurement).jaxpr
+    operands = {id(atom) for equation in jaxpr.eqns for atom in equation.invars}
     names = zip(measurement._fields, jaxpr.invars, strict=True)
-    read = [name for name, variable in names if id(variable) in used]
+    read_names = [name for name, variable in names if id(variable) in operands]
     for name in limits or {}:
-        if name not in read:
+        if name not in read_names:
             raise InputError(
-                f"limits of a measurement: found {name}, expected one of {', '.join(read)}"
+                f"limits of a measurement: found {name}, expected one of {', '.join(read_names)}"
             )
     guard = MeasurementGuard.of(measurement, limits, on_bad)
-    kept = {name: limit for name, limit in guard.limits.items() if name in read}
-    return MeasurementGuard(kept, on_bad, guard.sample)
+    read_limits = {name: limit for name, limit in guard.limits.items() if name in read_names}
+    return MeasurementGuard(read_limits, on_bad, guard.sample)
 
 
 def starting(guard: MeasurementGuard) -> Callable[[Any, Any], Any]:
@@ -155,12 +155,12 @@ def predict(
     period: Any,
 ) -> Any:
     """Validate a current, A, and predict the estimate over the period, s, for which it was held."""
-    seen = guard.current(check.current, AppliedCurrent(current), period)
-    last = check.current.last.current
-    safe = last if guard.current.on_bad == "hold" else jnp.zeros_like(last)
-    used = jnp.where(seen.good, seen.measurement.current, safe)
-    estimate, status = _kept(filter.predict(estimate, used, period), estimate, seen)
-    after = jax.tree.map(lambda a, b: jnp.where(seen.good, a, b), seen.used, seen.missed)
+    sample = guard.current(check.current, AppliedCurrent(current), period)
+    last_current = check.current.last.current
+    safe = last_current if guard.current.on_bad == "hold" else jnp.zeros_like(last_current)
+    drive = jnp.where(sample.good, sample.measurement.current, safe)
+    estimate, status = _update(filter.predict(estimate, drive, period), estimate, sample)
+    after = jax.tree.map(lambda a, b: jnp.where(sample.good, a, b), sample.used, sample.missed)
     return estimate, check._replace(current=after), SampleReport(status, after.samples_missed)
 
 
@@ -173,18 +173,18 @@ def correct(
     period: Any,
 ) -> Any:
     """Validate a measured speed, rad/s, and correct the estimate; a rejected speed is ignored."""
-    seen = guard.measured(check.measured, MeasuredSpeed(measured), period)
+    sample = guard.measured(check.measured, MeasuredSpeed(measured), period)
     # the filter counts NaN as a missed sample
-    used = jnp.where(seen.good, seen.measurement.measured, jnp.nan)
-    estimate, status = _kept(filter.correct(estimate, used), estimate, seen)
-    after = jax.tree.map(lambda a, b: jnp.where(seen.good, a, b), seen.used, seen.missed)
+    speed = jnp.where(sample.good, sample.measurement.measured, jnp.nan)
+    estimate, status = _update(filter.correct(estimate, speed), estimate, sample)
+    after = jax.tree.map(lambda a, b: jnp.where(sample.good, a, b), sample.used, sample.missed)
     return estimate, check._replace(measured=after), SampleReport(status, after.samples_missed)
 
 
-def _kept(new: Any, old: Any, seen: Validated) -> tuple[Any, Any]:
+def _update(new: Any, old: Any, sample: Validated) -> tuple[Any, Any]:
     """New estimate if it is finite, otherwise the old one; and the status."""
     stays = finite(new)
-    status = jnp.where(seen.good & ~stays, int(SampleStatus.NOT_COMPUTED), seen.status)
+    status = jnp.where(sample.good & ~stays, int(SampleStatus.NOT_COMPUTED), sample.status)
     return jax.tree.map(lambda a, b: jnp.where(stays, a, b), new, old), status
 
 

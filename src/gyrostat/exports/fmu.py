@@ -77,43 +77,43 @@ def write_fmu(target: Target, path: Path) -> str | None:
 
 def _variables(target: Target, ports: dict[str, Port]) -> Iterator[Variable]:
     """Scalar variables, in the order of the ports."""
-    given = _given(target)
-    read = {name for entry in target.steps for name in entry.arguments}
+    start_values = _start_values(target)
+    read_names = {name for entry in target.steps for name in entry.arguments}
     counts = {"real": 0, "logical": 0, "integer": 0}
     for port in ports.values():
         role, exact = _role(target, port)
-        values = [float(x) for leaf in given.get(port.name, ()) for x in np.ravel(leaf)]
+        values = [float(x) for leaf in start_values.get(port.name, ()) for x in np.ravel(leaf)]
         unit = target.units.get(port.name, "")
         for number, (name, kind, meaning) in enumerate(_leaves(port.content, port.name, "")):
             start = values[number] if values else 0.0
-            known = unit or unit_of(meaning)
-            place, tunable = counts[kind], port.name in read - {"period"}
-            yield Variable(name, kind, role, exact, tunable, meaning, known, place, start)
+            si_unit = unit or unit_of(meaning)
+            reference, tunable = counts[kind], port.name in read_names - {"period"}
+            yield Variable(name, kind, role, exact, tunable, meaning, si_unit, reference, start)
             counts[kind] += 1
 
 
 def _role(target: Target, port: Port) -> tuple[str, bool]:
     """FMI causality of an argument, and whether its start value is given by the user."""
     name = port.name
-    read = {name for entry in target.steps for name in entry.arguments}
+    read_names = {name for entry in target.steps for name in entry.arguments}
     if name == SINCE:
         return "local", False
     if name in target.begin[0].results or name == "period":
         return "parameter", True
     if any(name in entry.results for entry in target.steps):
         # a state that is one number is also an output; a state that is a struct is only local
-        state = name in read
+        state = name in read_names
         kind = "local" if state and isinstance(port.content, Struct) else "output"
         return kind, state and kind == "output"
-    return ("input" if name in read else "parameter"), True
+    return ("input" if name in read_names else "parameter"), True
 
 
-def _given(target: Target) -> dict[str, list[Any]]:
+def _start_values(target: Target) -> dict[str, list[Any]]:
     """Leaves of the arguments with a start value: the parameters and the period."""
-    stays = {name: [value] for name, value in target.constants.items() if name in ("period",)}
-    first = target.begin[0]
-    made = first.function() if len(first.results) > 1 else (first.function(),)
-    return stays | {n: jax.tree.leaves(tree) for n, tree in zip(first.results, made, strict=True)}
+    fixed = {name: [value] for name, value in target.constants.items() if name in ("period",)}
+    entry = target.begin[0]
+    trees = entry.function() if len(entry.results) > 1 else (entry.function(),)
+    return fixed | {n: jax.tree.leaves(tree) for n, tree in zip(entry.results, trees, strict=True)}
 
 
 def _leaves(content: Leaf | Struct, path: str, meaning: str) -> Iterator[tuple[str, Kind, str]]:
@@ -121,8 +121,8 @@ def _leaves(content: Leaf | Struct, path: str, meaning: str) -> Iterator[tuple[s
         for member in content.members:
             yield from _leaves(member.content, f"{path}.{member.name}", member.meaning)
         return
-    for place in np.ndindex(content.shape):
-        yield path + "".join(f"[{k}]" for k in place), content.kind, meaning
+    for index in np.ndindex(content.shape):
+        yield path + "".join(f"[{k}]" for k in index), content.kind, meaning
 
 
 def _wrapper(
@@ -130,21 +130,21 @@ def _wrapper(
 ) -> str:
     dialect = Dialect()
 
-    def called(entry: str) -> str:
+    def call_line(entry: str) -> str:
         return f"    status |= {call(module, entry, 'v->')};"
 
-    def places(kind: Kind) -> str:
+    def cases(kind: Kind) -> str:
         return "\n".join(
             f"    case {v.reference}: return &v->{v.name};" for v in variables if v.kind == kind
         )
 
     members = [f"    {declaration(p.content, p.name, dialect)};" for p in ports.values()]
-    first = [
+    starts = [
         f"    v->{v.name} = {dialect.number(Number(v.kind, v.start)).text};"
         for v in variables
         if v.start != 0.0
     ]
-    steps = [called(entry.name) for entry in target.steps]
+    steps = [call_line(entry.name) for entry in target.steps]
     if SINCE in ports:
         steps = [f"    v->{SINCE} = duration;", *steps]
     else:
@@ -163,11 +163,11 @@ def _wrapper(
         name=target.name,
         guid=guid,
         members="\n".join(members),
-        reals=places("real"),
-        logicals=places("logical") or NONE,
-        integers=places("integer") or NONE,
-        first="\n".join(first),
-        begin="\n".join(called(entry.name) for entry in target.begin[1:]) or "    (void)v;",
+        reals=cases("real"),
+        logicals=cases("logical") or NONE,
+        integers=cases("integer") or NONE,
+        first="\n".join(starts),
+        begin="\n".join(call_line(entry.name) for entry in target.begin[1:]) or "    (void)v;",
         step="\n".join(steps),
     )
 
@@ -190,8 +190,8 @@ def _binary(sources: dict[str, str], name: str) -> bytes | None:
         files = [file for file in sources if file.endswith(".c")]
         flags = [*FLAGS.split(), "-O2", "-shared", "-fPIC", "-fvisibility=hidden"]
         command = [*program, *flags, *files, "-lm", "-o", "unit"]
-        done = run_compiler(command, Path(folder))
-        if done.returncode != 0:
-            first = re.sub(r"\s+", " ", done.stderr)[:200]
-            raise InputError(f"{program[0]}: found an error in the unit ({first}), expected C99")
+        process = run_compiler(command, Path(folder))
+        if process.returncode != 0:
+            excerpt = re.sub(r"\s+", " ", process.stderr)[:200]
+            raise InputError(f"{program[0]}: found an error in the unit ({excerpt}), expected C99")
         return (Path(folder) / "unit").read_bytes()

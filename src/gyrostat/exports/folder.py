@@ -32,14 +32,14 @@ def files(target: Target, precision: Precision, origin: str) -> dict[str, str]:
     name = target.name
     module = emit(name, target.entries, precision)
     test, printed = program(target, module, precision)
-    made = {
+    texts = {
         f"{name}.h": module.header,
         f"{name}.c": module.source,
         f"{name}_test.c": test,
         "expected.txt": printed,
         "Makefile": filled("Makefile", name=name, flags=FLAGS, optimisation=OPTIMISATION),
     }
-    return made | {"README.md": _readme(target, module, precision, origin, measure(made, name))}
+    return texts | {"README.md": _readme(target, module, precision, origin, measure(texts, name))}
 
 
 def _readme(
@@ -50,7 +50,7 @@ def _readme(
     def calls(entries: Sequence[Entry]) -> str:
         return "\n".join(f"{call(module, entry.name)};" for entry in entries)
 
-    def declared(entry: Entry) -> str:
+    def prototype_of(entry: Entry) -> str:
         return prototype(entry.name, module.ports[entry.name], dialect) + ";"
 
     losses = ["", "", "## Errors of single precision", "", *_losses(compiled)]
@@ -64,7 +64,7 @@ def _readme(
         period=f"{target.period:g}",
         calls=calls(target.steps),
         validation="\n".join(_validation(target)),
-        prototypes="\n".join(map(declared, target.entries)),
+        prototypes="\n".join(map(prototype_of, target.entries)),
         resources="\n".join([*_costs(target, module, compiled), *_tables(module)]),
         steps=STEPS,
         tolerance=f"{TOLERANCE[precision]:g}",
@@ -95,8 +95,8 @@ def _declarations(target: Target, module: Module, dialect: Dialect) -> list[str]
     lines = []
     for port in ports.values():
         value = target.constants.get(port.name)
-        declared = declaration(port.content, port.name, dialect)
-        lines.append(f"{declared}{'' if value is None else f' = {value!r}'};")
+        text = declaration(port.content, port.name, dialect)
+        lines.append(f"{text}{'' if value is None else f' = {value!r}'};")
     return lines
 
 
@@ -108,37 +108,34 @@ def _costs(target: Target, module: Module, compiled: Compiled | None) -> list[st
         "| --- " * (len(classes) + 1) + "|",
     ]
     for entry in target.steps:
-        most = operations(functions[entry.name])
-        once = operations(functions[entry.name], one_pass=True)
-        cells = [str(most[name]) for name in classes]
-        if once != most:
-            cells = [f"{once[name]} ({most[name]})" for name in classes]
+        largest = operations(functions[entry.name])
+        one_pass = operations(functions[entry.name], one_pass=True)
+        cells = [str(largest[name]) for name in classes]
+        if one_pass != largest:
+            cells = [f"{one_pass[name]} ({largest[name]})" for name in classes]
         lines.append(f"| `{entry.name}` | {' | '.join(cells)} |")
     if any("(" in line for line in lines[2:]):
-        lines += [
-            "",
-            "Counts for one pass of each loop that may end early (for its most passes).",
-        ]
+        lines += ["", "Counts for one pass of each loop that may end early (for its most passes)."]
     lines.append("")
     if compiled is None:
         return [*lines, "Size and stack: not measured, because there was no C compiler."]
-    told = [] if compiled.code is None else [f"{compiled.code} bytes of code and constants"]
+    sizes = [] if compiled.code is None else [f"{compiled.code} bytes of code and constants"]
     if compiled.stack:
         deepest = max(_depth(functions[e.name], compiled) for e in target.entries)
-        told.append(f"{deepest} bytes of stack at most, without those of the C library")
+        sizes.append(f"{deepest} bytes of stack at most, without those of the C library")
     return [
         *lines,
-        f"By {compiled.compiler} with `{OPTIMISATION}`: {', '.join(told) or 'it compiles'}.",
+        f"By {compiled.compiler} with `{OPTIMISATION}`: {', '.join(sizes) or 'it compiles'}.",
     ]
 
 
 def _tables(module: Module) -> list[str]:
     """Description of the constant tables, for the README."""
-    made = (s for function in module.functions for s in statements(function.body))
-    read = {s.table for s in made if isinstance(s, Assign) and s.table and s.table.values}
-    if not read:
+    body = (s for function in module.functions for s in statements(function.body))
+    tables = {s.table for s in body if isinstance(s, Assign) and s.table and s.table.values}
+    if not tables:
         return []
-    sizes = ", ".join(str(size) for size in sorted(table.size for table in read))
+    sizes = ", ".join(str(size) for size in sorted(table.size for table in tables))
     return [
         "",
         f"Arrays of more than {LARGEST} numbers are constants of the code (`static const`, not on "
@@ -150,7 +147,7 @@ def _tables(module: Module) -> list[str]:
 def _depth(function: Function, compiled: Compiled) -> int:
     """Stack of the deepest chain of calls, bytes; an inlined function counts as none."""
     calls = (s.function for s in statements(function.body) if isinstance(s, Call))
-    below = max((_depth(called, compiled) for called in calls), default=0)
+    below = max((_depth(callee, compiled) for callee in calls), default=0)
     return compiled.stack.get(function.name, 0) + below
 
 

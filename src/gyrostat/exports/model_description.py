@@ -72,16 +72,16 @@ def model_description(target: Target, variables: list[Variable], guid: str) -> s
         definitions = ElementTree.SubElement(root, "UnitDefinitions")
         for unit in units:
             base = {name: str(power) for name, power in base_exponents(unit).items()}
-            made = ElementTree.SubElement(definitions, "Unit", name=unit)
-            ElementTree.SubElement(made, "BaseUnit", base)
+            definition = ElementTree.SubElement(definitions, "Unit", name=unit)
+            ElementTree.SubElement(definition, "BaseUnit", base)
     ElementTree.SubElement(
         root, "DefaultExperiment", startTime="0", stepSize=repr(float(target.period))
     )
-    listed = ElementTree.SubElement(root, "ModelVariables")
+    model_variables = ElementTree.SubElement(root, "ModelVariables")
     outputs = []
     for index, variable in enumerate(variables, start=1):
         outputs += [index] if variable.role == "output" else []
-        _describe(listed, variable)
+        _describe(model_variables, variable)
     structure = ElementTree.SubElement(root, "ModelStructure")
     unknown = [k for k in outputs if not variables[k - 1].exact]
     for tag, indices in (("Outputs", outputs), ("InitialUnknowns", unknown)):
@@ -94,7 +94,7 @@ def model_description(target: Target, variables: list[Variable], guid: str) -> s
     return f'<?xml version="1.0" encoding="UTF-8"?>\n{text}\n'
 
 
-def _describe(listed: ElementTree.Element, variable: Variable) -> None:
+def _describe(parent: ElementTree.Element, variable: Variable) -> None:
     about = {"name": variable.name, "valueReference": str(variable.reference)}
     if variable.meaning:
         about["description"] = variable.meaning
@@ -104,7 +104,7 @@ def _describe(listed: ElementTree.Element, variable: Variable) -> None:
         about["variability"] = "tunable" if variable.tunable else "fixed"
     if variable.role != "input":
         about["initial"] = "exact" if variable.exact else "calculated"
-    element = ElementTree.SubElement(listed, "ScalarVariable", about)
+    element = ElementTree.SubElement(parent, "ScalarVariable", about)
     content = {}
     if variable.kind == "real" and variable.unit:
         content["unit"] = variable.unit

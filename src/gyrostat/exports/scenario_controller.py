@@ -39,23 +39,23 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     """
     options = options_of(scenario.values, "guard")
     # the error of the position belongs to the run, not to the controller
-    dropped = (POSITION_ERROR, *(f"event.{event.name}." for event in scenario.events))
-    alone = replace(
+    prefixes = (POSITION_ERROR, *(f"event.{event.name}." for event in scenario.events))
+    nominal = replace(
         scenario,
         events=(),
         dispersions=(),
         guard=None,
-        values={k: v for k, v in scenario.values.items() if not k.startswith(dropped)},
+        values={k: v for k, v in scenario.values.items() if not k.startswith(prefixes)},
     )
     # without dispersions, the tables would have other splines than those of the campaign
-    plans = plans_of(alone)._replace(orbit=nominal_orbit(scenario))
-    setup = build(structure_of(alone), jax.tree.map(jnp.asarray, dict(alone.values)), plans)
+    plans = plans_of(nominal)._replace(orbit=nominal_orbit(scenario))
+    setup = build(structure_of(nominal), jax.tree.map(jnp.asarray, dict(nominal.values)), plans)
     period = scenario.values["run.control_period"]
-    first = first_measurement(setup.sensor, setup.start, period)
+    sample = first_measurement(setup.sensor, setup.start, period)
     limits = {}
     if scenario.guard is not None:
         for name in measured_names(scenario):
-            if not jnp.issubdtype(getattr(first, name).dtype, jnp.floating):
+            if not jnp.issubdtype(getattr(sample, name).dtype, jnp.floating):
                 continue
             rate = options.get(f"{name}_change", np.inf)
             limits[name] = FieldLimits(
@@ -63,32 +63,32 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
                 min(options[f"{name}_upper"], UNLIMITED),
                 rate if np.isfinite(rate) else None,
             )
-    guard = MeasurementGuard.of(first, limits, scenario.guard or on_bad)
-    around = (scenario.estimator, scenario.unloading, scenario.compensator)
-    kinds = [kind for kind in around if kind != "none"]
+    guard = MeasurementGuard.of(sample, limits, scenario.guard or on_bad)
+    wrappers = (scenario.estimator, scenario.unloading, scenario.compensator)
+    kinds = [kind for kind in wrappers if kind != "none"]
     title = f"Attitude control of {scenario.name}: {', '.join([*kinds, scenario.controller])}"
     controller = setup.controller
     if not chosen(scenario, "reference").moves:
-        controller = jax.tree.map(_first_phase, controller, is_leaf=_is_phases)
-    return flight_loop("controller", title, controller, period, guard, _varied(first))
+        controller = jax.tree.map(
+            lambda part: _at_start(part) if _is_phases(part) else part,
+            controller,
+            is_leaf=_is_phases,
+        )
+    return flight_loop("controller", title, controller, period, guard, _test_run(sample))
 
 
 def _is_phases(part: Any) -> bool:
     return isinstance(part, Phases)
 
 
-def _first_phase(part: Any) -> Any:
-    return _at_start(part) if _is_phases(part) else part
-
-
 _at_start = eqx.filter_jit(lambda phases: phases.at(0.0))
 
 
-def _varied(first: Any) -> Any:
+def _test_run(sample: Any) -> Any:
     """Measurements of a test run: small oscillations about the first sample, three bad samples."""
     step = np.arange(STEPS)
 
-    def varied(leaf: Any) -> Any:
+    def vary(leaf: Any) -> Any:
         value = np.asarray(leaf)
         rows = np.repeat(value[None], STEPS, axis=0)
         if value.dtype.kind != "f":
@@ -99,4 +99,4 @@ def _varied(first: Any) -> Any:
         rows[[7, 15, 16]] = np.reshape([np.nan, np.inf, -np.inf], (3, *[1] * value.ndim))
         return jnp.asarray(rows)
 
-    return jax.tree.map(varied, first)
+    return jax.tree.map(vary, sample)

@@ -54,12 +54,12 @@ class Target:
         """Run the test in Python; return, for each step, a dict of result name -> value."""
         values = {name: as_arrays(value) for name, value in self.constants.items()}
         # functions that are called once are not worth compiling
-        called = {entry.name: entry.function for entry in self.begin}
-        called |= {entry.name: jax.jit(entry.function) for entry in self.steps}
-        made = []
+        functions = {entry.name: entry.function for entry in self.begin}
+        functions |= {entry.name: jax.jit(entry.function) for entry in self.steps}
+        history = []
 
         def call(entry: Entry) -> None:
-            results = called[entry.name](*(values[name] for name in entry.arguments))
+            results = functions[entry.name](*(values[name] for name in entry.arguments))
             several = results if len(entry.results) > 1 else (results,)
             values.update(zip(entry.results, several, strict=True))
 
@@ -72,8 +72,8 @@ class Target:
             for entry in self.steps:
                 call(entry)
             names = dict.fromkeys(name for entry in self.steps for name in entry.results)
-            made.append({name: values[name] for name in names})
-        return made
+            history.append({name: values[name] for name in names})
+        return history
 
 
 def _parameters(name: str, values: Mapping[str, Any], has_tables: bool) -> Entry:
@@ -81,8 +81,8 @@ def _parameters(name: str, values: Mapping[str, Any], has_tables: bool) -> Entry
         every = list(values.values())
         return tuple(every) if len(every) > 1 else every[0]
 
-    rest = f"; arrays of more than {LARGEST} numbers are constants of the code" * has_tables
-    parameters.__doc__ = f"Set the parameters to their identified and tuned values{rest}."
+    remark = f"; arrays of more than {LARGEST} numbers are constants of the code" * has_tables
+    parameters.__doc__ = f"Set the parameters to their identified and tuned values{remark}."
     return Entry(f"{name}_parameters", parameters, {}, tuple(values))
 
 
@@ -109,7 +109,7 @@ def flight_module(
         steps: Functions called once in every period.
         others: Further fields of the module.
     """
-    first = {n: jax.tree.map(lambda x: x[0], value) for n, value in others["inputs"].items()}
+    inputs = {n: jax.tree.map(lambda x: x[0], value) for n, value in others["inputs"].items()}
     split = {
         key: eqx.partition(value, lambda leaf: np.size(leaf) <= LARGEST)
         for key, value in parameters.items()
@@ -117,20 +117,20 @@ def flight_module(
     parameters = {key: small for key, (small, _) in split.items()}
     # one array object for each table, so that every use reads the same constant
     tables = {key: jax.tree.map(jnp.asarray, large) for key, (_, large) in split.items()}
-    known = {**parameters, **state, **others["constants"], **first}
+    examples = {**parameters, **state, **others["constants"], **inputs}
 
     def combined(key: str, value: Any) -> Any:
         return eqx.combine(value, tables[key]) if key in tables else value
 
     def entry(word: str, function: Callable[..., Any], results: tuple[str, ...]) -> Entry:
-        taken = {n: known[n] for n in inspect.signature(function).parameters}
+        arguments = {n: examples[n] for n in inspect.signature(function).parameters}
 
         @wraps(function)
-        def with_tables(*given: Any) -> Any:
-            every = dict(zip(taken, given, strict=True))
+        def with_tables(*values: Any) -> Any:
+            every = dict(zip(arguments, values, strict=True))
             return function(*(combined(n, value) for n, value in every.items()))
 
-        return Entry(f"{name}_{word}", with_tables, taken, results)
+        return Entry(f"{name}_{word}", with_tables, arguments, results)
 
     return Target(
         name=name,

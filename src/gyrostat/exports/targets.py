@@ -48,8 +48,8 @@ def _loop(
     name: str, title: str, controller: Any, period: float, limits: Limits, on_bad: str
 ) -> Target:
     measured = _measurements()
-    first = jax.tree.map(lambda x: x[0], measured)
-    guard = entries.guard_of(controller, period, first, limits, on_bad)
+    sample = jax.tree.map(lambda x: x[0], measured)
+    guard = entries.guard_of(controller, period, sample, limits, on_bad)
     return flight_loop(name, title, controller, period, guard, measured)
 
 
@@ -125,15 +125,15 @@ def estimator(
     inputs["current"][7], inputs["measured"][[15, 16]] = np.nan, np.inf
     guard = entries.EstimatorGuard.of(limits, on_bad)
     estimate, check = as_arrays((filter.start(0.0), guard.start()))
-    told = ("estimate", "check")
+    names = ("estimate", "check")
     return flight_module(
         "estimator",
         {"filter": filter, "guard": guard},
         {"estimate": estimate, "check": check},
-        [("start", entries.tracking(guard), told)],
+        [("start", entries.tracking(guard), names)],
         [
-            ("predict", entries.predict, (*told, "current_report")),
-            ("correct", entries.correct, (*told, "measured_report")),
+            ("predict", entries.predict, (*names, "current_report")),
+            ("correct", entries.correct, (*names, "measured_report")),
             ("friction", entries.friction, ("torque", "sigma")),
         ],
         title="Speed and friction level of a reaction wheel from its current and tachometer",

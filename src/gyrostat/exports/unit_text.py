@@ -31,18 +31,18 @@ def base_exponents(unit: str) -> dict[str, int]:
     above, _, below = unit.partition("/")
     for sign, text in ((1, above), (-1, below.strip("()"))):
         for factor in filter(None, text.split("·")):
-            found = _FACTOR.fullmatch(factor)
-            if found is None:
+            match = _FACTOR.fullmatch(factor)
+            if match is None:
                 raise ValueError(f"unit: found {unit!r}, expected a product of SI units")
-            for name, power in _BASE[found[1]].items():
-                total[name] += sign * power * _POWERS[found[2]]
+            for name, power in _BASE[match[1]].items():
+                total[name] += sign * power * _POWERS[match[2]]
     return {name: power for name, power in total.items() if power}
 
 
 def unit_of(meaning: str) -> str:
     """Unit at the end of a field's description, or ""."""
-    last = re.split(r"[,;:] | and ", meaning)[-1].strip().rstrip(".")
+    unit = re.split(r"[,;:] | and ", meaning)[-1].strip().rstrip(".")
     try:
-        return last if last and base_exponents(last) is not None else ""
+        return unit if unit and base_exponents(unit) is not None else ""
     except ValueError:
         return ""

@@ -85,17 +85,17 @@ class AddedSensors(Checked):
             InputError: An added field has the name of another field, or a name by which a flag of
                 the measurement would apply to it.
         """
-        inner, seen = self.sensor(memory.sensor, state, key)
+        inner, measurement = self.sensor(memory.sensor, state, key)
         memories, values, units = {}, {}, {}
         for name in sorted(self.added):
-            _check_name(name, seen._fields)
+            _check_name(name, measurement._fields)
             sensor_key = jax.random.fold_in(jax.random.fold_in(key, _KEYS), crc32(name.encode()))
             memories[name], value = self.added[name](memory.added[name], state, sensor_key)
             values[name] = jnp.asarray(value)
             unit = getattr(self.added[name], "unit", None)
             if isinstance(unit, str):
                 units[name] = unit
-        return _Memory(inner, memories), with_fields("Added", seen, values, units)
+        return _Memory(inner, memories), with_fields("Added", measurement, values, units)
 
 
 def _check_name(name: str, fields: tuple[str, ...]) -> None:

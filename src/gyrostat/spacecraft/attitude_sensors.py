@@ -53,8 +53,8 @@ class StarTracker(Checked):
             The measured attitude, (4,), and whether the tracker has a sample at this time.
         """
         noise = jnp.asarray(self.sigma) * jax.random.normal(key, (3,))
-        seen = product(motion.attitude, from_rotation_vector(noise))
-        return seen, jnp.mod(samples, self.periods) == 0.0
+        attitude = product(motion.attitude, from_rotation_vector(noise))
+        return attitude, jnp.mod(samples, self.periods) == 0.0
 
 
 class TrackerGyroMeasurement(NamedTuple):
@@ -121,26 +121,26 @@ class TrackerGyroSensors(Checked):
     def start(self, state: Any, period: Scalar) -> _Memory:
         """Memory before the first sample, for a constant body rate before the start."""
         rate = self._rate(state)
-        turned = product(state.attitude, from_rotation_vector(-period * rate))
+        previous = product(state.attitude, from_rotation_vector(-period * rate))
         return _Memory(
             self.truth.start(state, period),
             jnp.zeros(()),
             jnp.asarray(period, dtype=float),
-            BodyMotion(turned, rate),
+            BodyMotion(previous, rate),
             None if self.gyro is None else jnp.asarray(self.gyro.bias, dtype=float),
         )
 
     def __call__(self, memory: _Memory, state: Any, key: PRNGKeyArray) -> tuple[_Memory, Any]:
         """Measure attitude, rate if there is a gyro, and wheel speeds."""
-        first, second, third = jax.random.split(key, 3)
-        truth, seen = self.truth(memory.truth, state, first)
-        motion = BodyMotion(seen.attitude, self._rate(state))
-        attitude, sees = self.tracker(motion, memory.samples, memory.period, second)
-        sampled, wheels = jnp.any(sees), (seen.wheel_speed, seen.wheel_measured)
+        truth_key, tracker_key, gyro_key = jax.random.split(key, 3)
+        truth, sample = self.truth(memory.truth, state, truth_key)
+        motion = BodyMotion(sample.attitude, self._rate(state))
+        attitude, sees = self.tracker(motion, memory.samples, memory.period, tracker_key)
+        sampled, wheels = jnp.any(sees), (sample.wheel_speed, sample.wheel_measured)
         measurement: Any = TrackerMeasurement(attitude, sampled, *wheels)
         bias = memory.bias
         if self.gyro is not None and bias is not None:
-            rate, bias = self.gyro(memory.motion, motion, bias, memory.period, third)
+            rate, bias = self.gyro(memory.motion, motion, bias, memory.period, gyro_key)
             measurement = TrackerGyroMeasurement(attitude, sampled, rate, *wheels)
         if sees.ndim:
             measurement = with_fields("Heads", measurement, {"tracker_heads": sees}, {})

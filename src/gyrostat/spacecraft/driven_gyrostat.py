@@ -75,20 +75,20 @@ class DrivenGyrostat(GyrostatWrapper):
         """Integrate over an interval of constant command; see `Gyrostat`."""
         _, target = self._set_point(state, command)
         mean = self.driver.mean_current(state.motor_current, target, duration)
-        given = command._replace(torque=self.motor_constant * mean)
+        torque_command = command._replace(torque=self.motor_constant * mean)
         inner = state._replace(motor_current=None)
-        after, resolved = self.gyrostat(inner, given, time, duration)
+        after, resolved = self.gyrostat(inner, torque_command, time, duration)
         current = self.driver.current(state.motor_current, target, duration)
         return after._replace(motor_current=current), resolved
 
     def record(self, state: Any, command: Any) -> Any:
         """Record of the gyrostat; `saturated` includes the limits of the driver."""
         record = self.gyrostat.record(state, command)
-        wanted, target = self._set_point(state, command)
-        return record._replace(saturated=record.saturated | self.driver.limited(wanted, target))
+        demand, target = self._set_point(state, command)
+        return record._replace(saturated=record.saturated | self.driver.limited(demand, target))
 
     def _set_point(self, state: Any, command: Any) -> tuple[Any, Any]:
         """Commanded currents, and set points of the current loops after limits, (wheels,), A."""
         torque = self.spacecraft.wheels.within_torque_limit(command.torque)
-        wanted = torque / self.motor_constant
-        return wanted, self.driver.set_point(wanted, state.wheel_speed, self.motor_constant)
+        demand = torque / self.motor_constant
+        return demand, self.driver.set_point(demand, state.wheel_speed, self.motor_constant)

@@ -75,7 +75,7 @@ def read_appendages(path: Path, table: dict[str, Any]) -> tuple[Appendage, ...]:
     Raises:
         InputError: A key is unknown, missing or has an impossible value.
     """
-    found: list[Appendage] = []
+    appendages: list[Appendage] = []
     for kind, dimensions in APPENDAGES.items():
         for name, row in named_tables(path, kind, table.get(kind, [])).items():
             if "." in name:
@@ -86,8 +86,8 @@ def read_appendages(path: Path, table: dict[str, Any]) -> tuple[Appendage, ...]:
             for key, dimension in dimensions.items():
                 if key != "translation" or key in row:
                     values |= _value(path, prefix, key, row.get(key), dimension)
-            found.append(Appendage(kind, name, values))
-    return tuple(found)
+            appendages.append(Appendage(kind, name, values))
+    return tuple(appendages)
 
 
 def modes_of(appendages: tuple[Appendage, ...], spacecraft: Spacecraft) -> FlexibleModes | None:
@@ -108,8 +108,8 @@ def modes_of(appendages: tuple[Appendage, ...], spacecraft: Spacecraft) -> Flexi
             raise InputError(
                 f"{each.kind}[{each.name}]: found a spacecraft without mass, expected body.mass"
             )
-    made = [appendage_modes(each.kind, each.values, spacecraft) for each in appendages]
-    modes = FlexibleModes.joined(*made)
+    parts = [appendage_modes(each.kind, each.values, spacecraft) for each in appendages]
+    modes = FlexibleModes.joined(*parts)
     modes.check()
     modes.check_inertia(spacecraft.inertia)
     return modes
@@ -125,21 +125,21 @@ def _common(path: Path, prefix: str, row: dict[str, Any]) -> dict[str, float]:
     return {"frequency": frequency, "damping": damping}
 
 
-def _value(path: Path, prefix: str, key: str, found: Any, dimension: str) -> dict[str, float]:
+def _value(path: Path, prefix: str, key: str, value: Any, dimension: str) -> dict[str, float]:
     """Values of a key: of a mass, of an inertia or of a vector."""
-    place = f"{prefix}{key}"
+    full_key = f"{prefix}{key}"
     if key == "mass":
-        return {key: quantity(path, place, found, dimension, positive=True)}
+        return {key: quantity(path, full_key, value, dimension, positive=True)}
     if key != "inertia":
         if dimension == "1":
-            vector = direction(path, place, found)
+            vector = direction(path, full_key, value)
         else:
-            vector = three(path, place, found, dimension if dimension in SI_UNIT else None)
+            vector = three(path, full_key, value, dimension if dimension in SI_UNIT else None)
         return dict(zip((f"{key}.{end}" for end in "xyz"), vector.tolist(), strict=True))
-    matrix = inertia_matrix(path, place, found)
+    matrix = inertia_matrix(path, full_key, value)
     if np.any(matrix != matrix.T) or np.min(np.linalg.eigvalsh(matrix)) < 0.0:
         raise InputError(
-            f"{path}: key {place}: found a matrix that is not symmetric and positive semidefinite, "
-            "expected an inertia"
+            f"{path}: key {full_key}: found a matrix that is not symmetric and positive "
+            "semidefinite, expected an inertia"
         )
     return {f"{key}.{end}": float(matrix[at]) for end, at in _INERTIA.items()}

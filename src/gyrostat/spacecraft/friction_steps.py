@@ -31,10 +31,10 @@ class FrictionSteps(Checked):
 
     def check_wheels(self, wheels: Any) -> None:
         """Validate the number of wheels and the friction model; raises `InputError`."""
-        told = np.shape(self.time)[-1:]
-        if told != (wheels.count,):
+        shape = np.shape(self.time)[-1:]
+        if shape != (wheels.count,):
             raise InputError(
-                f"friction steps: found times of shape {told}, expected ({wheels.count},)"
+                f"friction steps: found times of shape {shape}, expected ({wheels.count},)"
             )
         if type(self.friction) is not type(wheels.friction):
             raise InputError(
@@ -44,11 +44,11 @@ class FrictionSteps(Checked):
 
     def at(self, time: Scalar, before: Any) -> Any:
         """Friction at a time, s, from the friction `before` the steps."""
-        passed, length = time - jnp.asarray(self.time), jnp.asarray(self.duration)
-        done = passed >= length
-        share = jnp.clip(passed / jnp.where(length > 0.0, length, 1.0), 0.0, 1.0)
+        elapsed, length = time - jnp.asarray(self.time), jnp.asarray(self.duration)
+        is_over = elapsed >= length
+        share = jnp.clip(elapsed / jnp.where(length > 0.0, length, 1.0), 0.0, 1.0)
         return jax.tree.map(
-            lambda new, old: jnp.where(done, new, old + share * (new - old)),
+            lambda new, old: jnp.where(is_over, new, old + share * (new - old)),
             self.friction,
             before,
         )

@@ -94,7 +94,7 @@ class TableSensors(Checked):
         self, memory: tuple[Any, Any], state: Any, key: PRNGKeyArray
     ) -> tuple[tuple[Any, Any], TableMeasurement]:
         """Measure attitude, rate and wheel speed."""
-        first, second = jax.random.split(key)
-        gyro, turn = self.gyro(memory[0], state, first)
-        tachometer, speed = self.tachometer(memory[1], state, second)
+        gyro_key, tachometer_key = jax.random.split(key)
+        gyro, turn = self.gyro(memory[0], state, gyro_key)
+        tachometer, speed = self.tachometer(memory[1], state, tachometer_key)
         return (gyro, tachometer), TableMeasurement(turn.attitude, turn.rate, speed)

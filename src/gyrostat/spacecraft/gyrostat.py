@@ -103,8 +103,8 @@ class Gyrostat(Checked):
         """Torque of the environment and of the actuators, body axes, (3,), N·m."""
         torque = jnp.zeros(3)
         for item in self.environment:
-            added = item(self.spacecraft, attitude, time)
-            torque = torque + body_torque(added, f"environment torque {type(item).__name__}")
+            part = item(self.spacecraft, attitude, time)
+            torque = torque + body_torque(part, f"environment torque {type(item).__name__}")
         return torque
 
     def check_own(self) -> None:
@@ -119,9 +119,9 @@ class Gyrostat(Checked):
             if shape[-1:] != (3,):
                 raise InputError(f"external torque limit: found shape {shape}, expected (3,)")
         if self.failures is not None:
-            told, count = np.shape(self.failures.time)[-1], self.spacecraft.wheels.count
-            if told != count:
-                raise InputError(f"wheel failures: found {told} wheels, expected {count}")
+            failure_count, count = np.shape(self.failures.time)[-1], self.spacecraft.wheels.count
+            if failure_count != count:
+                raise InputError(f"wheel failures: found {failure_count} wheels, expected {count}")
         if self.friction_steps is not None:
             self.friction_steps.check_wheels(self.spacecraft.wheels)
         check_parts(*self.actuators.values())
@@ -155,8 +155,8 @@ class Gyrostat(Checked):
         momentum = self.spacecraft.inertia_locked() @ jnp.asarray(rate, dtype=float) + rotors
         modal = None
         if self.modes is not None:
-            modal, stored = self.modes.start(modal_coordinate, modal_rate, jnp.asarray(rate))
-            momentum = momentum + stored
+            modal, of_modes = self.modes.start(modal_coordinate, modal_rate, jnp.asarray(rate))
+            momentum = momentum + of_modes
         elif modal_coordinate is not None or modal_rate is not None:
             raise InputError("modal_coordinate: found one, expected none without modes")
         momentum = to_inertial(quaternion, momentum)
@@ -225,11 +225,11 @@ class Gyrostat(Checked):
         states = state.actuators
         craft = under_command(self, command, states, time)
         state = state._replace(actuators=None)
-        after, resolved = craft._under(state, command.torque, time, duration)
+        after, resolved = craft._advance(state, command.torque, time, duration)
         states = advanced_actuators(self.actuators, states, command, duration)
         return after._replace(actuators=states), resolved
 
-    def _under(self, state, torque, time, duration):
+    def _advance(self, state, torque, time, duration):
         torque = self.spacecraft.wheels.within_torque_limit(torque)
         friction, steps = self.spacecraft.wheels.friction, self.friction_steps
         changes = [part for part in (self.failures, steps) if part is not None]
@@ -244,14 +244,14 @@ class Gyrostat(Checked):
             state, fine = carried
             start, length = piece
             failed = failures.failed(time + start)
-            given = failures.motor_torque(torque, failed)
+            motor = failures.motor_torque(torque, failed)
             drag = jnp.where(failed, failures.added_viscous, 0.0)
             seized = failed & failures.seized
             # the momentum of a seized rotor is transferred to the body instantly
             state = state._replace(wheel_speed=jnp.where(seized, 0.0, state.wheel_speed))
-            given = self._within_momentum_limit(state, given, length)
+            motor = self._within_momentum_limit(state, motor, length)
             rubs = friction if steps is None else steps.at(time + start, friction)
-            state, resolved = self._carry(state, given, rubs, seized, drag, time + start, length)
+            state, resolved = self._carry(state, motor, rubs, seized, drag, time + start, length)
             return (state, fine & resolved), None
 
         return jax.lax.scan(part, (state, jnp.array(True)), pieces(times, time, duration))[0]

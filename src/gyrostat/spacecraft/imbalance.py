@@ -76,8 +76,8 @@ class Imbalance(Checked):
             modes: Flexible modes of the spacecraft; None for a rigid body.
         """
         number, phase = self._multiples()
-        turned = self._turned(spacecraft, speed, modes)
-        return jnp.sum(turned.at(number[:, None] * angle + phase), axis=(0, 2))
+        rotation = self._rotation(spacecraft, speed, modes)
+        return jnp.sum(rotation.at(number[:, None] * angle + phase), axis=(0, 2))
 
     def jitter_rate(
         self,
@@ -88,8 +88,8 @@ class Imbalance(Checked):
     ) -> Vector3:
         """Time derivative of `jitter` at constant wheel speeds, (3,), rad/s."""
         number, phase = self._multiples()
-        turned = self._turned(spacecraft, speed, modes)
-        ahead = turned.at(number[:, None] * angle + phase + 0.5 * jnp.pi)
+        rotation = self._rotation(spacecraft, speed, modes)
+        ahead = rotation.at(number[:, None] * angle + phase + 0.5 * jnp.pi)
         return jnp.sum(number[:, None, None] * speed * ahead, axis=(0, 2))
 
     def peak(
@@ -103,7 +103,7 @@ class Imbalance(Checked):
             modes: Flexible modes of the spacecraft; None for a rigid body.
         """
         speeds = jnp.zeros(spacecraft.wheels.count) + speed
-        return jnp.sum(jnp.hypot(*self._turned(spacecraft, speeds, modes)), axis=(0, 2))
+        return jnp.sum(jnp.hypot(*self._rotation(spacecraft, speeds, modes)), axis=(0, 2))
 
     def check_own(self) -> None:
         """Validate shapes of harmonics and structure.
@@ -137,20 +137,20 @@ class Imbalance(Checked):
                 jnp.concatenate([a, b])
                 for a, b in ((force, tones.force), (torque, tones.torque), (along, tones.axial))
             )
-        pushed, tilted = Gain(force, 0.0 * force), Gain(0.0 * torque, -torque)
+        force_gain, torque_gain = Gain(force, 0.0 * force), Gain(0.0 * torque, -torque)
         if self.structure is not None:
             frequency = self._multiples()[0][:, None] * speed
             gain = self.structure.radial(frequency)
             rocking = self.structure.rocking(frequency, speed)
-            pushed = Gain(force * gain.real, force * gain.imaginary)
-            tilted = Gain(torque * rocking.imaginary, -torque * rocking.real)
-        across_axis = radial.times(pushed)
+            force_gain = Gain(force * gain.real, force * gain.imaginary)
+            torque_gain = Gain(torque * rocking.imaginary, -torque * rocking.real)
+        across_axis = radial.times(force_gain)
         total = Phasor(across_axis.real + along[:, None, :] * axes, across_axis.imaginary)
         arms = [jnp.cross(jnp.asarray(self.position)[None], part, axis=1) for part in total]
-        turning = radial.times(tilted)
+        turning = radial.times(torque_gain)
         return total, Phasor(arms[0] + turning.real, arms[1] + turning.imaginary)
 
-    def _turned(
+    def _rotation(
         self, spacecraft: Spacecraft, speed: PerWheel, modes: FlexibleModes | None
     ) -> Phasor:
         force, torque = self._loads(spacecraft.wheels.axes, speed)
@@ -163,8 +163,8 @@ def across(axes: Any) -> tuple[Any, Any]:
     x, y, z = jnp.abs(axes)
     by_x = (x <= y) & (x <= z)
     by_y = ~by_x & (y <= z)
-    least = jnp.stack([by_x, by_y, ~by_x & ~by_y]).astype(float)
-    first = jnp.cross(least, axes, axis=0)
+    body_axis = jnp.stack([by_x, by_y, ~by_x & ~by_y]).astype(float)
+    first = jnp.cross(body_axis, axes, axis=0)
     first = first / jnp.sqrt(jnp.sum(first**2, axis=0))
     return first, jnp.cross(axes, first, axis=0)
 
@@ -201,9 +201,9 @@ class ImbalancedGyrostat(GyrostatWrapper):
         """
         count = self.spacecraft.wheels.count
         for name in ("static", "dynamic", "position"):
-            found = np.shape(getattr(self.imbalance, name))[-1:]
-            if found != (count,):
-                raise InputError(f"imbalance {name}: found {found}, expected one of {count} wheels")
+            shape = np.shape(getattr(self.imbalance, name))[-1:]
+            if shape != (count,):
+                raise InputError(f"imbalance {name}: found {shape}, expected one of {count} wheels")
         modes = self.gyrostat.modes
         if modes is None:
             return
@@ -227,7 +227,7 @@ class ImbalancedGyrostat(GyrostatWrapper):
         """
         state = self.gyrostat.start(**motion)
         angle = jnp.broadcast_to(jnp.asarray(wheel_angle, dtype=float), state.wheel_speed.shape)
-        return self._turned(state._replace(wheel_angle=angle), 1.0)
+        return self._turn(state._replace(wheel_angle=angle), 1.0)
 
     def check_state(self, state: GyrostatState) -> None:
         """Validate a state; raises `InputError`."""
@@ -254,12 +254,12 @@ class ImbalancedGyrostat(GyrostatWrapper):
         # exact for constant wheel acceleration, which a constant torque gives approximately
         mean = 0.5 * (state.wheel_speed + after.wheel_speed)
         angle = state.wheel_angle + duration * mean
-        return self._turned(after._replace(wheel_angle=angle), 1.0), resolved
+        return self._turn(after._replace(wheel_angle=angle), 1.0), resolved
 
     def _balanced(self, state: Any) -> GyrostatState:
-        return self._turned(state, -1.0)._replace(wheel_angle=None)
+        return self._turn(state, -1.0)._replace(wheel_angle=None)
 
-    def _turned(self, state: GyrostatState, sense: float) -> GyrostatState:
+    def _turn(self, state: GyrostatState, sense: float) -> GyrostatState:
         jitter = from_rotation_vector(sense * self._jitter(state))
         return state._replace(attitude=product(state.attitude, jitter))
 

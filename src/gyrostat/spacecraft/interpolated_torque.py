@@ -86,8 +86,8 @@ def advanced_with_interpolated_torque(
         number, state, fine = carried
         time = contacts.started + number * length
         body = with_interpolated_torque(contacts, state, time, length)
-        given = replace(contacts, body=body, started=time)
-        state, resolved = advanced(given, state, length)
+        part_contacts = replace(contacts, body=body, started=time)
+        state, resolved = advanced(part_contacts, state, length)
         return number + 1, state, fine & resolved
 
     def goes_on(carried: _Parts) -> Bool[Array, ""]:
@@ -116,11 +116,11 @@ def with_interpolated_torque(
 
     time = jnp.asarray(time, dtype=float)
     start, slope = along(state.attitude, plant.rate(state), time)
-    last, last_slope = along(*_end(contacts, state, start, slope, duration), time + duration)
+    end, end_slope = along(*_end(contacts, state, start, slope, duration), time + duration)
     length = jnp.where(duration > 0.0, duration, 1.0)
-    mean = (last - start) / length
-    square = (3.0 * mean - 2.0 * slope - last_slope) / length
-    cube = (slope + last_slope - 2.0 * mean) / length**2
+    mean = (end - start) / length
+    square = (3.0 * mean - 2.0 * slope - end_slope) / length
+    cube = (slope + end_slope - 2.0 * mean) / length**2
     return InterpolatedTorque(plant, time, (start, slope, square, cube))
 
 
@@ -141,12 +141,12 @@ def _end(
     net = net_torque(contacts.friction, driven, state)
     momentum = to_body(state.attitude, state.momentum)
     gained = torque - jnp.cross(rate, momentum)
-    first = contacts.inverse @ (gained - jnp.asarray(wheels.axes) @ net)
-    change = slope - jnp.cross(first, momentum) - jnp.cross(rate, gained)
-    second = contacts.inverse @ change
+    acceleration = contacts.inverse @ (gained - jnp.asarray(wheels.axes) @ net)
+    change = slope - jnp.cross(acceleration, momentum) - jnp.cross(rate, gained)
+    jerk = contacts.inverse @ change
     # the last term is that of an axis of rotation that moves (J. E. Bortz, 1971)
     mean = rate + duration * (
-        first / 2.0 + duration * (second / 6.0 + jnp.cross(rate, first) / 12.0)
+        acceleration / 2.0 + duration * (jerk / 6.0 + jnp.cross(rate, acceleration) / 12.0)
     )
     attitude = product(state.attitude, from_rotation_vector(duration * mean))
-    return attitude, rate + duration * (first + duration * second / 2.0)
+    return attitude, rate + duration * (acceleration + duration * jerk / 2.0)

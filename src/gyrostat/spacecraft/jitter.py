@@ -62,19 +62,19 @@ def rotation_of_body(
     """
     inverse = inverse_definite(jnp.asarray(spacecraft.inertia))
     scale = number[:, None, None] ** -2
-    felt = [scale * part for part in torque]
+    moment = [scale * part for part in torque]
     if modes is not None:
-        turned, moved = jnp.asarray(modes.participation), modes.translation
-        mass = jnp.eye(modes.count) - turned @ inverse @ turned.T
-        pushed = [(turned @ inverse) @ part for part in torque]
-        if moved is not None:
-            mass = mass - jnp.asarray(moved) @ jnp.asarray(moved).T
-            share = jnp.asarray(moved) / jnp.sqrt(jnp.asarray(spacecraft.mass))
-            pushed = [a + share @ part for a, part in zip(pushed, force, strict=True)]
+        rotational, translational = jnp.asarray(modes.participation), modes.translation
+        mass = jnp.eye(modes.count) - rotational @ inverse @ rotational.T
+        forcing = [(rotational @ inverse) @ part for part in torque]
+        if translational is not None:
+            mass = mass - jnp.asarray(translational) @ jnp.asarray(translational).T
+            share = jnp.asarray(translational) / jnp.sqrt(jnp.asarray(spacecraft.mass))
+            forcing = [a + share @ part for a, part in zip(forcing, force, strict=True)]
         frequency = number[:, None] * speed
-        bent = _deflection(modes, mass, frequency, *pushed)
-        felt = [a - speed**2 * (turned.T @ q) for a, q in zip(felt, bent, strict=True)]
-    real, imaginary = (-inverse @ part for part in felt)
+        modal = _deflection(modes, mass, frequency, *forcing)
+        moment = [a - speed**2 * (rotational.T @ q) for a, q in zip(moment, modal, strict=True)]
+    real, imaginary = (-inverse @ part for part in moment)
     return Phasor(real, imaginary)
 
 
@@ -84,12 +84,12 @@ def _deflection(modes: FlexibleModes, mass: Any, frequency: Any, real: Any, imag
     Elimination without pivoting: the damping keeps every pivot away from zero.
     """
     mode = jnp.asarray(modes.frequency)
-    one, many = frequency[..., None, None], jnp.eye(modes.count)
+    w, eye = frequency[..., None, None], jnp.eye(modes.count)
     rows = (
-        jnp.concatenate([mode**2 * many - one**2 * mass, jnp.swapaxes(real, 1, 2)[..., None]], -1),
+        jnp.concatenate([mode**2 * eye - w**2 * mass, jnp.swapaxes(real, 1, 2)[..., None]], -1),
         jnp.concatenate(
             [
-                2.0 * one * jnp.asarray(modes.damping) * mode * many,
+                2.0 * w * jnp.asarray(modes.damping) * mode * eye,
                 jnp.swapaxes(imaginary, 1, 2)[..., None],
             ],
             -1,
@@ -102,7 +102,7 @@ def _deflection(modes: FlexibleModes, mass: Any, frequency: Any, real: Any, imag
         pivot = ((row[0] * a + row[1] * b) / size, (row[1] * a - row[0] * b) / size)
         below = [part[..., :, k, None] for part in rows]
         p, q = (part[..., None, :] for part in pivot)
-        less = (below[0] * p - below[1] * q, below[0] * q + below[1] * p)
-        at = many[:, k, None] == 1.0
-        rows = (jnp.where(at, p, rows[0] - less[0]), jnp.where(at, q, rows[1] - less[1]))
+        product = (below[0] * p - below[1] * q, below[0] * q + below[1] * p)
+        at = eye[:, k, None] == 1.0
+        rows = (jnp.where(at, p, rows[0] - product[0]), jnp.where(at, q, rows[1] - product[1]))
     return tuple(jnp.swapaxes(part[..., -1], 1, 2) for part in rows)

@@ -45,9 +45,9 @@ class PaddleGyrostat(GyrostatWrapper):
         Raises:
             InputError: There is not one for each wheel.
         """
-        found, count = np.shape(self.angle_limit)[-1:], self.spacecraft.wheels.count
-        if found != (count,):
-            raise InputError(f"angle limit: found shape {found}, expected one for {count} wheels")
+        shape, count = np.shape(self.angle_limit)[-1:], self.spacecraft.wheels.count
+        if shape != (count,):
+            raise InputError(f"angle limit: found shape {shape}, expected one for {count} wheels")
 
     def start(self, *, wheel_angle: Any = 0.0, **motion: Any) -> GyrostatState:
         """Create a state from attitude, rate, wheel speeds and angles.

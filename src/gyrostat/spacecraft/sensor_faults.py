@@ -102,21 +102,21 @@ class FaultySensor(Checked):
     def start(self, state: Any, period: Scalar) -> _Memory:
         """Memory before the first sample."""
         inner = self.sensor.start(state, period)
-        _, seen = jax.eval_shape(self.sensor, inner, state, jax.random.key(0))
-        before = tuple(jnp.zeros(getattr(seen, fault.field).shape) for fault in self.faults)
+        _, measurement = jax.eval_shape(self.sensor, inner, state, jax.random.key(0))
+        before = tuple(jnp.zeros(getattr(measurement, fault.field).shape) for fault in self.faults)
         return _Memory(inner, jnp.zeros(()), jnp.asarray(period, dtype=float), before)
 
     def __call__(self, memory: _Memory, state: Any, key: PRNGKeyArray) -> tuple[_Memory, Any]:
         """Measure and apply the faults."""
         time = memory.samples * memory.period
-        inner, seen = self.sensor(memory.sensor, state, key)
+        inner, measurement = self.sensor(memory.sensor, state, key)
         before = []
         for number, (fault, last) in enumerate(zip(self.faults, memory.before, strict=True)):
-            value = getattr(seen, fault.field)
+            value = getattr(measurement, fault.field)
             last = jnp.where(memory.samples == 0.0, value, last)
             # another key than that of the sensor noise
             fault_key = jax.random.fold_in(jax.random.fold_in(key, 0x5EED), number)
-            made = fault(value, last, time, fault_key)
+            faulty_value = fault(value, last, time, fault_key)
             before.append(jnp.where(fault.time <= time + 1e-9, last, value))
-            seen = seen._replace(**{fault.field: made})
-        return _Memory(inner, memory.samples + 1.0, memory.period, tuple(before)), seen
+            measurement = measurement._replace(**{fault.field: faulty_value})
+        return _Memory(inner, memory.samples + 1.0, memory.period, tuple(before)), measurement

@@ -41,15 +41,15 @@ def check_inertia(inertia: ArrayLike) -> None:
                 "body inertia: found a matrix that is not symmetric, expected equal products of "
                 "inertia on both sides of the diagonal"
             )
-        least, middle, most = np.linalg.eigvalsh(matrix)
-        if least <= 0.0:
+        smallest, middle, largest = np.linalg.eigvalsh(matrix)
+        if smallest <= 0.0:
             raise InputError(
-                f"body inertia: found the principal inertia {least:g} kg·m², expected above 0"
+                f"body inertia: found the principal inertia {smallest:g} kg·m², expected above 0"
             )
-        if most > (least + middle) * (1.0 + SYMMETRY):
+        if largest > (smallest + middle) * (1.0 + SYMMETRY):
             raise InputError(
-                f"body inertia: found principal inertias {least:g}, {middle:g}, {most:g} kg·m², "
-                "expected none larger than the sum of the others"
+                f"body inertia: found principal inertias {smallest:g}, {middle:g}, {largest:g} "
+                "kg·m², expected none larger than the sum of the others"
             )
 
 

@@ -139,7 +139,7 @@ def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> Spa
     spacecraft = Spacecraft(jax.device_put(inertia), array, **_mass(path, body), surfaces=surfaces)
     with placed(str(path)):
         spacecraft.check()
-    found = SpacecraftFile(
+    content = SpacecraftFile(
         name_text(path, "body.name", body.get("name", "")),
         names,
         spacecraft,
@@ -147,19 +147,19 @@ def read_spacecraft(path: str | os.PathLike[str], *, force: bool = False) -> Spa
         read_appendages(path, table),
     )
     with placed(str(path)):
-        modes_of(found.appendages, spacecraft)
-    return found
+        modes_of(content.appendages, spacecraft)
+    return content
 
 
 def _mass(path: Path, body: dict[str, Any]) -> dict[str, Any]:
     """Mass and centre of mass, as far as the file has them."""
-    found: dict[str, Any] = {}
+    fields: dict[str, Any] = {}
     if "mass" in body:
-        found["mass"] = quantity(path, "body.mass", body["mass"], "mass", positive=True)
+        fields["mass"] = quantity(path, "body.mass", body["mass"], "mass", positive=True)
     if "centre_of_mass" in body:
         key = "body.centre_of_mass"
-        found["centre_of_mass"] = three(path, key, body["centre_of_mass"], "length")
-    return found
+        fields["centre_of_mass"] = three(path, key, body["centre_of_mass"], "length")
+    return fields
 
 
 def _wheel(path: Path, prefix: str, row: dict[str, Any], force: bool) -> dict[str, Any]:
@@ -167,19 +167,19 @@ def _wheel(path: Path, prefix: str, row: dict[str, Any], force: bool) -> dict[st
     refuse_unknown(path, prefix, row, _WHEEL)
     axis = direction(path, f"{prefix}axis", row.get("axis"))
     sheet = _sheet(path, prefix, row)
-    known = {} if sheet is None else sheet.values
-    found: dict[str, Any] = {"axis": axis / float(np.linalg.norm(axis)), "model": sheet}
+    defaults = {} if sheet is None else sheet.values
+    fields: dict[str, Any] = {"axis": axis / float(np.linalg.norm(axis)), "model": sheet}
     for name, dimension in _LIMITS.items():
-        found[name] = known.get(name, np.inf)
+        fields[name] = defaults.get(name, np.inf)
         if name in row:
             key = f"{prefix}{name}"
-            found[name] = quantity(path, key, row[name], dimension, positive=True)
+            fields[name] = quantity(path, key, row[name], dimension, positive=True)
     inertia = None
     if "inertia" in row:
         key = f"{prefix}inertia"
         inertia = quantity(path, key, row["inertia"], "inertia", positive=True)
     if "model" in row:
-        found["model"] = model = read_model(
+        fields["model"] = model = read_model(
             path.parent / _text(path, f"{prefix}model", row["model"]), force=force
         )
         rotor = model.values.get("inertia", inertia)
@@ -190,15 +190,15 @@ def _wheel(path: Path, prefix: str, row: dict[str, Any], force: bool) -> dict[st
             )
         inertia = rotor if inertia is None else inertia
     if "friction" in row:
-        found["model"] = _own_friction(path, prefix, row)
-    inertia = known.get("inertia") if inertia is None else inertia
+        fields["model"] = _inline_friction(path, prefix, row)
+    inertia = defaults.get("inertia") if inertia is None else inertia
     if inertia is None:
         raise InputError(f"{path}: key {prefix}inertia: found none, expected it in kg·m²")
-    model = found["model"]
-    return {**found, "inertia": inertia, "known": {**known, **(model.values if model else {})}}
+    model = fields["model"]
+    return {**fields, "inertia": inertia, "known": {**defaults, **(model.values if model else {})}}
 
 
-def _own_friction(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel:
+def _inline_friction(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel:
     """Friction of a wheel in the spacecraft file: a kind of this package or a user's class."""
     key, table = f"{prefix}friction", row["friction"]
     if "model" in row:
@@ -209,8 +209,8 @@ def _own_friction(path: Path, prefix: str, row: dict[str, Any]) -> WheelModel:
             "and the parameters"
         )
     law = read_law(path, f"{key}.{'kind' if 'kind' in table else 'python'}", table)
-    taken = ("python", "data") if "python" in table else ("kind",)
-    values = {n: v for n, v in table.items() if n not in taken}
+    law_keys = ("python", "data") if "python" in table else ("kind",)
+    values = {n: v for n, v in table.items() if n not in law_keys}
     refuse_unknown(path, f"{key}.", values, law.dimensions())
     lacking = [name for name in law.dimensions() if name not in values]
     if lacking:
@@ -237,18 +237,18 @@ def _friction(
     path: Path, rows: Mapping[str, Mapping[str, Any]], models: list[WheelModel | None]
 ) -> dict[str, Any]:
     """Friction of a wheel array: one friction model with parameters (wheels,)."""
-    known = [model for model in models if model is not None]
-    if not known:
+    present = [model for model in models if model is not None]
+    if not present:
         return {}
     names = tuple(rows)
-    if len(known) < len(models):
+    if len(present) < len(models):
         name = names[models.index(None)]
         raise InputError(
             f"{path}: key wheel[{name}].model: found none, expected one for every wheel or for "
             "none; a data sheet also gives one"
         )
-    kind = known[0].friction
-    for (name, row), model in zip(rows.items(), known, strict=True):
+    kind = present[0].friction
+    for (name, row), model in zip(rows.items(), present, strict=True):
         key = f"wheel[{name}].{'friction' if 'friction' in row else 'model'}"
         if model.friction is not kind:
             raise InputError(
@@ -258,7 +258,7 @@ def _friction(
         with placed(f"{path}: key {key}"):
             model.friction.of(**{n: model.values[n] for n in kind.dimensions()}).check()
     values: dict[str, Any] = {
-        name: np.array([model.values[name] for model in known]) for name in kind.dimensions()
+        name: np.array([model.values[name] for model in present]) for name in kind.dimensions()
     }
     return {"friction": kind.of(**values)}
 

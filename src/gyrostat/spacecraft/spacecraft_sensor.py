@@ -131,7 +131,7 @@ class SpacecraftSensor(Checked):
     def _motion(self, memory: _Memory, state: GyrostatState) -> WheelMotion:
         angle = getattr(state, "wheel_angle", None)
         if angle is None:
-            passed = jnp.where(memory.samples > 0.0, memory.period, 0.0)
+            elapsed = jnp.where(memory.samples > 0.0, memory.period, 0.0)
             mean = 0.5 * (memory.wheels.speed + state.wheel_speed)
-            angle = memory.wheels.wheel_angle + passed * mean
+            angle = memory.wheels.wheel_angle + elapsed * mean
         return WheelMotion(state.wheel_speed, angle)

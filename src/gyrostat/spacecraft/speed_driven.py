@@ -158,11 +158,11 @@ class SpeedDrivenSpacecraft(Checked):
 
         first, middle, last = (forcing(part * duration) for part in (0.0, 0.5, 1.0))
         start = state.attitude
-        one = slope(start, first)
-        two = slope(start + 0.5 * duration * one, middle)
-        three = slope(start + 0.5 * duration * two, middle)
-        four = slope(start + duration * three, last)
-        attitude = normalised(start + duration / 6.0 * (one + 2.0 * (two + three) + four))
+        k1 = slope(start, first)
+        k2 = slope(start + 0.5 * duration * k1, middle)
+        k3 = slope(start + 0.5 * duration * k2, middle)
+        k4 = slope(start + duration * k3, last)
+        attitude = normalised(start + duration / 6.0 * (k1 + 2.0 * (k2 + k3) + k4))
         speed = self._speed_at(state, command, duration)
         return GyrostatState(attitude, last[0], speed), jnp.array(True)
 

@@ -183,16 +183,16 @@ class SpeedLoopSpacecraft(Checked):
         rate = inverse @ (momentum - axes @ rotors)
         drift = to_body(attitude, change) - jnp.cross(rate, momentum)
         # linear speeds; at zero the wheel sticks or accelerates against the breakaway torque
-        given = axes.T @ (inverse @ (axes @ (torque - friction) - drift))
+        body_reaction = axes.T @ (inverse @ (axes @ (torque - friction) - drift))
         mobility = jnp.sum(axes * (inverse @ axes), axis=0)
-        free = torque / wheels.inertia + given + mobility * friction
+        free = torque / wheels.inertia + body_reaction + mobility * friction
         brake = (1.0 / wheels.inertia + mobility) * coulomb
         speed = state.wheel_speed
         sliding = free - before * brake
         passes = before * (speed + length * sliding) <= 0.0
         at_zero = jnp.where(passes, -speed / jnp.where(sliding == 0.0, 1.0, sliding), length)
-        beyond = jnp.sign(free) * jnp.maximum(jnp.abs(free) - brake, 0.0)
-        speed = jnp.where(passes, beyond * (length - at_zero), speed + length * sliding)
+        acceleration = jnp.sign(free) * jnp.maximum(jnp.abs(free) - brake, 0.0)
+        speed = jnp.where(passes, acceleration * (length - at_zero), speed + length * sliding)
         return state._replace(
             attitude=normalised(product(state.attitude, from_rotation_vector(length * rate))),
             momentum=self.momentum(time + length),

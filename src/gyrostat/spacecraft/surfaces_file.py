@@ -74,20 +74,20 @@ def named_tables(path: Path, kind: str, rows: object) -> dict[str, dict[str, Any
     """
     if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
         raise InputError(f"{path}: key {kind}: found {described(rows)}, expected tables [[{kind}]]")
-    found: dict[str, dict[str, Any]] = {}
+    tables: dict[str, dict[str, Any]] = {}
     for k, row in enumerate(rows):
         key = f"{kind}[{k}].name"
         name = name_text(path, key, row.get("name", ""))
         if not name or not set(name).isdisjoint("=, \t\n"):
-            shown = repr(name) if name else "none"
+            text = repr(name) if name else "none"
             raise InputError(
-                f"{path}: key {key}: found {shown}, expected a name without blanks, commas and "
+                f"{path}: key {key}: found {text}, expected a name without blanks, commas and "
                 "equals signs"
             )
-        if name in found:
+        if name in tables:
             raise InputError(f"{path}: key {key}: found {name!r} twice, expected it once")
-        found[name] = row
-    return found
+        tables[name] = row
+    return tables
 
 
 def _box(path: Path, row: object) -> Surfaces:
@@ -117,11 +117,11 @@ def _area(path: Path, prefix: str, row: dict[str, Any]) -> float:
         raise InputError(
             f"{path}: key {prefix}size: found {described(edges)}, expected two lengths"
         )
-    first, second = (
+    length, width = (
         quantity(path, f"{prefix}size[{k}]", edge, "length", positive=True)
         for k, edge in enumerate(edges)
     )
-    return first * second
+    return length * width
 
 
 def _shares(path: Path, prefix: str, row: dict[str, Any]) -> dict[str, float]:

@@ -210,8 +210,8 @@ def under_command(plant: Any, command: Any, states: Any, time: Scalar) -> Any:
                 "spacecraft has an actuator for it"
             )
         limit = jnp.asarray(plant.external_torque_limit)
-        given = plant.external_torque + jnp.clip(command.external_torque, -limit, limit)
-        plant = eqx.tree_at(lambda each: each.external_torque, plant, given)
+        external = plant.external_torque + jnp.clip(command.external_torque, -limit, limit)
+        plant = eqx.tree_at(lambda each: each.external_torque, plant, external)
     if plant.actuators:
         commanded = commanded_torques(plant.actuators, command, states, time)
         plant = replace(plant, environment=(*plant.environment, *commanded))
@@ -254,9 +254,9 @@ def torque_models(models: Any) -> Any:
         )
     for model in models:
         if not callable(model) or isinstance(model, type):
-            shown = f"the class {model.__name__}" if isinstance(model, type) else repr(model)
+            text = f"the class {model.__name__}" if isinstance(model, type) else repr(model)
             raise InputError(
-                f"environment: found {shown}, expected torque models, called with (spacecraft, "
+                f"environment: found {text}, expected torque models, called with (spacecraft, "
                 "attitude, time)"
             )
     return models

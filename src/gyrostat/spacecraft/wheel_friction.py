@@ -28,8 +28,8 @@ def started_deflection(friction: AnyFriction, speed: PerWheel, given: Any) -> Pe
         InputError: Deflections are given, and the friction has no bristles.
     """
     if friction.bristles is not None:
-        chosen = friction.bristles.steady_deflection(speed) if given is None else given
-        return jnp.broadcast_to(jnp.asarray(chosen, dtype=float), speed.shape)
+        deflection = friction.bristles.steady_deflection(speed) if given is None else given
+        return jnp.broadcast_to(jnp.asarray(deflection, dtype=float), speed.shape)
     if given is not None:
         raise InputError(f"deflection: found one, expected none with {friction.name} friction")
     return None
@@ -41,11 +41,11 @@ def check_deflection(friction: AnyFriction, state: GyrostatState) -> None:
     Raises:
         InputError: They are missing, not finite, or given without bristles.
     """
-    given = state.deflection is not None
-    if given != (friction.bristles is not None):
-        said = ("one", "none") if given else ("none", "those of the bristles, rad")
-        raise InputError(f"deflection: found {said[0]}, expected {said[1]}")
-    if given and not np.all(np.isfinite(np.asarray(state.deflection))):
+    has_deflection = state.deflection is not None
+    if has_deflection != (friction.bristles is not None):
+        words = ("one", "none") if has_deflection else ("none", "those of the bristles, rad")
+        raise InputError(f"deflection: found {words[0]}, expected {words[1]}")
+    if has_deflection and not np.all(np.isfinite(np.asarray(state.deflection))):
         raise InputError("deflection: found one that is not finite, expected finite ones, rad")
 
 

@@ -56,8 +56,8 @@ class WheelHarmonics(Checked):
             values: Other attributes, (wheels,), or one value for all; 0 by default.
         """
         names = ("force", "torque", "axial", "phase")
-        each = {name: jnp.zeros((1, wheels)) + values.get(name, 0.0) for name in names}
-        return cls(jnp.reshape(jnp.asarray(number, dtype=float), 1), **each)
+        coefficients = {name: jnp.zeros((1, wheels)) + values.get(name, 0.0) for name in names}
+        return cls(jnp.reshape(jnp.asarray(number, dtype=float), 1), **coefficients)
 
     @classmethod
     def joined(cls, *parts: Self) -> Self:
@@ -74,11 +74,11 @@ class WheelHarmonics(Checked):
         Raises:
             InputError: A shape differs from those of the attributes.
         """
-        wanted = (*np.shape(self.number), count)
+        shape = (*np.shape(self.number), count)
         for name in ("force", "torque", "axial", "phase"):
             found = np.shape(getattr(self, name))
-            if found != wanted:
-                raise InputError(f"wheel harmonics {name}: found shape {found}, expected {wanted}")
+            if found != shape:
+                raise InputError(f"wheel harmonics {name}: found shape {found}, expected {shape}")
 
 
 class Gain(NamedTuple):

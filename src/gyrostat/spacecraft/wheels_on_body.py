@@ -95,17 +95,17 @@ class WheelsOnBody(CoupledBearings):
     def rate_of_body(self, motion: Motion) -> tuple[Vector3, Vector3]:
         """Body rate, (3,), rad/s, and total momentum, (3,), N·m·s, both in body axes."""
         momentum = to_body(motion.carrier.attitude, motion.carrier.momentum)
-        return self.inverse_locked @ (momentum - self._stored(motion)), momentum
+        return self.inverse_locked @ (momentum - self._stored_momentum(motion)), momentum
 
-    def _stored(self, motion: Motion) -> Vector3:
+    def _stored_momentum(self, motion: Motion) -> Vector3:
         """Momentum of rotors and modes beside that of the body, (3,), or its time derivative."""
         wheels = self.body.spacecraft.wheels
-        stored = jnp.asarray(wheels.axes) @ (wheels.inertia * motion.speed)
+        momentum = jnp.asarray(wheels.axes) @ (wheels.inertia * motion.speed)
         if self.coupling is None:
-            return stored
-        return stored + self.coupling.body_part(motion.carrier.modal.momentum)
+            return momentum
+        return momentum + self.coupling.body_part(motion.carrier.modal.momentum)
 
-    def _felt(self, torque: Vector3) -> PerWheel:
+    def _relative_acceleration(self, torque: Vector3) -> PerWheel:
         """Acceleration of the wheels relative to the body by a torque on it, (wheels,), rad/s²."""
         return -jnp.asarray(self.body.spacecraft.wheels.axes).T @ (self.inverse @ torque)
 
@@ -119,15 +119,13 @@ class WheelsOnBody(CoupledBearings):
         if self.coupling is not None:
             force = self.coupling.derivative(motion.carrier.modal, rate).momentum
             torque = torque - self.coupling.body_part(force)
-        return self.torque - self.added_viscous * motion.speed, self._felt(torque)
+        return self.torque - self.added_viscous * motion.speed, self._relative_acceleration(torque)
 
     def carrier_rate(self, motion: Motion, friction: PerWheel, time: Scalar) -> Carrier:
         """See `CoupledBearings.carrier_rate`."""
         attitude = motion.carrier.attitude
         rate, _ = self.rate_of_body(motion)
-        torque = to_inertial(
-            attitude, self.body.torque(motion.carrier.attitude, self.started + time)
-        )
+        torque = to_inertial(attitude, self.body.torque(attitude, self.started + time))
         modal = None
         if self.coupling is not None:
             modal = self.coupling.derivative(motion.carrier.modal, rate)
@@ -147,20 +145,20 @@ class WheelsOnBody(CoupledBearings):
         along = (rate.carrier.attitude, jnp.ones_like(time))
         torque, torque_change = jax.jvp(outside, (motion.carrier.attitude, time), along)
         gained = torque - jnp.cross(turning, momentum)
-        change = self.inverse_locked @ (gained - self._stored(rate))
+        change = self.inverse_locked @ (gained - self._stored_momentum(rate))
         torque_change = torque_change - jnp.cross(change, momentum) - jnp.cross(turning, gained)
         drag_change = -self.added_viscous * rate.speed
         nutation = self.inverse @ momentum
         drag = jnp.max(self.added_viscous * jnp.diagonal(self.mobility))
         fastest = jnp.maximum(turning @ turning, nutation @ nutation)
         if self.coupling is not None:
-            second = self.coupling.derivative(rate.carrier.modal, change)
-            torque_change = torque_change - self.coupling.body_part(second.momentum)
+            modal_acceleration = self.coupling.derivative(rate.carrier.modal, change)
+            torque_change = torque_change - self.coupling.body_part(modal_acceleration.momentum)
             modes = self.coupling.fastest_squared(self.inverse)
             fastest = jnp.maximum(fastest, (TURN_STEP / MODE_STEP) ** 2 * modes)
         return Changes(
             drive=drag_change,
-            pull=self.mobility @ drag_change + self._felt(torque_change),
+            pull=self.mobility @ drag_change + self._relative_acceleration(torque_change),
             turn_squared=jnp.maximum(fastest, drag**2),
             turn_change_squared=change @ change,
         )

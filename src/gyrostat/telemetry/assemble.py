@@ -53,20 +53,20 @@ def assemble(measured: Measured, unsigned_current: bool, drop: bool = False) -> 
             increase; negative current although it is declared unsigned; fewer than two samples.
     """
     if drop:
-        measured = _dropped(measured)
+        measured = _drop_rows(measured)
     count = measured.rows.size
     if count < 2:
         raise fault(measured.file, counted(count), "at least 2")
-    missing = _missing(measured)
+    missing = _missing_samples(measured)
     notes = list(measured.notes)
     if np.any(missing):
         notes.append(f"{counted(int(np.sum(missing)))} marked missing")
     series: dict[str, NDArray[np.float64]] = {}
     for role in measured.values:
         if role != "valid":
-            series[role], held = _in_si(measured, role, missing)
-            if held:
-                notes.append(f"{role} held over {counted(held)}")
+            series[role], fill_count = _in_si(measured, role, missing)
+            if fill_count:
+                notes.append(f"{role} held over {counted(fill_count)}")
     _require_increasing_time(measured, series["time"])
     averaged = "angle" in series
     if averaged:
@@ -84,10 +84,10 @@ def assemble(measured: Measured, unsigned_current: bool, drop: bool = False) -> 
         if unknown:
             notes.append(f"direction unknown in {counted(unknown)}: sign of current held")
         series["current"] = np.copysign(series["current"], _held_direction(sign))
-    told = measured.metadata.get("temperature")
-    if told and "temperature" not in series:
+    temperature = measured.metadata.get("temperature")
+    if temperature and "temperature" not in series:
         where = f"{measured.file}: comment temperature"
-        series["temperature"] = np.full(count, parse_quantity(told, "temperature", where))
+        series["temperature"] = np.full(count, parse_quantity(temperature, "temperature", where))
     beside: dict[str, Any] = {name: series.get(name) for name in CHANNELS}
     return Record(
         name=measured.file.name,
@@ -107,18 +107,18 @@ def _motion(measured: Measured) -> str:
     return "angle" if "angle" in measured.values else "speed"
 
 
-def _dropped(measured: Measured) -> Measured:
+def _drop_rows(measured: Measured) -> Measured:
     """Drop rows without time or current, and mark or hold other values that are not finite."""
     values = {role: series.copy() for role, series in measured.values.items()}
     empty = {role: gaps.copy() for role, gaps in measured.empty.items()}
-    moves = _motion(measured)
-    kept = np.isfinite(values["time"]) & np.isfinite(values["current"])
+    motion = _motion(measured)
+    complete = np.isfinite(values["time"]) & np.isfinite(values["current"])
     notes = list(measured.notes)
-    if not kept.all():
-        notes.append(f"{counted(int(np.sum(~kept)), 'row')} without time or current dropped")
-    bad = ~np.isfinite(values[moves]) & ~empty[moves]
-    empty[moves] |= bad
-    for role in set(values) - {"time", "current", moves}:
+    if not complete.all():
+        notes.append(f"{counted(int(np.sum(~complete)), 'row')} without time or current dropped")
+    bad = ~np.isfinite(values[motion]) & ~empty[motion]
+    empty[motion] |= bad
+    for role in set(values) - {"time", "current", motion}:
         wrong = ~np.isfinite(values[role])
         if wrong.all():
             del values[role], empty[role]
@@ -129,9 +129,9 @@ def _dropped(measured: Measured) -> Measured:
             notes.append(f"{role} held over {counted(int(wrong.sum()))}")
     return replace(
         measured,
-        values={role: series[kept] for role, series in values.items()},
-        empty={role: gaps[kept] for role, gaps in empty.items()},
-        rows=measured.rows[kept],
+        values={role: series[complete] for role, series in values.items()},
+        empty={role: gaps[complete] for role, gaps in empty.items()},
+        rows=measured.rows[complete],
         notes=tuple(notes),
     )
 
@@ -143,22 +143,22 @@ def _differences(
     missing: NDArray[np.bool_],
 ) -> tuple[NDArray[np.float64], NDArray[np.bool_]]:
     """Mean speed over the interval before each sample, rad/s, and whether it is missing, (N,)."""
-    turned = np.diff(np.where(missing, 0.0, angle))
-    known = ~(missing[1:] | missing[:-1])
+    increment = np.diff(np.where(missing, 0.0, angle))
+    valid = ~(missing[1:] | missing[:-1])
     turn = 2.0 * np.pi
-    seen = angle[~missing]
-    if np.ptp(seen) <= turn * (1.0 + 1e-9):
-        turned = (turned + 0.5 * turn) % turn - 0.5 * turn
-        if np.any(np.abs(turned[known]) > WRAPPED * turn):
+    samples = angle[~missing]
+    if np.ptp(samples) <= turn * (1.0 + 1e-9):
+        increment = (increment + 0.5 * turn) % turn - 0.5 * turn
+        if np.any(np.abs(increment[valid]) > WRAPPED * turn):
             found = "an angle within one turn that changes by nearly half a turn between samples"
             expected = "a continuous angle, or more samples per turn"
             column = measured.chosen["angle"].name
             raise fault(measured.file, found, expected, None, column)
-    speed = np.concatenate([[np.nan], turned / np.diff(time)])
-    return speed, np.concatenate([[True], ~known])
+    speed = np.concatenate([[np.nan], increment / np.diff(time)])
+    return speed, np.concatenate([[True], ~valid])
 
 
-def _missing(measured: Measured) -> NDArray[np.bool_]:
+def _missing_samples(measured: Measured) -> NDArray[np.bool_]:
     """Whether the speed of each sample is missing, (N,)."""
     missing = measured.empty[_motion(measured)].copy()
     if "valid" in measured.values:
@@ -182,14 +182,14 @@ def _in_si(
         return converted, 0
     # A cell may be empty only in a sample marked missing, and time must always be given.
     first_known = int(np.argmin(empty))
-    held = empty & missing & (np.arange(empty.size) > first_known) & (role != "time")
-    _refuse(measured, role, bad & ~held, _HOW_TO_MARK if role == "current" else "a finite number")
-    return converted[_latest(~held)], int(np.sum(held))
+    gaps = empty & missing & (np.arange(empty.size) > first_known) & (role != "time")
+    _refuse(measured, role, bad & ~gaps, _HOW_TO_MARK if role == "current" else "a finite number")
+    return converted[_latest(~gaps)], int(np.sum(gaps))
 
 
-def _latest(known: NDArray[np.bool_]) -> NDArray[np.intp]:
+def _latest(valid: NDArray[np.bool_]) -> NDArray[np.intp]:
     """Index of the last known sample up to each, (N,); before the first known one, its index."""
-    return np.maximum.accumulate(np.where(known, np.arange(known.size), np.argmax(known)))
+    return np.maximum.accumulate(np.where(valid, np.arange(valid.size), np.argmax(valid)))
 
 
 def _require_increasing_time(measured: Measured, time: NDArray[np.float64]) -> None:
@@ -198,16 +198,9 @@ def _require_increasing_time(measured: Measured, time: NDArray[np.float64]) -> N
         index = int(late[0]) + 1
         column = measured.chosen["time"]
         before, after = (repr(float(t)) for t in measured.values["time"][index - 1 : index + 1])
-        found = (
-            f"time {after} after {before} {column.unit.symbol} in row {measured.rows[index - 1]}"
-        )
-        raise fault(
-            measured.file,
-            found,
-            "strictly increasing time",
-            int(measured.rows[index]),
-            column.name,
-        )
+        last, row = measured.rows[index - 1 : index + 1]
+        found = f"time {after} after {before} {column.unit.symbol} in row {last}"
+        raise fault(measured.file, found, "strictly increasing time", int(row), column.name)
 
 
 def _direction(
@@ -219,10 +212,10 @@ def _direction(
     if setpoint is None:
         return of_speed, f"current unsigned: sign taken from column {name}"
     source = f"current unsigned: sign taken from column {measured.chosen['setpoint'].name}"
-    rest = setpoint == 0.0
-    if np.any(rest):
+    is_zero = setpoint == 0.0
+    if np.any(is_zero):
         source += f", and from {name} if it is 0"
-    return np.where(rest, of_speed, np.sign(setpoint)), source
+    return np.where(is_zero, of_speed, np.sign(setpoint)), source
 
 
 def _held_direction(sign: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -75,46 +75,46 @@ def choose_columns(
     Raises:
         InputError: A column is missing, named twice or ambiguous; a unit is missing or unknown.
     """
-    wanted = _by_role(header.file, "columns", columns)
+    names = _by_role(header.file, "columns", columns)
     stated = _by_role(header.file, "units", units)
-    found: dict[str, tuple[Column, str]] = {}
-    for role, name in wanted.items():
-        found[role] = _called(header, role, name)
-    claimed = {column.index: role for role, (column, _) in found.items()}
-    if len(claimed) < len(found):
+    matches: dict[str, tuple[Column, str]] = {}
+    for role, name in names.items():
+        matches[role] = _column_named(header, role, name)
+    claimed = {column.index: role for role, (column, _) in matches.items()}
+    if len(claimed) < len(matches):
         raise fault(header.file, "one column for two roles", "a column of its own for each role")
-    measured = _motion(header, found, claimed) if motion else ""
+    measured = _motion(header, matches, claimed) if motion else ""
     for role in ROLES.values():
-        if role.name not in found and role.name not in {"speed", "angle"} - {measured}:
+        if role.name not in matches and role.name not in {"speed", "angle"} - {measured}:
             hit = _usual(header, role, claimed)
             if hit is not None:
-                found[role.name] = hit
+                matches[role.name] = hit
     return {
         role: Chosen(column.index, name, _unit(header, ROLES[role], column, stated.get(role)))
-        for role, (column, name) in found.items()
+        for role, (column, name) in matches.items()
     }
 
 
 def _motion(
-    header: Header, found: Mapping[str, tuple[Column, str]], claimed: Mapping[int, str]
+    header: Header, matches: Mapping[str, tuple[Column, str]], claimed: Mapping[int, str]
 ) -> str:
     """Role that the file measures, speed or angle: as named by the caller, otherwise the speed."""
-    named = [role for role in ("speed", "angle") if role in found]
-    if len(named) == 2:
+    roles = [role for role in ("speed", "angle") if role in matches]
+    if len(roles) == 2:
         raise fault(header.file, "columns named for speed and for angle", "one of the two")
-    if named:
-        return named[0]
+    if roles:
+        return roles[0]
     speed = replace(ROLES["speed"], required=False)
     if _usual(header, speed, claimed) is None and _usual(header, ROLES["angle"], claimed):
         return "angle"
     return "speed"
 
 
-def _by_role(file: Path, option: str, given: Mapping[str, str] | None) -> dict[str, str]:
+def _by_role(file: Path, option: str, mapping: Mapping[str, str] | None) -> dict[str, str]:
     """Mapping of the caller, with 'direction' replaced by 'setpoint'. Unknown roles are refused."""
     roles = [role for role in ROLES if option != "units" or ROLES[role].dimension]
     result: dict[str, str] = {}
-    for key, value in (given or {}).items():
+    for key, value in (mapping or {}).items():
         role = "setpoint" if key == "direction" else key
         if role not in roles:
             expected = f"one of {', '.join(roles)}"
@@ -139,7 +139,7 @@ def _split(name: str, dimension: str | None) -> tuple[str, str]:
     return name, ""
 
 
-def _called(header: Header, role: str, wanted: str) -> tuple[Column, str]:
+def _column_named(header: Header, role: str, label: str) -> tuple[Column, str]:
     """Column named by the caller: exact match first, then ignoring case, then ignoring the unit."""
     dimension = ROLES[role].dimension
     for key in (str, str.casefold, lambda name: _split(name, dimension)[0].casefold()):
@@ -147,11 +147,11 @@ def _called(header: Header, role: str, wanted: str) -> tuple[Column, str]:
             (column, name)
             for column in header.columns
             for name in column.names
-            if key(name) == key(wanted)
+            if key(name) == key(label)
         ]
         if hits:
             return _only(header, role, hits)
-    raise _absent(header, f"a column {shown(wanted)} for {role}", wanted, dimension)
+    raise _absent(header, f"a column {shown(label)} for {role}", label, dimension)
 
 
 def _usual(header: Header, role: Role, claimed: Mapping[int, str]) -> tuple[Column, str] | None:
@@ -176,12 +176,12 @@ def _usual(header: Header, role: Role, claimed: Mapping[int, str]) -> tuple[Colu
     raise _absent(header, expected, role.name, role.dimension)
 
 
-def _absent(header: Header, expected: str, wanted: str, dimension: str | None) -> InputError:
+def _absent(header: Header, expected: str, label: str, dimension: str | None) -> InputError:
     """Error for a missing column: lists the columns present and suggests the most similar one."""
     names = [name for column in header.columns for name in column.names]
     spellings = {_split(name, dimension)[0].casefold(): name for name in names}
     spellings |= {name.casefold(): name for name in names}
-    near = difflib.get_close_matches(wanted.casefold(), spellings, n=1)
+    near = difflib.get_close_matches(label.casefold(), spellings, n=1)
     hint = f"; did you mean {shown(spellings[near[0]])}?" if near else ""
     return fault(header.file, f"columns {listed(names)}", expected + hint, header.row)
 

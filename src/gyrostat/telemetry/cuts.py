@@ -27,10 +27,10 @@ LEAST = 1e-9
 """Noise, relative to the largest speed, below which repeated speeds are due to rounding."""
 
 
-def _frozen(record: Record) -> NDArray[np.bool_]:
+def _frozen_samples(record: Record) -> NDArray[np.bool_]:
     """Whether the speed only repeats the previous one because the tachometer is frozen, (N,)."""
-    places = np.flatnonzero(record.valid)
-    speed = record.speed[places]
+    indices = np.flatnonzero(record.valid)
+    speed = record.speed[indices]
     frozen = np.zeros(len(record.time), dtype=bool)
     if len(speed) < FROZEN:
         return frozen
@@ -45,21 +45,21 @@ def _frozen(record: Record) -> NDArray[np.bool_]:
     if np.mean(usual) < VARYING:
         for first, last in long:
             if speed[first] != 0.0:
-                frozen[places[first:last]] = True
+                frozen[indices[first:last]] = True
     for first, last in runs(speed == 0.0):
         inside = first > 0 and last < len(speed) and last - first >= DROPPED
         if inside and min(abs(speed[first - 1]), abs(speed[last])) > FAR * noise:
-            frozen[places[first:last]] = True
+            frozen[indices[first:last]] = True
     return frozen
 
 
-def _clipped(current: NDArray[np.float64]) -> NDArray[np.bool_]:
+def _clipped_samples(current: NDArray[np.float64]) -> NDArray[np.bool_]:
     """Whether the current is at the limit of its measurement, (N,)."""
     at = np.abs(current) == np.max(np.abs(current))
     long = [(a, b) for a, b in runs(at) if b - a >= CLIPPED]
-    rest = ~at & (current != 0.0)
+    unsaturated = ~at & (current != 0.0)
     repeats = np.concatenate([[False], current[1:] == current[:-1]])
-    varies = rest.sum() > FROZEN and np.mean(repeats[rest]) < VARYING
+    varies = unsaturated.sum() > FROZEN and np.mean(repeats[unsaturated]) < VARYING
     clipped = np.zeros(len(current), dtype=bool)
     if varies and len(long) >= CLIPPED_RUNS:
         for first, last in long:
@@ -84,11 +84,11 @@ def cut(record: Record) -> Record:
     if record.restart is not None:
         return record
     notes = list(record.notes)
-    frozen = _frozen(record)
+    frozen = _frozen_samples(record)
     if frozen.any():
         count = len(runs(frozen))
         notes.append(f"tachometer frozen: {int(frozen.sum())} samples masked ({count} intervals)")
-    clipped = _clipped(record.current)
+    clipped = _clipped_samples(record.current)
     if clipped.any():
         level = float(np.max(np.abs(record.current)))
         notes.append(
@@ -124,26 +124,26 @@ def segmented(
     if record.averaged:
         # this mean covers an interval outside the segment
         valid = valid & ~restart
-    kept = np.ones(len(restart), dtype=bool)
+    mask = np.ones(len(restart), dtype=bool)
     starts = [0, *np.flatnonzero(restart).tolist(), len(restart)]
     for first, last in pairwise(starts):
         if valid[first:last].sum() < 2:
-            kept[first:last] = False
-    if kept.sum() < 2:
+            mask[first:last] = False
+    if mask.sum() < 2:
         return record
     # the samples after an omitted segment also start a new segment
-    fresh = np.concatenate([[False], ~kept[:-1]]) | restart
+    fresh = np.concatenate([[False], ~mask[:-1]]) | restart
     fields = {
-        name: None if (series := getattr(record, name)) is None else series[kept]
+        name: None if (series := getattr(record, name)) is None else series[mask]
         for name in ("time", "current", *CHANNELS)
     }
-    fresh = fresh[kept]
+    fresh = fresh[mask]
     fresh[0] = False
     return replace(
         record,
         **fields,
-        speed=np.where(valid, record.speed, np.nan)[kept],
-        valid=valid[kept],
+        speed=np.where(valid, record.speed, np.nan)[mask],
+        valid=valid[mask],
         restart=fresh,
         notes=tuple(notes),
     )

@@ -81,13 +81,13 @@ def angle_at(
             f"{name}: edges[{row}]: found {edges[row]:.9g} s after {edges[row - 1]:.9g} s, "
             "expected increasing times"
         )
-    turned = 2.0 * np.pi / pulses * np.arange(len(edges))
-    angle = PchipInterpolator(edges, turned, extrapolate=False)
+    edge_angle = 2.0 * np.pi / pulses * np.arange(len(edges))
+    angle = PchipInterpolator(edges, edge_angle, extrapolate=False)
     after = np.clip(np.searchsorted(edges, time, side="right"), 1, len(edges) - 1)
     usual = float(np.median(np.diff(time)))
-    known = (time >= edges[0]) & (time <= edges[-1])
-    known &= edges[after] - edges[after - 1] <= LONGEST * usual
-    return np.where(known, angle(time), np.nan)
+    valid = (time >= edges[0]) & (time <= edges[-1])
+    valid &= edges[after] - edges[after - 1] <= LONGEST * usual
+    return np.where(valid, angle(time), np.nan)
 
 
 def record_of_edges(

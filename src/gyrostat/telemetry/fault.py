@@ -17,8 +17,8 @@ def shown(text: str) -> str:
 def listed(names: Iterable[str]) -> str:
     """List names from a file on one line, shortened."""
     quoted = [shown(name) for name in names]
-    more = f" and {len(quoted) - _MOST} more" if len(quoted) > _MOST else ""
-    return ", ".join(quoted[:_MOST]) + more
+    suffix = f" and {len(quoted) - _MOST} more" if len(quoted) > _MOST else ""
+    return ", ".join(quoted[:_MOST]) + suffix
 
 
 def counted(count: int, noun: str = "sample") -> str:

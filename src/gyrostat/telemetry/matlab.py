@@ -93,7 +93,7 @@ def read_mat(
             variables = list(_variables(stream, order))
         except _VIOLATIONS as error:
             raise damaged(file, _WANTED, error) from None
-        columns = (Column(index, (one.name,)) for index, one in enumerate(variables))
+        columns = (Column(index, (entry.name,)) for index, entry in enumerate(variables))
         chosen = choose(Header(file, tuple(columns)))
         values = {}
         for role, column in chosen.items():
@@ -134,7 +134,7 @@ def _variables(stream: BinaryIO, order: str) -> Iterator[_Variable]:
         kind, size = struct.unpack(f"{order}II", stream.read(8))
         if kind not in (_MATRIX, _COMPRESSED) or start + 8 + size > end:
             raise _DamageError(f"element of type {kind} and {size} bytes at byte {start}")
-        yield _described(_content(stream, start, size, kind == _COMPRESSED), order)
+        yield _describe(_content(stream, start, size, kind == _COMPRESSED), order)
         start += 8 + size
 
 
@@ -161,7 +161,7 @@ def _element(content: bytes, start: int, order: str) -> _Element:
     return _Element(kind, start + 8, size, start + 8 + size + -size % 8)
 
 
-def _described(content: Callable[[int], bytes], order: str) -> _Variable:
+def _describe(content: Callable[[int], bytes], order: str) -> _Variable:
     """Read class, shape and name from the beginning of a variable."""
     head = content(_LONGEST_DESCRIPTION)
     outer = _element(head, 0, order)
@@ -189,8 +189,8 @@ def _require_real_vector(file: Path, variable: _Variable) -> None:
     kind, shape = variable.kind, variable.shape
     if kind in _NUMBERS and not variable.is_complex and len(shape) == 2 and min(shape) == 1:
         return
-    what = "complex numbers" if variable.is_complex else _OTHERS.get(kind, "numbers")
-    found = f"{'x'.join(map(str, shape))} of {what}"
+    description = "complex numbers" if variable.is_complex else _OTHERS.get(kind, "numbers")
+    found = f"{'x'.join(map(str, shape))} of {description}"
     raise fault(file, found, "a vector of real numbers", column=variable.name)
 
 
@@ -200,10 +200,10 @@ def _vector(variable: _Variable, order: str) -> NDArray[np.float64]:
     # Ask for a few more bytes than there are, so that zlib checks the checksum.
     content = variable.content(variable.data + 8 + 8 * count + 8)
     data = _element(content, variable.data, order)
-    stored = _STORED.get(data.kind)
-    if stored is None or data.size != count * np.dtype(stored).itemsize:
+    dtype = _STORED.get(data.kind)
+    if dtype is None or data.size != count * np.dtype(dtype).itemsize:
         raise _DamageError(f"{data.size} bytes of type {data.kind} for {count} numbers")
     if data.start + data.size > len(content):
         raise _DamageError("data that ends too soon")
-    numbers = np.frombuffer(content, np.dtype(f"{order}{stored}"), count, data.start)
+    numbers = np.frombuffer(content, np.dtype(f"{order}{dtype}"), count, data.start)
     return numbers.astype(np.float64)

@@ -32,8 +32,8 @@ def _largest_pool(record: Record) -> int:
     rate = np.abs(np.diff(means) / np.diff(at))
     fastest = float(np.quantile(rate, FAST))
     usual = float(np.median(np.diff(record.time)))
-    allowed = STILL * noise / (fastest * usual) if fastest > 0.0 else np.inf
-    return max(1, int(min(allowed, record.time.size / ENOUGH)))
+    largest = STILL * noise / (fastest * usual) if fastest > 0.0 else np.inf
+    return max(1, int(min(largest, record.time.size / ENOUGH)))
 
 
 def _means(values: NDArray[np.float64], size: int) -> NDArray[np.float64]:
@@ -57,7 +57,7 @@ def pool(record: Record) -> tuple[Record, int]:
     if size == 1:
         return record, 1
     parts: dict[str, list[NDArray]] = {}
-    known = np.where(record.valid, record.speed, 0.0)
+    speed = np.where(record.valid, record.speed, 0.0)
     present = record.valid.astype(np.float64)
     for k, segment in enumerate(record.segments):
         count = (segment.stop - segment.start - 1) // size
@@ -66,11 +66,11 @@ def pool(record: Record) -> tuple[Record, int]:
         edges = segment.start + size * np.arange(count + 1)
         inside = slice(edges[0], edges[-1])
         after = slice(edges[0] + 1, edges[-1] + 1)
-        weight, total = _means(present[after], size), _means(known[after], size)
+        weight, total = _means(present[after], size), _means(speed[after], size)
         if not record.averaged:
             # means of the speed at both ends of each sample interval
             weight = 0.5 * (weight + _means(present[inside], size))
-            total = 0.5 * (total + _means(known[inside], size))
+            total = 0.5 * (total + _means(speed[inside], size))
         valid = np.append(False, weight > 0.5)
         columns = {
             "time": record.time[edges],

@@ -109,7 +109,7 @@ def _require_readable(file: Path) -> None:
         reason = getattr(error, "strerror", None) or str(error)
         raise fault(file, f"no readable file ({reason})", "a record") from None
     if not stat.S_ISREG(status.st_mode):
-        what = "a folder" if stat.S_ISDIR(status.st_mode) else "a pipe or device"
-        raise fault(file, what, "a file")
+        file_type = "a folder" if stat.S_ISDIR(status.st_mode) else "a pipe or device"
+        raise fault(file, file_type, "a file")
     if status.st_size == 0:
         raise fault(file, "an empty file", "a record")

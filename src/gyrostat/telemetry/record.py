@@ -79,7 +79,7 @@ class Record:
         names = ["time", "current", "valid", "speed", *CHANNELS, "restart"]
         present = [name for name in names if getattr(self, name) is not None]
         for name in present:
-            self._own(name)
+            self._freeze(name)
         if self.time.size < 2:
             raise self._fault("time", counted(self.time.size), "at least 2")
         for name in present:
@@ -114,23 +114,23 @@ class Record:
             clock: True time divided by recorded time.
         """
         factors = {"current": current_scale, "speed": speed_scale, "time": clock}
-        changed = {name: factor for name, factor in factors.items() if factor != 1.0}
-        if not changed:
+        scales = {name: factor for name, factor in factors.items() if factor != 1.0}
+        if not scales:
             return self
         return replace(
             self,
-            **{name: factor * getattr(self, name) for name, factor in changed.items()},
-            notes=(*self.notes, *(f"{f} scaled by {k:g} as requested" for f, k in changed.items())),
+            **{name: factor * getattr(self, name) for name, factor in scales.items()},
+            notes=(*self.notes, *(f"{f} scaled by {k:g} as requested" for f, k in scales.items())),
         )
 
-    def _own(self, name: str) -> None:
+    def _freeze(self, name: str) -> None:
         """Replace an array by a read-only copy: bool for valid, float64 otherwise."""
         series = np.array(getattr(self, name))
         truth = name in ("valid", "restart")
-        kinds, wanted = ("b", "truth values") if truth else ("iuf", "real numbers")
+        kinds, type_name = ("b", "truth values") if truth else ("iuf", "real numbers")
         if series.ndim != 1 or series.dtype.kind not in kinds:
             found = f"shape {series.shape} of {series.dtype}"
-            raise self._fault(name, found, f"shape (N,) of {wanted}")
+            raise self._fault(name, found, f"shape (N,) of {type_name}")
         series = series.astype(bool if truth else np.float64)
         series.setflags(write=False)
         object.__setattr__(self, name, series)

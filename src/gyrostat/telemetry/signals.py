@@ -15,8 +15,8 @@ def scatter(values: NDArray[np.float64]) -> float:
     Args:
         values: Samples, (N,).
     """
-    second = np.abs(np.diff(values, 2))
-    return NORMAL_MAD * float(np.median(second)) / np.sqrt(6.0) if len(second) else 0.0
+    differences = np.abs(np.diff(values, 2))
+    return NORMAL_MAD * float(np.median(differences)) / np.sqrt(6.0) if len(differences) else 0.0
 
 
 def runs(at: NDArray[np.bool_]) -> list[tuple[int, int]]:

@@ -60,34 +60,34 @@ def read_text(
     with file.open("rb") as stream:
         comments: list[str] = []
         lines = _from_header(_lines(file, stream), comments)
-        looked_at = list(islice(lines, _LOOKED_AT))
-        if len(looked_at) < 2:
-            found = "a header and no samples" if looked_at else "no text but comments and blanks"
+        head = list(islice(lines, _LOOKED_AT))
+        if len(head) < 2:
+            found = "a header and no samples" if head else "no text but comments and blanks"
             raise fault(file, found, "a header row and samples")
-        delimiter = _delimiter([text for _, text in looked_at])
-        top = [(row, _cells(text, delimiter)) for row, text in looked_at]
+        delimiter = _delimiter([text for _, text in head])
+        top = [(row, _cells(text, delimiter)) for row, text in head]
         rows = chain(top, ((row, _cells(text, delimiter)) for row, text in lines))
         header, header_rows = _header(file, top[:3])
         chosen = choose(header)
         numbers = _Numbers(file, delimiter, tolerant)
         width = len(header.columns)
         trailing = len(top[0][1]) > width
-        samples = _fitted(header, islice(rows, header_rows, None), trailing)
-        values, empty, taken = _read_samples(file, chosen, samples, numbers, max_samples)
+        samples = _check_rows(header, islice(rows, header_rows, None), trailing)
+        values, empty, sample_rows = _read_samples(file, chosen, samples, numbers, max_samples)
     notes = ["trailing delimiter ignored"] if any(len(cells) > width for _, cells in top) else []
     notes += ["decimal comma"] if numbers.comma else []
-    return Measured(file, chosen, values, empty, taken, tuple(notes), _metadata(comments))
+    return Measured(file, chosen, values, empty, sample_rows, tuple(notes), _metadata(comments))
 
 
 def _metadata(comments: Iterable[str]) -> dict[str, str]:
     """Metadata from comments before the header, such as 'serial: RW-7' and 'date = 2026-03-01'."""
-    found = {}
+    metadata = {}
     for text in comments:
-        said = re.match(r"\s*#+\s*([\w /]+?)\s*[:=]\s*(.+?)\s*$", text)
-        name = _METADATA.get(said[1].casefold()) if said else None
-        if said and name:
-            found[name] = said[2][:_LONGEST_REMARK]
-    return found
+        match = re.match(r"\s*#+\s*([\w /]+?)\s*[:=]\s*(.+?)\s*$", text)
+        name = _METADATA.get(match[1].casefold()) if match else None
+        if match and name:
+            metadata[name] = match[2][:_LONGEST_REMARK]
+    return metadata
 
 
 def _lines(file: Path, stream: BinaryIO) -> Iterator[_Line]:
@@ -132,7 +132,7 @@ def _cells(text: str, delimiter: str) -> list[str]:
     return [cell.strip() for cell in cells]
 
 
-def _trimmed(cells: list[str]) -> list[str]:
+def _trim(cells: list[str]) -> list[str]:
     """Cells without the empty ones at the end."""
     width = len(cells)
     while width and not cells[width - 1]:
@@ -154,10 +154,10 @@ def _delimiter(texts: list[str]) -> str:
 
     def score(delimiter: str) -> tuple[float, float, int]:
         header, *rows = (_cells(text, delimiter) for text in texts)
-        width = len(_trimmed(header))
+        width = len(_trim(header))
         if width < 2:
             return 0.0, 0.0, 0
-        fitting = sum(len(row) >= width >= len(_trimmed(row)) for row in rows) / len(rows)
+        fitting = sum(len(row) >= width >= len(_trim(row)) for row in rows) / len(rows)
         filled = [cell for row in rows for cell in row if cell]
         numbers = sum(_is_number(cell) for cell in filled) / max(len(filled), 1)
         return fitting * numbers, fitting, width
@@ -170,20 +170,20 @@ def _header(file: Path, top: list[_Row]) -> tuple[Header, int]:
 
     A row of names, optionally followed by a row of units and a row of short names, in either order.
     """
-    (names_row, names), *others = [(row, _trimmed(cells)) for row, cells in top]
+    (names_row, names), *lower_rows = [(row, _trim(cells)) for row, cells in top]
     if all(_is_number(cell) for cell in names if cell):
         expected = "column names (a line that starts with '#' is taken as a comment)"
         found = f"no names but {listed(names[:3]) or 'empty cells'}"
         raise fault(file, found, expected, names_row)
-    below = list(takewhile(lambda line: _is_wording(line[1]), others))
-    spelled = [sum(_is_unit(cell) for cell in cells) for _, cells in below]
+    below = list(takewhile(lambda line: _is_wording(line[1]), lower_rows))
+    unit_counts = [sum(_is_unit(cell) for cell in cells) for _, cells in below]
     units_row, units, short = None, [], []
-    if any(spelled):
-        units_row, units = below.pop(spelled.index(max(spelled)))
+    if any(unit_counts):
+        units_row, units = below.pop(unit_counts.index(max(unit_counts)))
         if below and _are_different(below[0][1]):
             short = below[0][1]
     header_rows = 1 + bool(units) + bool(short)
-    for row, cells in others[: header_rows - 1]:
+    for row, cells in lower_rows[: header_rows - 1]:
         if len(cells) > len(names):
             raise fault(file, counted(len(cells), "cell"), f"{len(names)} as in the header", row)
     columns = tuple(
@@ -241,7 +241,7 @@ class _Numbers:
         return value
 
 
-def _fitted(header: Header, rows: Iterable[_Row], trailing: bool) -> Iterator[_Row]:
+def _check_rows(header: Header, rows: Iterable[_Row], trailing: bool) -> Iterator[_Row]:
     """Rows that are not empty, checked against the width of the header.
 
     A row may end with superfluous delimiters. If the header ends with one, every row must, because

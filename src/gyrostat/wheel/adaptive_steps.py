@@ -70,16 +70,16 @@ def in_adaptive_steps(
 
     def go(progress: _Progress) -> _Progress:
         time = progress.elapsed
-        tried = step(progress.state, time, jax.lax.stop_gradient(progress.step))
-        error = jax.lax.stop_gradient(tried.error)
+        attempt = step(progress.state, time, jax.lax.stop_gradient(progress.step))
+        error = jax.lax.stop_gradient(attempt.error)
         fine = error <= 1.0  # False for NaN
         change = SAFETY * ratio(jnp.maximum(error, 1e-12))
         change = jnp.where(jnp.isfinite(error), jnp.clip(change, SHRINK, GROW), SHRINK)
-        elapsed = jnp.where(tried.last, duration, time + tried.length)
+        elapsed = jnp.where(attempt.last, duration, time + attempt.length)
         return _Progress(
-            state=jax.tree.map(lambda a, b: jnp.where(fine, a, b), tried.state, progress.state),
+            state=jax.tree.map(lambda a, b: jnp.where(fine, a, b), attempt.state, progress.state),
             elapsed=jnp.where(fine, elapsed, time),
-            step=jax.lax.stop_gradient(tried.length)
+            step=jax.lax.stop_gradient(attempt.length)
             * jnp.where(fine, change, jnp.minimum(change, 0.5)),
             number=progress.number + 1,
         )

@@ -10,7 +10,7 @@ from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.checked import Checked, limit, positive
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
-from gyrostat.wheel.friction import AnyFriction, Friction, ViscousCoulomb
+from gyrostat.wheel.friction import AnyFriction, ViscousCoulomb
 
 UNIT_TOLERANCE = 1e-6
 """Largest deviation of the length of an axis from 1; allows for rounded numbers in data sheets."""
@@ -39,10 +39,6 @@ def zeros() -> Any:
     return eqx.field(converter=listed, default_factory=lambda: np.zeros(3))
 
 
-def _no_friction() -> Friction:
-    return ViscousCoulomb(viscous=0.0, coulomb=0.0)
-
-
 class WheelArray(Checked):
     """Wheels on any axes, commanded by motor torque.
 
@@ -64,7 +60,7 @@ class WheelArray(Checked):
     momentum_limit: Annotated[PerWheel | float, limit("wheel momentum_limit", "N·m·s")] = eqx.field(
         converter=listed, default=jnp.inf
     )
-    friction: Any = eqx.field(default_factory=_no_friction)
+    friction: Any = eqx.field(default_factory=lambda: ViscousCoulomb(viscous=0.0, coulomb=0.0))
 
     @property
     def count(self) -> int:
@@ -117,14 +113,14 @@ class WheelArray(Checked):
         limit = np.asarray(self.momentum_limit, dtype=float)
         momentum = np.asarray(self.inertia, dtype=float) * np.asarray(speed, dtype=float)
         # comparisons with NaN are false
-        beyond = ~(np.abs(momentum) <= limit * (1.0 + LIMIT_TOLERANCE))
-        if np.any(beyond):
-            place = tuple(np.argwhere(beyond)[0])
-            most = np.broadcast_to(limit, beyond.shape)[place]
+        excess = ~(np.abs(momentum) <= limit * (1.0 + LIMIT_TOLERANCE))
+        if np.any(excess):
+            index = tuple(np.argwhere(excess)[0])
+            largest = np.broadcast_to(limit, excess.shape)[index]
             raise InputError(
-                f"speed of wheel {place[-1]}: found {np.broadcast_to(speed, beyond.shape)[place]:g}"
-                f" rad/s, {momentum[place]:g} N·m·s, expected at most its momentum limit, {most:g} "
-                "N·m·s"
+                f"speed of wheel {index[-1]}: found {np.broadcast_to(speed, excess.shape)[index]:g}"
+                f" rad/s, {momentum[index]:g} N·m·s, expected at most its momentum limit, "
+                f"{largest:g} N·m·s"
             )
 
     def check_own(self) -> None:

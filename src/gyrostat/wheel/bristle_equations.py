@@ -68,10 +68,10 @@ def first_step(speed: PerWheel, acceleration: PerWheel, scale: Bristled) -> PerW
     """
     rate = jnp.maximum(jnp.abs(acceleration), jnp.finfo(float).tiny)
     size, bend = jnp.abs(speed), scale.free_speed / REST
-    first = FIRST_REACH * jnp.maximum(size, bend) / rate
+    step = FIRST_REACH * jnp.maximum(size, bend) / rate
     # from rest, the first step must resolve the deflection of the bristles
     rests = jnp.sqrt(scale.deflection / rate)
-    return jnp.where(size < bend, jnp.minimum(first, rests), first)
+    return jnp.where(size < bend, jnp.minimum(step, rests), step)
 
 
 class BristleEquations(eqx.Module):
@@ -127,16 +127,16 @@ class BristleEquations(eqx.Module):
         symmetric system indefinite.
         """
         friction, held = self.contacts.friction, self.held
-        speed, often = self.speed(state), 1.0 / (GAMMA * step)
+        speed, inverse_step = self.speed(state), 1.0 / (GAMMA * step)
         ones = jnp.ones_like(speed)
         slip, bend = jax.jvp(friction.slip_rate, (speed,), (ones,))
         viscous = jax.jvp(friction.viscous_torque, (speed,), (ones,))[1]
         by_speed = 1.0 - bend * state.deflection  # derivative of the deflection rate
-        relaxed = 1.0 / (often + slip)
-        elastic = (friction.stiffness + often * friction.damping) * relaxed
+        relaxed = 1.0 / (inverse_step + slip)
+        elastic = (friction.stiffness + inverse_step * friction.damping) * relaxed
         stiff = jnp.maximum(elastic * by_speed + viscous + self.drag, 0.0)
         stiff = jnp.where(held, 0.0, stiff)
-        inverse = inverse_definite(often * self.inertia + jnp.diag(stiff))
+        inverse = inverse_definite(inverse_step * self.inertia + jnp.diag(stiff))
 
         def solve(right: Bristled) -> Bristled:
             pushed = jnp.where(held, 0.0, elastic * right.deflection)
@@ -145,7 +145,7 @@ class BristleEquations(eqx.Module):
             return Bristled(
                 speed + self.damped(deflection),
                 deflection,
-                jax.tree.map(lambda y: y / often, right.carrier),
+                jax.tree.map(lambda y: y / inverse_step, right.carrier),
             )
 
         return solve
@@ -158,27 +158,27 @@ class BristleEquations(eqx.Module):
         speed, pull = self.speed(state), self.speed(rate)
         nears = speed * pull < 0.0
         pull = jnp.where(nears, pull, 1.0)
-        missed = self._missed(speed**2 / jnp.abs(pull), state.deflection)
-        return jnp.min(jnp.where(nears & (missed > tolerance), -speed / pull, jnp.inf))
+        bend_error = self._bend_error(speed**2 / jnp.abs(pull), state.deflection)
+        return jnp.min(jnp.where(nears & (bend_error > tolerance), -speed / pull, jnp.inf))
 
     def error(self, old: Bristled, new: Bristled, error: Bristled, step: Scalar) -> Scalar:
         """Largest relative error of a step."""
         worst = jnp.zeros(())
         leaves = (jax.tree.leaves(tree) for tree in (old, new, error, self.scale))
-        for first, last, off, least in zip(*leaves, strict=True):
-            size = jnp.maximum(jnp.maximum(jnp.abs(first), jnp.abs(last)), least)
-            worst = jnp.maximum(worst, jnp.max(jnp.abs(off) / size))
+        for initial, final, deviation, scale in zip(*leaves, strict=True):
+            size = jnp.maximum(jnp.maximum(jnp.abs(initial), jnp.abs(final)), scale)
+            worst = jnp.maximum(worst, jnp.max(jnp.abs(deviation) / size))
         before, after = self.speed(old), self.speed(new)
         crosses = before * after < 0.0
         change = jnp.where(crosses, jnp.abs(after - before), 1.0)
         nearer = jnp.minimum(jnp.abs(before), jnp.abs(after))
-        missed = self._missed(nearer**2 / change * step, old.deflection)
-        return jnp.maximum(worst, jnp.max(jnp.where(crosses, missed, 0.0)))
+        bend_error = self._bend_error(nearer**2 / change * step, old.deflection)
+        return jnp.maximum(worst, jnp.max(jnp.where(crosses, bend_error, 0.0)))
 
-    def _missed(self, angle: PerWheel, deflection: PerWheel) -> PerWheel:
+    def _bend_error(self, angle: PerWheel, deflection: PerWheel) -> PerWheel:
         """Relative error of the deflections by a bend inside a step, from the angle beyond, rad."""
-        most = self.scale.deflection
-        return angle / most * jnp.abs(deflection) / most
+        scale = self.scale.deflection
+        return angle / scale * jnp.abs(deflection) / scale
 
     def step_limits(self, state: Bristled) -> tuple[Scalar, Scalar]:
         """Longest first step and longest later step, s.
@@ -186,8 +186,8 @@ class BristleEquations(eqx.Module):
         The first step does not skip the curved part of a friction curve near rest. The later steps
         resolve the motion of the carrier.
         """
-        whole = self.rate(state, jnp.zeros(()))
-        before, change = (Motion(self.speed(y), y.carrier) for y in (state, whole))
+        rate = self.rate(state, jnp.zeros(()))
+        before, change = (Motion(self.speed(y), y.carrier) for y in (state, rate))
         first = jnp.min(first_step(before.speed, change.speed, self.scale))
         turns = self.contacts.changes(before, change, jnp.zeros(())).turn_squared
         return first, TURN_STEP / jnp.sqrt(jnp.maximum(turns, 1e-18))

@@ -89,9 +89,9 @@ class CoupledBearings(eqx.Module):
     def modes(self, direction: PerWheel) -> Modes:
         """Modes of motion with these directions of rotation, 0 for held wheels."""
         held = direction == 0.0
-        both = held[:, None] & held
-        system = jnp.where(both, self.mobility, jnp.eye(len(direction)))
-        return Modes(direction, jnp.where(both, inverse_definite(system), 0.0))
+        held_pairs = held[:, None] & held
+        system = jnp.where(held_pairs, self.mobility, jnp.eye(len(direction)))
+        return Modes(direction, jnp.where(held_pairs, inverse_definite(system), 0.0))
 
     def torques(self, motion: Motion, modes: Modes, time: Scalar) -> PerWheel:
         """Friction torques F of turning wheels and holding torques of held ones, (wheels,), N·m.

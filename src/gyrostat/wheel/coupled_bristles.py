@@ -46,11 +46,11 @@ def _edge(friction: Bristles) -> Scalar:
 def _integrate(equations: BristleEquations, state: Bristled, duration, tolerance: Scalar):
     """State at the end of an interval, and whether it was reached."""
 
-    def step(state: Bristled, time: Scalar, wanted: Scalar) -> Step:
+    def step(state: Bristled, time: Scalar, target_length: Scalar) -> Step:
         rate = equations.rate(state, time)
         crossing = jax.lax.stop_gradient(equations.crossing(state, rate, tolerance))
         remaining = duration - time
-        length = jnp.minimum(wanted, jnp.minimum(crossing, longest))
+        length = jnp.minimum(target_length, jnp.minimum(crossing, longest))
         last = length >= remaining
         length = jnp.where(last, remaining, length)
         solve = equations.solver(state, length)
@@ -75,13 +75,13 @@ def _slipping(contacts: CoupledBearings, motion: Motion, deflection, held, durat
     """Step with the static curve, and whether all wheels slip at the constant level throughout."""
     friction = contacts.friction
     slipping = replace(contacts, friction=friction.curve)
-    (after, _), whole = quick_step(slipping, motion, duration)
+    (after, _), is_complete = quick_step(slipping, motion, duration)
     steady = friction.steady_deflection(motion.speed)
     settled = jnp.abs(deflection - steady) <= SETTLED * jnp.abs(steady)
     slowest = jnp.minimum(jnp.abs(motion.speed), jnp.abs(after.speed))
     slips = settled & (slowest > _edge(friction))
     deflection = jnp.where(held, deflection, friction.steady_deflection(after.speed))
-    return _End(after, deflection, jnp.array(True)), whole & jnp.all(held | slips)
+    return _End(after, deflection, jnp.array(True)), is_complete & jnp.all(held | slips)
 
 
 def step_coupled_bristles(
@@ -108,9 +108,9 @@ def step_coupled_bristles(
         it needed too many steps. Differentiable in forward mode.
     """
     arrays, static = eqx.partition(contacts, eqx.is_array_like)
-    given = (motion, deflection, duration, tolerance)
-    given = jax.tree.map(lambda y: jnp.asarray(y, dtype=float), given)
-    motion, deflection, duration, tolerance = given
+    arguments = (motion, deflection, duration, tolerance)
+    arguments = jax.tree.map(lambda y: jnp.asarray(y, dtype=float), arguments)
+    motion, deflection, duration, tolerance = arguments
 
     def quick(arrays, motion, deflection, held, duration, tolerance):
         return _slipping(eqx.combine(arrays, static), motion, deflection, held, duration)

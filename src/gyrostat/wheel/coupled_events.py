@@ -28,9 +28,9 @@ def runge_kutta(contacts: CoupledBearings, motion: Motion, modes: Modes, start, 
 
     def stage(carry, share):
         rate, total = carry
-        place, weight = share
-        there = jax.tree.map(lambda y, k: y + place * duration * k, motion, rate)
-        rate = contacts.rate(there, modes, start + place * duration)
+        fraction, weight = share
+        state = jax.tree.map(lambda y, k: y + fraction * duration * k, motion, rate)
+        rate = contacts.rate(state, modes, start + fraction * duration)
         return (rate, jax.tree.map(lambda y, k: y + weight * duration * k, total, rate)), None
 
     total = jax.tree.map(lambda y, k: y + duration / 6.0 * k, motion, rate)
@@ -98,10 +98,10 @@ def earliest_event(contacts, motion, modes, start, remaining, begins, whole):
 
     # the kind of event depends on values only, not on derivatives
     length = jax.lax.stop_gradient(duration)
-    both = jax.tree.map(lambda a, b: jnp.stack([a, b]), motion, end)
+    boundary = jax.tree.map(lambda a, b: jnp.stack([a, b]), motion, end)
     # one call for both ends, which compiles once
-    at_both = jax.lax.stop_gradient(jax.vmap(loads)(both, jnp.stack([jnp.zeros(()), length])))
-    rising = jnp.sign(at_both.torque[1] - at_both.torque[0])
+    end_loads = jax.lax.stop_gradient(jax.vmap(loads)(boundary, jnp.stack([jnp.zeros(()), length])))
+    rising = jnp.sign(end_loads.torque[1] - end_loads.torque[0])
 
     def heights(motion, loads):
         """Event function of each mode of motion, and its rate of change.
@@ -116,12 +116,12 @@ def earliest_event(contacts, motion, modes, start, remaining, begins, whole):
             jnp.where(held, -rising * loads.change, direction * loads.rate.speed),
         )
 
-    values = jax.lax.stop_gradient(jax.vmap(heights)(both, at_both))
-    (first, final), (start_rate, end_rate) = values
+    values = jax.lax.stop_gradient(jax.vmap(heights)(boundary, end_loads))
+    (initial, final), (start_rate, end_rate) = values
     turning, from_zero, rises, past_zero, dips = ends(
-        held, first, start_rate, final, end_rate, length
+        held, initial, start_rate, final, end_rate, length
     )
-    guess = falls_through_zero(first, start_rate, end_rate, length)
+    guess = falls_through_zero(initial, start_rate, end_rate, length)
 
     def go_on(_):
         # exactly at the breakaway torque, rounding may turn a wheel back: it stays at zero
@@ -140,23 +140,23 @@ def earliest_event(contacts, motion, modes, start, remaining, begins, whole):
             # the bracket and its end are evaluated in one step, so that a flow compiles once
             search, trial, number = carry
             wheel, time = trial.wheel, trial.bracket[2]
-            there = flow(time)
-            left, rate = heights(there, loads(there, time))
+            state = flow(time)
+            height, rate = heights(state, loads(state, time))
             closer = trial._replace(
-                bracket=narrowed(trial.bracket, left[wheel], rate[wheel]), steps=trial.steps + 1
+                bracket=narrowed(trial.bracket, height[wheel], rate[wheel]), steps=trial.steps + 1
             )
             # the parabola that indicated the dip is only an estimate; the flow decides
-            happens = past_zero[wheel] | (left[wheel] <= EVENT_TOLERANCE * first[wheel])
+            happens = past_zero[wheel] | (height[wheel] <= EVENT_TOLERANCE * initial[wheel])
             earliest = jnp.where(happens, time, search.time)
-            earlier = jnp.where(past_zero, left <= 0.0, turning < earliest)
-            others = search.suspects & (jnp.arange(len(held)) != wheel)
-            others &= jnp.where(happens, earlier, True)
-            judged = _Search(
-                earliest, jnp.where(happens, wheel, search.wheel), search.found | happens, others
+            earlier = jnp.where(past_zero, height <= 0.0, turning < earliest)
+            suspects = search.suspects & (jnp.arange(len(held)) != wheel)
+            suspects &= jnp.where(happens, earlier, True)
+            result = _Search(
+                earliest, jnp.where(happens, wheel, search.wheel), search.found | happens, suspects
             )
             over = trial.steps == NEWTON_STEPS
             return *jax.tree.map(
-                lambda a, b: jnp.where(over, a, b), (judged, next_trial(judged)), (search, closer)
+                lambda a, b: jnp.where(over, a, b), (result, next_trial(result)), (search, closer)
             ), number + 1
 
         # flight code needs a constant bound, and reports if it is reached
@@ -169,18 +169,18 @@ def earliest_event(contacts, motion, modes, start, remaining, begins, whole):
                 (none, next_trial(none), jnp.array(0)),
             )
         )
-        there = flow(search.time)
-        at = loads(there, search.time)
-        left, rate = (value[search.wheel] for value in heights(there, at))
+        state = flow(search.time)
+        at = loads(state, search.time)
+        height, rate = (value[search.wheel] for value in heights(state, at))
         # one more Newton step, which has the derivative but hardly changes the value
-        move = -left / jax.lax.stop_gradient(jnp.where(rate == 0.0, -1.0, rate))
+        move = -height / jax.lax.stop_gradient(jnp.where(rate == 0.0, -1.0, rate))
         move += jax.lax.stop_gradient(jnp.where(jnp.abs(move) < POLISH * length, 0.0, -move))
         time = within(search.time + move, remaining)
         hit = jnp.arange(len(held)) == search.wheel
         move = time - search.time
-        there = jax.tree.map(lambda y, k: y + move * jax.lax.stop_gradient(k), there, at.rate)
-        there = there._replace(speed=jnp.where(hit, 0.0, there.speed))
-        stops = (there, time, jnp.array(False), hit)
+        state = jax.tree.map(lambda y, k: y + move * jax.lax.stop_gradient(k), state, at.rate)
+        state = state._replace(speed=jnp.where(hit, 0.0, state.speed))
+        stops = (state, time, jnp.array(False), hit)
         return jax.tree.map(lambda a, b: jnp.where(search.found, a, b), stops, go_on(None))
 
     return *jax.lax.cond(jnp.any(past_zero | dips), locate, go_on, None), rising

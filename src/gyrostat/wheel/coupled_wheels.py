@@ -17,10 +17,7 @@ from gyrostat.core.rarely import rarely
 from gyrostat.wheel.bearing_equation import Motion
 from gyrostat.wheel.coupled_bearings import CoupledBearings, Modes
 from gyrostat.wheel.coupled_events import earliest_event, runge_kutta
-from gyrostat.wheel.segment import (
-    Segment,
-    through_segments,
-)
+from gyrostat.wheel.segment import Segment, through_segments
 from gyrostat.wheel.step_bounds import stays, step_bounds
 
 
@@ -39,17 +36,17 @@ def _modes(contacts: CoupledBearings, motion: Motion, released: PerWheel, time: 
         free = (jnp.arange(len(excess)) == worst) & (excess > 0.0)
         return jnp.where(free, sense, direction), modes, jnp.any(free), number + 1
 
-    nothing = Modes(start, jnp.zeros_like(contacts.mobility))
+    initial = Modes(start, jnp.zeros_like(contacts.mobility))
     rests = jnp.any(start == 0.0)  # otherwise no wheel is held and none can be released
 
     def goes_on(carry):
         # each pass but the last releases a wheel; flight code needs an explicit bound
         return carry[2] & (carry[3] < len(start) + 2)
 
-    return jax.lax.while_loop(goes_on, release_worst, (start, nothing, rests, 0))[1]
+    return jax.lax.while_loop(goes_on, release_worst, (start, initial, rests, 0))[1]
 
 
-class _Whole(NamedTuple):
+class _FreeSegment(NamedTuple):
     """Segment without events: state, time and whether the interval ends, at its end."""
 
     end: Motion
@@ -61,7 +58,7 @@ def _without_events(contacts: CoupledBearings, motion: Motion, modes: Modes, sta
     """Move in fixed modes until the end of the interval or the segment limit.
 
     Returns:
-        `_Whole`, whether an event is certainly absent, and the rate of the state at the start.
+        Segment, whether an event is certainly absent, and the rate of the state at the start.
     """
     torque = contacts.torques(motion, modes, start)
     rate = contacts.rate_under(motion, torque, modes, start)
@@ -77,7 +74,7 @@ def _without_events(contacts: CoupledBearings, motion: Motion, modes: Modes, sta
     turns_on = (first > 0.0) & (final > 0.0) & (heads_for > 0.0)
     rests_on = stays(contacts, modes, begin, end, start + duration, duration)
     calm = jnp.all(jnp.where(direction == 0.0, rests_on, turns_on))
-    return _Whole(end, duration, last), calm, rate
+    return _FreeSegment(end, duration, last), calm, rate
 
 
 def _travel(contacts: CoupledBearings, motion: Motion, modes: Modes, start, remaining):
@@ -87,14 +84,14 @@ def _travel(contacts: CoupledBearings, motion: Motion, modes: Modes, start, rema
         State and time at the end, whether it is the end of the interval, the wheels that had an
         event, and the direction in which the torque on each resting wheel grows.
     """
-    whole, calm, rate = _without_events(contacts, motion, modes, start, remaining)
+    segment, calm, rate = _without_events(contacts, motion, modes, start, remaining)
     direction = modes.direction
 
     def look_closer(_):
-        return earliest_event(contacts, motion, modes, start, remaining, rate, whole)
+        return earliest_event(contacts, motion, modes, start, remaining, rate, segment)
 
-    nothing = (jnp.zeros(direction.shape, dtype=bool), jnp.zeros_like(direction))
-    return jax.lax.cond(calm, lambda _: (*whole, *nothing), look_closer, None)
+    no_event = (jnp.zeros(direction.shape, dtype=bool), jnp.zeros_like(direction))
+    return jax.lax.cond(calm, lambda _: (*segment, *no_event), look_closer, None)
 
 
 def quick_step(contacts, motion, duration):
@@ -102,8 +99,8 @@ def quick_step(contacts, motion, duration):
     motion = jax.tree.map(lambda y: jnp.asarray(y, dtype=float), motion)
     time = jnp.zeros(())
     modes = _modes(contacts, motion, jnp.zeros_like(motion.speed), time)
-    whole, calm, _ = _without_events(contacts, motion, modes, time, duration)
-    return (whole.end, jnp.array(True)), calm & whole.last
+    segment, calm, _ = _without_events(contacts, motion, modes, time, duration)
+    return (segment.end, jnp.array(True)), calm & segment.last
 
 
 def step_coupled_wheels(
@@ -150,5 +147,5 @@ def _step(contacts, motion, duration):
             number=segment.number + 1,
         )
 
-    last = through_segments(go, motion, duration)
-    return last.motion, (last.elapsed >= duration) & ~last.landed
+    end = through_segments(go, motion, duration)
+    return end.motion, (end.elapsed >= duration) & ~end.landed

@@ -68,14 +68,14 @@ class WheelSheet:
         Args:
             axes: Spin axes in body axes, unit length, (3, wheels).
         """
-        each = np.ones(np.shape(axes)[1])
+        ones = np.ones(np.shape(axes)[1])
         friction = self.friction()
         return WheelArray(
             axes=axes,
-            inertia=each * self.values["inertia"],
-            torque_limit=each * self.values.get("torque_limit", np.inf),
-            momentum_limit=each * self.values["momentum_limit"],
-            friction=type(friction)(**{n: each * v for n, v in friction.parameters().items()}),
+            inertia=ones * self.values["inertia"],
+            torque_limit=ones * self.values.get("torque_limit", np.inf),
+            momentum_limit=ones * self.values["momentum_limit"],
+            friction=type(friction)(**{n: ones * v for n, v in friction.parameters().items()}),
         )
 
 

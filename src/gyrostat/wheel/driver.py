@@ -77,13 +77,13 @@ class Driver(Checked):
         size = jnp.abs(command)
         size = jnp.where(quantised, quantum * jnp.round(size / quantum), size)
         # largest multiple of the quantum within the limit, also if rounding gives 2.9999 for 3
-        whole = jnp.where(
+        largest = jnp.where(
             quantised & jnp.isfinite(limit),
             quantum
             * jnp.floor(jnp.where(jnp.isfinite(limit), limit, 0.0) / quantum * (1.0 + 1e-12)),
             limit,
         )
-        return sense * jnp.minimum(size, whole)
+        return sense * jnp.minimum(size, largest)
 
     def limited(self, command: Scalar, set_point: Scalar) -> Scalar:
         """Whether the set point differs from the command by a limit, not only by quantisation."""
@@ -111,8 +111,8 @@ class Driver(Checked):
         """
         lags = self.time_constant > 0.0
         constants = duration / jnp.where(lags, self.time_constant, 1.0)
-        some = jnp.where(constants > 0.0, constants, 1.0)
-        share = jnp.where(constants > 0.0, -jnp.expm1(-some) / some, 1.0)
+        nonzero = jnp.where(constants > 0.0, constants, 1.0)
+        share = jnp.where(constants > 0.0, -jnp.expm1(-nonzero) / nonzero, 1.0)
         return set_point + jnp.where(lags, start - set_point, 0.0) * share
 
     def longest_segment(self, time: Scalar) -> Scalar:

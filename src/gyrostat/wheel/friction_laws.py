@@ -68,9 +68,9 @@ def required(law: Any, where: str) -> Law:
         InputError: It is something else, or breaks the contract.
     """
     if not inspect.isclass(law) or not issubclass(law, AnyFriction):
-        shown = law.__name__ if inspect.isclass(law) else type(law).__name__
+        name = law.__name__ if inspect.isclass(law) else type(law).__name__
         raise InputError(
-            f"{where}: found {shown}, expected a subclass of gyrostat.wheel.friction.Friction"
+            f"{where}: found {name}, expected a subclass of gyrostat.wheel.friction.Friction"
         )
     if issubclass(law, Friction) and not law.is_shipped():
         check_law(law)
@@ -141,11 +141,11 @@ def read_law(path: Path, key: str, table: Mapping[str, Any], digests: object = N
         return law_below(path.parent, kind, where, digests, data)[0]
     if digests is not None:
         raise InputError(f"{path}: key sources: found it, expected none with this {key}")
-    forms = {"kind": WHEEL_FRICTION, "python": ()}.get(key.rpartition(".")[2], WHEEL_FRICTION)
+    forms = () if key.endswith(".python") else WHEEL_FRICTION
     if not isinstance(name, str) or name not in forms:
         found = "none" if name is None else repr(name)
-        wanted = [*forms, *([] if key.endswith(".kind") else ["FILE.py:CLASS"])]
-        raise InputError(f"{where}: found {found}, expected one of {', '.join(wanted)}")
+        expected = [*forms, *([] if key.endswith(".kind") else ["FILE.py:CLASS"])]
+        raise InputError(f"{where}: found {found}, expected one of {', '.join(expected)}")
     return WHEEL_FRICTION[name]
 
 
@@ -167,8 +167,8 @@ def law_of(name: str, sources: tuple[Source, ...]) -> Law:
 
 def law_texts(law: Law) -> tuple[str, tuple[Source, ...]] | None:
     """Kind and texts of a law that was loaded from texts; None of every other law."""
-    found = packaged(law.__module__)
-    return None if found is None else (f"{found[0]}:{law.__name__}", found[1])
+    origin = packaged(law.__module__)
+    return None if origin is None else (f"{origin[0]}:{law.__name__}", origin[1])
 
 
 def digest(source: Source) -> str:

@@ -46,14 +46,7 @@ from gyrostat.core.units import si_unit
 from gyrostat.core.user_modules import Source, is_user_kind
 from gyrostat.wheel.friction import Friction
 from gyrostat.wheel.friction.base import check_concrete
-from gyrostat.wheel.friction_laws import (
-    Law,
-    digest,
-    law_texts,
-    read_law,
-    static,
-    write_texts,
-)
+from gyrostat.wheel.friction_laws import Law, digest, law_texts, read_law, static, write_texts
 from gyrostat.wheel.wheel import Wheel
 
 _SECTIONS = ("wheel", "friction", "sources", "sigma", "correlation", "validity", "origin")
@@ -94,10 +87,10 @@ class WheelModel:
         sigma = np.array([self.sigma[n] for n in names])
         correlation = np.eye(len(names))
         if self.correlation is not None:
-            known, matrix = self.correlation
-            places = [k for k, n in enumerate(names) if n in known]
-            columns = [known.index(names[k]) for k in places]
-            correlation[np.ix_(places, places)] = matrix[np.ix_(columns, columns)]
+            matrix_names, matrix = self.correlation
+            rows = [k for k, n in enumerate(names) if n in matrix_names]
+            columns = [matrix_names.index(names[k]) for k in rows]
+            correlation[np.ix_(rows, rows)] = matrix[np.ix_(columns, columns)]
         return names, correlation * np.outer(sigma, sigma)
 
     def static_friction(self) -> type[Friction]:
@@ -185,8 +178,8 @@ def write_model(
     if model.sigma:
         text += ["", "[sigma]  # standard deviations", *lines(dimensions, model.sigma)]
     if model.correlation is not None:
-        known, matrix = model.correlation
-        text += ["", "[correlation]  # of their errors", f"names = {json.dumps(known)}"]
+        matrix_names, matrix = model.correlation
+        text += ["", "[correlation]  # of their errors", f"names = {json.dumps(matrix_names)}"]
         text += ["matrix = [", *(f"  {row}," for row in matrix.tolist()), "]"]
     if model.impossible:
         text += ["", "[validity]", f"impossible = {_quoted(model.impossible)}"]
@@ -214,10 +207,10 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
         if not isinstance(table[section], dict):
             raise InputError(f"{path}: key {section}: found a value, expected a table")
     friction = dict(table.get("friction", {}))
-    named = {"model": friction.pop("model", None)}
-    if is_user_kind(str(named["model"])) and "data" in friction:
-        named["data"] = friction.pop("data")
-    model = read_law(path, "friction.model", named, table.get("sources"))
+    law_table = {"model": friction.pop("model", None)}
+    if is_user_kind(str(law_table["model"])) and "data" in friction:
+        law_table["data"] = friction.pop("data")
+    model = read_law(path, "friction.model", law_table, table.get("sources"))
     dimensions = {**_WHEEL, **model.dimensions()}
     wheel, sigma = table.get("wheel", {}), table.get("sigma", {})
     refuse_unknown(path, "validity.", table.get("validity", {}), ("impossible",))
@@ -247,7 +240,7 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
     }
     if values["motor_constant"] == 0.0:
         raise InputError(f"{path}: key wheel.motor_constant: found 0, expected another value")
-    found = WheelModel(
+    wheel_model = WheelModel(
         friction=model,
         values=values,
         sigma={n: number(path, f"sigma.{n}", v, positive=False) for n, v in sigma.items()},
@@ -256,8 +249,8 @@ def read_model(path: str | os.PathLike[str], *, force: bool = False) -> WheelMod
         correlation=_correlation(path, table.get("correlation"), sigma),
     )
     with placed(f"{path}: key friction"):
-        found.check_friction()
-    return found
+        wheel_model.check_friction()
+    return wheel_model
 
 
 def _correlation(

@@ -64,13 +64,13 @@ def _split(state: Any) -> tuple[list[Scalar], Callable[[list[Scalar]], Any]]:
     numbers: list[Scalar] = [leaf[k] for leaf in leaves for k in np.ndindex(leaf.shape)]
 
     def join(numbers):
-        rest = iter(numbers)
-        parts = [[next(rest) for _ in range(leaf.size)] for leaf in leaves]
-        whole = [
+        values = iter(numbers)
+        parts = [[next(values) for _ in range(leaf.size)] for leaf in leaves]
+        arrays = [
             jnp.stack(part).reshape(leaf.shape) if leaf.ndim else part[0]
             for part, leaf in zip(parts, leaves, strict=True)
         ]
-        return jax.tree.unflatten(structure, whole)
+        return jax.tree.unflatten(structure, arrays)
 
     return numbers, join
 
@@ -91,15 +91,15 @@ def _eliminator(rows: list[list[Scalar]]):
                 rows[i][j] = rows[i][j] - rows[i][k] * rows[k][j]
 
     def solve(right: list[Scalar]) -> list[Scalar]:
-        found = list(right)
+        solution = list(right)
         for i in range(size):
             for j in range(i):
-                found[i] = found[i] - rows[i][j] * found[j]
+                solution[i] = solution[i] - rows[i][j] * solution[j]
         for i in reversed(range(size)):
             for j in range(i + 1, size):
-                found[i] = found[i] - rows[i][j] * found[j]
-            found[i] = found[i] / rows[i][i]
-        return found
+                solution[i] = solution[i] - rows[i][j] * solution[j]
+            solution[i] = solution[i] / rows[i][i]
+        return solution
 
     return solve
 
@@ -127,8 +127,8 @@ def _plus(numbers: list[Scalar], shares, stages: list[list[Scalar]]) -> list[Sca
 def _step(field: Field, state: list[Scalar], time: Scalar, step: Scalar):
     """New state after one step, and its estimated error."""
     columns, in_time = _slopes(field, state, time)
-    size, often = range(len(state)), 1.0 / step
-    diagonal = often / GAMMA
+    size, inverse_step = range(len(state)), 1.0 / step
+    diagonal = inverse_step / GAMMA
     solve = _eliminator(
         [[(diagonal if i == j else 0.0) - columns[j][i] for j in size] for i in size]
     )
@@ -136,7 +136,7 @@ def _step(field: Field, state: list[Scalar], time: Scalar, step: Scalar):
     for a, c, when, share in zip(STAGES, COUPLING, TIMES, TIME_SLOPES, strict=True):
         right = field(_plus(state, a, stages), time + when * step)
         right = _plus(right, [share * step], [in_time])
-        right = _plus(right, [often * x for x in c], stages)
+        right = _plus(right, [inverse_step * x for x in c], stages)
         stages.append(solve(right))
     # the last argument is the embedded solution, and the last stage is its error
     return _plus(state, [*STAGES[5], 1.0], stages), stages[5]
@@ -175,15 +175,15 @@ def integrate(
     def flat_field(numbers, time):
         return _split(field(join(numbers), time))[0]
 
-    def step(state: list[Scalar], time: Scalar, wanted: Scalar) -> Step:
+    def step(state: list[Scalar], time: Scalar, target_length: Scalar) -> Step:
         remaining = duration - time
-        last = wanted >= remaining
+        last = target_length >= remaining
         # the last step ends with the interval, so that it has the derivative of the duration
-        length = jnp.where(last, remaining, wanted)
+        length = jnp.where(last, remaining, target_length)
         reached, errors = _step(flat_field, state, time, length)
         worst = jnp.zeros_like(length)
-        for old, new, error, least in zip(state, reached, errors, scales, strict=True):
-            size = jnp.maximum(jnp.maximum(jnp.abs(old), jnp.abs(new)), least)
+        for old, new, error, floor in zip(state, reached, errors, scales, strict=True):
+            size = jnp.maximum(jnp.maximum(jnp.abs(old), jnp.abs(new)), floor)
             worst = jnp.maximum(worst, jnp.abs(error) / (tolerance * size))
         return Step(reached, length, last, worst)
 

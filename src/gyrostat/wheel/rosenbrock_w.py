@@ -80,10 +80,10 @@ def rosenbrock_w_step(
     Returns:
         State at the end and its estimated error.
     """
-    often = 1.0 / step
+    inverse_step = 1.0 / step
     stages = [solve(rate)]
     for arguments, coupling, share in zip(_ARGUMENTS[1:], _COUPLING[1:], _TIMES[1:], strict=True):
         right = field(_plus(state, arguments, stages), time + share * step)
-        stages.append(solve(_plus(right, coupling, stages, often)))
-    nothing = jax.tree.map(lambda y: 0.0 * y, state)
-    return _plus(state, _WEIGHTS, stages), _plus(nothing, _ERROR, stages)
+        stages.append(solve(_plus(right, coupling, stages, inverse_step)))
+    zeros = jax.tree.map(lambda y: 0.0 * y, state)
+    return _plus(state, _WEIGHTS, stages), _plus(zeros, _ERROR, stages)

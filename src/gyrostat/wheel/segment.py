@@ -62,11 +62,11 @@ def through_segments(go: Callable[[Segment, Any], Segment], motion: Any, duratio
     def unfinished(segment: Segment):
         # a wheel that reaches zero exactly at the end needs one more segment of zero length, in
         # which it sticks or crosses: the speed is zero in both cases, but not the derivative
-        more = (segment.elapsed < duration) | segment.landed
-        return more & (segment.number < MAX_SEGMENTS)
+        goes_on = (segment.elapsed < duration) | segment.landed
+        return goes_on & (segment.number < MAX_SEGMENTS)
 
-    nothing = jnp.zeros_like(motion.speed)
-    start = Segment(motion, jnp.zeros_like(duration), nothing, jnp.array(False), jnp.array(0))
+    zeros = jnp.zeros_like(motion.speed)
+    start = Segment(motion, jnp.zeros_like(duration), zeros, jnp.array(False), jnp.array(0))
     return jax.lax.while_loop(unfinished, lambda segment: go(segment, duration), start)
 
 
@@ -140,8 +140,8 @@ def friction_limit(friction: Any, inertia, speed, direction, rate, rate_change, 
     frequency = rate / reach
     frequency += jnp.sqrt(frequency**2 + 2.0 * rate_change / reach)
     limit = jnp.minimum(remaining, 2.0 / jnp.maximum(frequency, tiny))
-    here, curvature = steepness(friction, inertia, speed, direction)
-    limit = jnp.minimum(limit, RATE_STEP / jnp.maximum(jnp.abs(here), tiny))
+    slope, curvature = steepness(friction, inertia, speed, direction)
+    limit = jnp.minimum(limit, RATE_STEP / jnp.maximum(jnp.abs(slope), tiny))
     # the curve is flat at zero speed, so its slope one segment later is also tested
     steepening = jnp.abs(curvature) * (rate + rate_change * limit)
     return jnp.minimum(limit, jnp.sqrt(RATE_STEP / jnp.maximum(steepening, tiny)))

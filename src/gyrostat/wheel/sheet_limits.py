@@ -122,7 +122,7 @@ def read_limit(path: Path, where: str, key: str, entry: object) -> Limit:
             raise InputError(f"{path}: key {where}.{name}: found {found:g}, expected 0 or more")
         return found
 
-    found = {
+    values = {
         name: read(name, kind.dimension, positive=name == "value" and key not in _MAY_BE_ZERO)
         for name in ("value", "minimum", "maximum")
         if name in entry or (name == "value" and not {"minimum", "maximum"} & set(entry))
@@ -132,11 +132,11 @@ def read_limit(path: Path, where: str, key: str, entry: object) -> Limit:
             raise InputError(f"{path}: key {where}.{name}: found none, expected the {name}")
     conditions = {n: read(n, n, positive=True) for n in kind.conditions if n in entry}
     if "tolerance" in entry:
-        found |= _about(path, where, entry, found, kind.dimension)
-    elif kind.bound and not {"minimum", "maximum"} & set(found):
-        found[kind.bound] = found["value"]
-    low, high = found.get("minimum", -math.inf), found.get("maximum", math.inf)
-    value = found.get("value")
+        values |= _about(path, where, entry, values, kind.dimension)
+    elif kind.bound and not {"minimum", "maximum"} & set(values):
+        values[kind.bound] = values["value"]
+    low, high = values.get("minimum", -math.inf), values.get("maximum", math.inf)
+    value = values.get("value")
     if not low <= (low if value is None else value) <= high:
         inside = "" if value is None else f", value {value:g}"
         raise InputError(
@@ -150,24 +150,24 @@ def read_limit(path: Path, where: str, key: str, entry: object) -> Limit:
 
 
 def _about(
-    path: Path, where: str, entry: Mapping[str, Any], found: Mapping[str, float], dimension: str
+    path: Path, where: str, entry: Mapping[str, Any], values: Mapping[str, float], dimension: str
 ) -> dict[str, float]:
     """Limits by a tolerance about the stated value."""
-    place, given = f"{where}.tolerance", entry["tolerance"]
-    if set(found) != {"value"}:
+    key, tolerance = f"{where}.tolerance", entry["tolerance"]
+    if set(values) != {"value"}:
         raise InputError(
-            f"{path}: key {place}: found {given!r} beside {', '.join(found)}, expected it beside a "
-            "value alone"
+            f"{path}: key {key}: found {tolerance!r} beside {', '.join(values)}, expected it "
+            "beside a value alone"
         )
-    value = found["value"]
-    share = isinstance(given, str) and given.rstrip().endswith("%")
+    value = values["value"]
+    share = isinstance(tolerance, str) and tolerance.rstrip().endswith("%")
     if share:
         try:
-            width = value * ascii_number(given.rstrip().removesuffix("%")) / 100.0
+            width = value * ascii_number(tolerance.rstrip().removesuffix("%")) / 100.0
         except ValueError:
             width = math.nan
     else:
-        width = quantity(path, place, given, dimension, positive=False)
+        width = quantity(path, key, tolerance, dimension, positive=False)
     if not 0.0 <= width < math.inf:
-        raise InputError(f"{path}: key {place}: found {given!r}, expected one such as '3 %'")
+        raise InputError(f"{path}: key {key}: found {tolerance!r}, expected one such as '3 %'")
     return {"minimum": value - width, "maximum": value + width}

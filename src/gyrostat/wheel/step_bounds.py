@@ -32,17 +32,17 @@ def _segment_limit(
         frequency = jnp.sqrt(turn) / TURN_STEP
         frequency += jnp.sqrt(turn / TURN_STEP**2 + 2.0 * jnp.sqrt(turn_change) / TURN_STEP)
         inertia = 1.0 / jnp.diagonal(contacts.mobility)
-        each = friction_limit(
+        limits = friction_limit(
             friction, inertia, motion.speed, modes.direction, rate, change, remaining
         )
-        longest = jnp.min(jnp.where(held, remaining, each))
+        longest = jnp.min(jnp.where(held, remaining, limits))
         return jnp.minimum(longest, 2.0 / jnp.maximum(frequency, 1e-9))
 
     # most segments are far from any limit, and this test is faster than finding the limit
     turned = remaining**2 * (2.0 * turn + 0.5 * remaining**2 * turn_change)
     resolved = is_resolved(friction, begin.steep, motion.speed, rate, change, remaining)
-    whole = jnp.all(held | resolved) & (turned <= TURN_STEP**2)
-    return jax.lax.cond(whole, lambda _: remaining, limit, None)
+    fits = jnp.all(held | resolved) & (turned <= TURN_STEP**2)
+    return jax.lax.cond(fits, lambda _: remaining, limit, None)
 
 
 @jax.jit
@@ -62,10 +62,10 @@ def stays(contacts: CoupledBearings, modes: Modes, begin: Begin, end: Motion, ti
     held, steep = modes.direction == 0.0, begin.steep[0]
     # a holding torque changes with the drive and with the friction of the turning wheels
     rubs = steep / jnp.diagonal(contacts.mobility) * begin.rate.speed
-    lost = contacts.mobility @ jnp.where(held, begin.changes.drive, rubs)
-    change = begin.changes.drive + modes.holding @ (begin.changes.pull - lost)
+    slowing = contacts.mobility @ jnp.where(held, begin.changes.drive, rubs)
+    change = begin.changes.drive + modes.holding @ (begin.changes.pull - slowing)
     ones = jnp.ones_like(modes.direction)
-    least = jnp.minimum(contacts.breakaway_torque(ones), contacts.breakaway_torque(-ones))
+    breakaway = jnp.minimum(contacts.breakaway_torque(ones), contacts.breakaway_torque(-ones))
     # a parabola with this slope that ends below the level does not exceed it before
-    first = jnp.abs(begin.torque) + 0.5 * duration * jnp.abs(change)
-    return (first < least) & (jnp.abs(contacts.torques(end, modes, time)) < least)
+    bound = jnp.abs(begin.torque) + 0.5 * duration * jnp.abs(change)
+    return (bound < breakaway) & (jnp.abs(contacts.torques(end, modes, time)) < breakaway)

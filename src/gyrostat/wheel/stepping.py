@@ -166,8 +166,8 @@ def _travel(contact: BearingEquation, motion: Motion, direction, start, remainin
         time = _event_time(flow, height, low, guess, high, remaining)
         # the parabola that indicated the dip is only an estimate; the flow decides
         deepest = jax.lax.stop_gradient(height(flow(high), high)[0])
-        there = flow(time)._replace(speed=jnp.zeros_like(end.speed))
-        stops = _Travel(there, time, jnp.array(False), jnp.array(True))
+        state = flow(time)._replace(speed=jnp.zeros_like(end.speed))
+        stops = _Travel(state, time, jnp.array(False), jnp.array(True))
         reaches = past_zero | (deepest <= 0.0)
         return jax.tree.map(lambda a, b: jnp.where(reaches, a, b), stops, go_on(None))
 
@@ -212,5 +212,5 @@ def step_dry_friction(
             number=segment.number + 1,
         )
 
-    last = through_segments(go, motion, duration)
-    return last.motion, last.elapsed >= duration
+    end = through_segments(go, motion, duration)
+    return end.motion, end.elapsed >= duration

@@ -52,9 +52,6 @@ class PulseTachometer(Checked):
         static=True, default=1
     )
 
-    def _count(self, state: Any) -> Float[Array, ""]:
-        return jnp.floor(state.wheel_angle * self.pulses / (2.0 * jnp.pi))
-
     def start(self, state: Any, period: Scalar) -> tuple[Array, Scalar]:
         """Counts at the last samples, for a constant speed before the start, and gate time, s."""
         back = jnp.arange(self.gate_periods, 0, -1) * period
@@ -67,16 +64,16 @@ class PulseTachometer(Checked):
     ) -> tuple[tuple[Array, Scalar], Float[Array, ""]]:
         """Count the pulses of the last gate time and return the speed, rad/s."""
         counts, gate = memory
-        count = self._count(state)
+        count = jnp.floor(state.wheel_angle * self.pulses / (2.0 * jnp.pi))
         speed = (count - counts[0]) * 2.0 * jnp.pi / (self.pulses * gate)
         return (jnp.concatenate([counts[1:], count[None]]), gate), speed
 
 
-def _is_count(pulses: Any) -> Any:
-    return (pulses == 0.0) | ((pulses >= 1.0) & np.isfinite(pulses))
-
-
-_counted = within("tachometer pulses", "1 or more, or 0 for a speed without steps", _is_count)
+_pulse_rule = within(
+    "tachometer pulses",
+    "1 or more, or 0 for a speed without steps",
+    lambda pulses: (pulses == 0.0) | ((pulses >= 1.0) & np.isfinite(pulses)),
+)
 
 
 class WheelTachometer(Checked):
@@ -93,7 +90,7 @@ class WheelTachometer(Checked):
     """
 
     sigma: Annotated[Scalar, size("tachometer sigma", "rad/s")] = 0.0
-    pulses: Annotated[Scalar, _counted] = 0.0
+    pulses: Annotated[Scalar, _pulse_rule] = 0.0
     time_constant: Annotated[Scalar, size("tachometer time constant", "s")] = 0.0
 
     def _counter(self) -> PulseTachometer:
@@ -112,8 +109,8 @@ class WheelTachometer(Checked):
     ) -> tuple[tuple[Any, Array, Array, Array], Array]:
         """Measure `state.speed`, rad/s; the pulses are counted from `state.wheel_angle`, rad."""
         counter, filtered, started, decay = memory
-        counter, counted = self._counter()(counter, state, key)
-        speed = jnp.where(jnp.asarray(self.pulses) > 0.0, counted, state.speed)
+        counter, mean_speed = self._counter()(counter, state, key)
+        speed = jnp.where(jnp.asarray(self.pulses) > 0.0, mean_speed, state.speed)
         speed = speed + self.sigma * jax.random.normal(key, jnp.shape(state.speed))
         filtered = jnp.where(started, decay * filtered + (1.0 - decay) * speed, speed)
         return (counter, filtered, jnp.array(True), decay), filtered

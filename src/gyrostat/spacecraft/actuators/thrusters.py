@@ -61,9 +61,9 @@ class Thrusters(Checked):
         """
         axes, rows = np.eye(3), []
         for number in range(3):
-            place, along = axes[(number + 1) % 3], axes[(number + 2) % 3]
+            position, along = axes[(number + 1) % 3], axes[(number + 2) % 3]
             for sense in (1.0, -1.0):
-                rows += [(place, sense * along), (-place, -sense * along)]
+                rows += [(position, sense * along), (-position, -sense * along)]
         positions, directions = (np.array(each) for each in zip(*rows, strict=True))
         return cls(arm * jnp.asarray(positions), directions, force, period, **options)
 
@@ -74,10 +74,12 @@ class Thrusters(Checked):
             InputError: Positions or directions are not (thrusters, 3), or a direction is not of
                 unit length.
         """
-        places, directions = (np.asarray(x, dtype=float) for x in (self.positions, self.directions))
-        if places.ndim < 2 or places.shape[-1] != 3 or places.shape != directions.shape:
+        positions, directions = (
+            np.asarray(x, dtype=float) for x in (self.positions, self.directions)
+        )
+        if positions.ndim < 2 or positions.shape[-1] != 3 or positions.shape != directions.shape:
             raise InputError(
-                f"thrusters: found positions of shape {places.shape} and directions of shape "
+                f"thrusters: found positions of shape {positions.shape} and directions of shape "
                 f"{directions.shape}, expected (thrusters, 3)"
             )
         if not np.all(np.abs(np.linalg.norm(directions, axis=-1) - 1.0) < UNIT_TOLERANCE):

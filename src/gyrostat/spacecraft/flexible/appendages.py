@@ -56,11 +56,11 @@ def hinged_panel(
         spacecraft_mass: Mass of the spacecraft with the panel, kg.
     """
     line, middle = _direction(axis), jnp.asarray(centre)
-    moved = jnp.cross(line, middle - jnp.asarray(hinge))
+    linear = jnp.cross(line, middle - jnp.asarray(hinge))
     moment = jnp.asarray(inertia) @ line
-    root = jnp.sqrt(line @ moment + mass * (moved @ moved))
-    turned = jnp.cross(middle, mass * moved) + moment
-    return _one(turned / root, mass * moved / root, frequency, damping, spacecraft_mass)
+    root = jnp.sqrt(line @ moment + mass * (linear @ linear))
+    angular = jnp.cross(middle, mass * linear) + moment
+    return _single_mode(angular / root, mass * linear / root, frequency, damping, spacecraft_mass)
 
 
 def spring_mass(
@@ -85,9 +85,9 @@ def spring_mass(
         damping: Damping ratio on a body at rest.
         spacecraft_mass: Mass of the spacecraft with the moving mass, kg.
     """
-    moved = jnp.sqrt(jnp.asarray(mass)) * _direction(direction)
-    turned = jnp.cross(jnp.asarray(position), moved)
-    return _one(turned, moved, frequency, damping, spacecraft_mass)
+    linear = jnp.sqrt(jnp.asarray(mass)) * _direction(direction)
+    angular = jnp.cross(jnp.asarray(position), linear)
+    return _single_mode(angular, linear, frequency, damping, spacecraft_mass)
 
 
 def _direction(line: Any) -> Vector3:
@@ -95,13 +95,13 @@ def _direction(line: Any) -> Vector3:
     return line / jnp.sqrt(line @ line)
 
 
-def _one(
-    turned: Vector3, moved: Vector3 | None, frequency: Any, damping: Any, spacecraft_mass: Any
+def _single_mode(
+    angular: Vector3, linear: Vector3 | None, frequency: Any, damping: Any, spacecraft_mass: Any
 ) -> FlexibleModes:
     """One mode from its angular and linear momentum per modal rate, body axes."""
     number, ratio = (jnp.reshape(jnp.asarray(x, dtype=float), 1) for x in (frequency, damping))
-    share = None if moved is None else moved[None] / jnp.sqrt(spacecraft_mass)
-    return FlexibleModes(number, ratio, turned[None], share)
+    share = None if linear is None else linear[None] / jnp.sqrt(spacecraft_mass)
+    return FlexibleModes(number, ratio, angular[None], share)
 
 
 def appendage_modes(kind: str, values: Mapping[str, Any], spacecraft: Spacecraft) -> FlexibleModes:
@@ -116,7 +116,7 @@ def appendage_modes(kind: str, values: Mapping[str, Any], spacecraft: Spacecraft
     def vector(name: str) -> Vector3:
         return jnp.stack([jnp.asarray(values[f"{name}.{end}"], dtype=float) for end in "xyz"])
 
-    def place(name: str) -> Vector3:
+    def point(name: str) -> Vector3:
         centre = spacecraft.centre_of_mass
         return vector(name) if centre is None else vector(name) - jnp.asarray(centre)
 
@@ -127,7 +127,7 @@ def appendage_modes(kind: str, values: Mapping[str, Any], spacecraft: Spacecraft
         "spacecraft_mass": mass,
     }
     if kind == "slosh":
-        return spring_mass(values["mass"], place("position"), vector("direction"), **fields)
+        return spring_mass(values["mass"], point("position"), vector("direction"), **fields)
     if kind == "hinged_panel":
         xx, yy, zz, xy, xz, yz = (
             jnp.asarray(values[f"inertia.{end}"], dtype=float)
@@ -135,7 +135,7 @@ def appendage_modes(kind: str, values: Mapping[str, Any], spacecraft: Spacecraft
         )
         inertia = jnp.stack([jnp.stack(row) for row in ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))])
         return hinged_panel(
-            values["mass"], inertia, place("hinge"), place("centre"), vector("axis"), **fields
+            values["mass"], inertia, point("hinge"), point("centre"), vector("axis"), **fields
         )
-    moved = vector("translation") if "translation.x" in values else None
-    return _one(vector("participation"), moved, **fields)
+    linear = vector("translation") if "translation.x" in values else None
+    return _single_mode(vector("participation"), linear, **fields)

@@ -62,18 +62,18 @@ class FlexibleModes(Checked):
             InputError: A shape differs from those of the attributes, or the modes carry more mass
                 than the spacecraft has.
         """
-        one, wide = np.shape(self.frequency), (*np.shape(self.frequency), 3)
-        sizes = {"damping": one, "participation": wide, "translation": wide}
+        per_mode, vectors = np.shape(self.frequency), (*np.shape(self.frequency), 3)
+        sizes = {"damping": per_mode, "participation": vectors, "translation": vectors}
         for name, shape in sizes.items():
-            found = getattr(self, name)
-            if found is not None and np.shape(found) != shape:
-                raise InputError(f"mode {name}: found shape {np.shape(found)}, expected {shape}")
+            value = getattr(self, name)
+            if value is not None and np.shape(value) != shape:
+                raise InputError(f"mode {name}: found shape {np.shape(value)}, expected {shape}")
         if self.translation is not None:
-            moved = np.asarray(self.translation)
-            most = np.max(np.linalg.svd(moved, compute_uv=False)) ** 2
-            if not most < 1.0:
+            translation = np.asarray(self.translation)
+            mass_share = np.max(np.linalg.svd(translation, compute_uv=False)) ** 2
+            if not mass_share < 1.0:
                 raise InputError(
-                    f"mode translation: found modes that carry {most:g} of the mass of the "
+                    f"mode translation: found modes that carry {mass_share:g} of the mass of the "
                     "spacecraft, expected less than 1"
                 )
 
@@ -84,18 +84,18 @@ class FlexibleModes(Checked):
         Args:
             parts: Modes of each; those without translation do not move the centre of mass.
         """
-        moved = [
+        rows = [
             jnp.zeros(np.shape(part.participation))
             if part.translation is None
             else part.translation
             for part in parts
         ]
-        still = all(part.translation is None for part in parts)
+        is_fixed = all(part.translation is None for part in parts)
         frequency, damping, participation = (
             jnp.concatenate([jnp.asarray(getattr(part, name)) for part in parts])
             for name in ("frequency", "damping", "participation")
         )
-        return cls(frequency, damping, participation, None if still else jnp.concatenate(moved))
+        return cls(frequency, damping, participation, None if is_fixed else jnp.concatenate(rows))
 
     def check_inertia(self, inertia: ArrayLike) -> None:
         """Validate that the body without the inertia of the modes has some left.
@@ -109,13 +109,13 @@ class FlexibleModes(Checked):
         """
         arms = participation = np.asarray(self.participation, dtype=float)
         if self.translation is not None:
-            moved = np.asarray(self.translation, dtype=float)
-            arms = np.linalg.solve(np.eye(self.count) - moved @ moved.mT, participation)
+            translation = np.asarray(self.translation, dtype=float)
+            arms = np.linalg.solve(np.eye(self.count) - translation @ translation.mT, participation)
         remaining = np.asarray(inertia) - participation.mT @ arms
-        least = np.min(np.linalg.eigvalsh(remaining))
-        if not least > 0.0:
+        lowest = np.min(np.linalg.eigvalsh(remaining))
+        if not lowest > 0.0:
             raise InputError(
-                f"participation of the modes: found {least:g} kg·m² as least inertia of the body "
+                f"participation of the modes: found {lowest:g} kg·m² as least inertia of the body "
                 "without that of its modes, expected above 0"
             )
 
@@ -134,8 +134,8 @@ class FlexibleModes(Checked):
         )
         momentum = rate + participation @ turning
         if self.translation is not None:
-            moved = jnp.asarray(self.translation)
-            momentum = momentum - moved @ (moved.T @ rate)
+            translation = jnp.asarray(self.translation)
+            momentum = momentum - translation @ (translation.T @ rate)
         return ModalMotion(coordinate, momentum), participation.T @ rate
 
     def coupling(self) -> ModalCoupling:
@@ -143,8 +143,8 @@ class FlexibleModes(Checked):
         participation, frequency = jnp.asarray(self.participation), jnp.asarray(self.frequency)
         inverse, arms = None, participation
         if self.translation is not None:
-            moved = jnp.asarray(self.translation)
-            inverse = inverse_definite(jnp.eye(self.count) - moved @ moved.T)
+            translation = jnp.asarray(self.translation)
+            inverse = inverse_definite(jnp.eye(self.count) - translation @ translation.T)
             arms = inverse @ participation
         return ModalCoupling(
             stiffness=frequency**2,

@@ -79,15 +79,15 @@ def air_density(
     since_midnight = (dates - dates.astype("datetime64[D]")) / np.timedelta64(1, "s") / DAY
     late = since_midnight >= 0.5
     share_of_day = since_midnight - np.where(late, 0.5, -0.5)
-    one, day = np.timedelta64(1, "s"), np.timedelta64(1, "D")
+    step, day = np.timedelta64(1, "s"), np.timedelta64(1, "D")
     logarithm = np.zeros(len(times))
-    for seconds, weight in ((second, 1.0 - share_of_second), (second + one, share_of_second)):
+    for seconds, weight in ((second, 1.0 - share_of_second), (second + step, share_of_second)):
         if not np.any(weight):
             continue
-        for other, share in ((0, 1.0 - share_of_day), (1, share_of_day)):
+        for offset, share in ((0, 1.0 - share_of_day), (1, share_of_day)):
             # the time of day of `seconds`, on the days whose noons are before and after it
             clock = seconds - seconds.astype("datetime64[D]").astype("datetime64[s]")
-            noon = (second - np.where(late, 0, 1) * day).astype("datetime64[D]") + other * day
+            noon = (second - np.where(late, 0, 1) * day).astype("datetime64[D]") + offset * day
             values = _msis(noon + clock, latitude, longitude, height, activity)
             logarithm += weight * share * np.log(values)
     return np.exp(logarithm)

@@ -205,11 +205,7 @@ class CircularElements:
 
 
 def propagated(
-    start: States,
-    axis: Float[np.ndarray, "3"],
-    end: float,
-    longest: float,
-    j2: float = EARTH_J2,
+    start: States, axis: Float[np.ndarray, "3"], end: float, longest: float, j2: float = EARTH_J2
 ) -> Callable[[Times], States]:
     """Integrate the motion around the oblate Earth (Dormand and Prince, order 8).
 
@@ -232,12 +228,12 @@ def propagated(
         del time
         return np.concatenate([state[3:], gravity(state[:3], axis, j2)])
 
-    first = np.concatenate([start.position[0], start.velocity[0]])
-    scale = np.repeat([np.linalg.norm(first[:3]), np.linalg.norm(first[3:])], 3)
+    initial = np.concatenate([start.position[0], start.velocity[0]])
+    scale = np.repeat([np.linalg.norm(initial[:3]), np.linalg.norm(initial[3:])], 3)
     solution = solve_ivp(
         derivative,
         (0.0, end),
-        first,
+        initial,
         method="DOP853",
         dense_output=True,
         rtol=TOLERANCE,

@@ -128,8 +128,8 @@ class Ephemeris:
         rows = to_gcrs(self.states, self.frame, epoch, times)
         self._require_consistent(rows)
 
-        def states(wanted: Times) -> States:
-            return hermite(times, rows, self.degree, wanted)
+        def states(instants: Times) -> States:
+            return hermite(times, rows, self.degree, instants)
 
         return Trajectory(states, (self._note(rows),))
 
@@ -154,29 +154,29 @@ class Ephemeris:
                 "in a CSV file, in km in an OEM file"
             )
         acceleration = -EARTH * position / distance**3
-        moved = np.diff(position, axis=0)
+        chord = np.diff(position, axis=0)
         path = step * (velocity[1:] + velocity[:-1]) / 2.0
-        off = np.linalg.norm(moved - path + step**2 * np.diff(acceleration, axis=0) / 12.0, axis=1)
-        length = np.linalg.norm(moved, axis=1)
-        given = np.maximum(np.linalg.norm(path, axis=1), 1e-9)
-        ratio = float(np.median(length / given))
-        turned = (step * np.sqrt(EARTH / np.minimum(distance[1:], distance[:-1]) ** 3))[:, 0]
+        off = np.linalg.norm(chord - path + step**2 * np.diff(acceleration, axis=0) / 12.0, axis=1)
+        length = np.linalg.norm(chord, axis=1)
+        path_length = np.maximum(np.linalg.norm(path, axis=1), 1e-9)
+        ratio = float(np.median(length / path_length))
+        angle = (step * np.sqrt(EARTH / np.minimum(distance[1:], distance[:-1]) ** 3))[:, 0]
         near = [cause for factor, cause in UNITS.items() if 0.8 < ratio / factor < 1.25]
         remedy = f": {near[0]}?" if near else ""
-        row = int(np.argmax(turned))
-        if turned[row] > FARTHEST:
+        row = int(np.argmax(angle))
+        if angle[row] > FARTHEST:
             raise InputError(
                 f"{self.where}: found rows {row + 1} and {row + 2} {step[row, 0]:g} s apart, "
-                f"{turned[row] / (2.0 * np.pi):.2g} of a revolution at this height, expected less "
+                f"{angle[row] / (2.0 * np.pi):.2g} of a revolution at this height, expected less "
                 f"than a third{remedy}"
             )
-        allowed = (SHARE + turned**4 / 5.0) * np.maximum(given, length.min())
-        row = int(np.argmax(off / allowed))
-        if off[row] > allowed[row]:
+        tolerance = (SHARE + angle**4 / 5.0) * np.maximum(path_length, length.min())
+        row = int(np.argmax(off / tolerance))
+        if off[row] > tolerance[row]:
             raise InputError(
                 f"{self.where}: found that the position changes by {length[row] / 1e3:.4g} km from "
-                f"row {row + 1} to row {row + 2}, expected {given[row] / 1e3:.4g} km by times and "
-                f"velocities{remedy or ', which contradict the positions'}"
+                f"row {row + 1} to row {row + 2}, expected {path_length[row] / 1e3:.4g} km by "
+                f"times and velocities{remedy or ', which contradict the positions'}"
             )
 
     def _note(self, rows: States) -> str:
@@ -184,9 +184,9 @@ class Ephemeris:
         count = len(self.times)
         if count < 2 * (self.degree + 1):
             return f"interpolated from {count} rows, too few to measure the error"
-        kept = States(rows.position[::2], rows.velocity[::2])
-        left_out = hermite(self.times[::2], kept, self.degree, self.times[1:-1:2])
-        off = np.linalg.norm(left_out.position - rows.position[1:-1:2], axis=1)
+        coarse = States(rows.position[::2], rows.velocity[::2])
+        interpolated = hermite(self.times[::2], coarse, self.degree, self.times[1:-1:2])
+        off = np.linalg.norm(interpolated.position - rows.position[1:-1:2], axis=1)
         return (
             f"interpolated by polynomials of degree {self.degree}; from every second row, the "
             f"error is {np.max(off):.2g} m at the rows between"
@@ -212,29 +212,29 @@ def hermite(times: Times, states: States, degree: int, wanted: Times) -> States:
     length = (times[rows[:, -1]] - times[rows[:, 0]])[:, None] if count > 1 else np.ones((1, 1))
     nodes = (times[rows] - times[rows[:, :1]]) / length
     at = (wanted[:, None] - times[rows[:, :1]]) / length
-    others = ~np.eye(count, dtype=bool)
-    between = np.where(others, nodes[:, :, None] - nodes[:, None, :], 1.0)
-    ratio = np.where(others, (at - nodes)[:, None, :], 1.0) / between
+    off_diagonal = ~np.eye(count, dtype=bool)
+    between = np.where(off_diagonal, nodes[:, :, None] - nodes[:, None, :], 1.0)
+    ratio = np.where(off_diagonal, (at - nodes)[:, None, :], 1.0) / between
     basis = np.prod(ratio, axis=2)
-    slope = _slope(ratio, 1.0 / between, others)
-    node_slope = np.sum(np.where(others, 1.0 / between, 0.0), axis=2)
+    slope = _slope(ratio, 1.0 / between, off_diagonal)
+    node_slope = np.sum(np.where(off_diagonal, 1.0 / between, 0.0), axis=2)
     linear = 1.0 - 2.0 * node_slope * (at - nodes)
     of_position = linear * basis**2
     of_velocity = (at - nodes) * basis**2 * length
     slope_position = 2.0 * basis * (linear * slope - node_slope * basis) / length
     slope_velocity = basis**2 + 2.0 * (at - nodes) * basis * slope
 
-    def total(first: np.ndarray, second: np.ndarray) -> np.ndarray:
+    def total(alpha: np.ndarray, beta: np.ndarray) -> np.ndarray:
         position, velocity = states.position[rows], states.velocity[rows]
-        return np.einsum("nk,nkx->nx", first, position) + np.einsum("nk,nkx->nx", second, velocity)
+        return np.einsum("nk,nkx->nx", alpha, position) + np.einsum("nk,nkx->nx", beta, velocity)
 
     return States(total(of_position, of_velocity), total(slope_position, slope_velocity))
 
 
-def _slope(ratio: np.ndarray, inverse: np.ndarray, others: np.ndarray) -> np.ndarray:
+def _slope(ratio: np.ndarray, inverse: np.ndarray, off_diagonal: np.ndarray) -> np.ndarray:
     """Derivatives of Lagrange's basis polynomials, products of the factors `ratio`."""
     slope = np.zeros(ratio.shape[:2])
-    for left_out in range(ratio.shape[2]):
-        factors = np.where(np.arange(ratio.shape[2]) == left_out, inverse, ratio)
-        slope += np.where(others[:, left_out], np.prod(factors, axis=2), 0.0)
+    for index in range(ratio.shape[2]):
+        factors = np.where(np.arange(ratio.shape[2]) == index, inverse, ratio)
+        slope += np.where(off_diagonal[:, index], np.prod(factors, axis=2), 0.0)
     return slope

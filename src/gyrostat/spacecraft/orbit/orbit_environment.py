@@ -115,8 +115,8 @@ class OrbitEnvironment(Checked):
             end: Time, s; tables that end before are returned as they are.
         """
         pieces = np.asarray(self.coefficients)
-        kept = int(np.ceil((float(self.offset) + end) / float(self.step))) + 1
-        return replace(self, coefficients=pieces[:kept])
+        count = int(np.ceil((float(self.offset) + end) / float(self.step))) + 1
+        return replace(self, coefficients=pieces[:count])
 
     def _at(self, time: Scalar, name: str) -> Array:
         """Channels of a value at a time, s."""

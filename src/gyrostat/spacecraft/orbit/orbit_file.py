@@ -125,7 +125,7 @@ def _oem(text: str, where: str) -> tuple[Ephemeris, ...]:
     segments: list[_Segment] = []
     part = "header"
     for number, line in enumerate((line.strip() for line in text.splitlines()), 1):
-        place = f"{where}, line {number}"
+        label = f"{where}, line {number}"
         if not line or line.startswith("COMMENT"):
             continue
         if line == "META_START":
@@ -138,51 +138,52 @@ def _oem(text: str, where: str) -> tuple[Ephemeris, ...]:
         elif part == "metadata":
             key, sign, value = (word.strip() for word in line.partition("="))
             if not sign:
-                raise InputError(f"{place}: found {line!r}, expected KEY = value")
+                raise InputError(f"{label}: found {line!r}, expected KEY = value")
             segments[-1].keys[key] = value
         elif part == "states":
             if not segments:
-                raise InputError(f"{place}: found {line!r}, expected META_START")
-            _add_state(segments[-1], line, place, where)
+                raise InputError(f"{label}: found {line!r}, expected META_START")
+            _add_state(segments[-1], line, label, where)
     if not any(segment.rows for segment in segments):
         raise InputError(f"{where}: found no states, expected an OEM file with segments")
     return tuple(_ephemeris(segment, where) for segment in segments if segment.rows)
 
 
-def _add_state(segment: _Segment, line: str, place: str, where: str) -> None:
+def _add_state(segment: _Segment, line: str, label: str, where: str) -> None:
     """Read a line of a time, a state and perhaps an acceleration, which is left out."""
     system = segment.keys.get("TIME_SYSTEM")
     if system != "UTC":
         raise InputError(
             f"{where}, segment at line {segment.line}: found the TIME_SYSTEM {system}, expected UTC"
         )
-    first, *words = line.split()
+    stamp, *words = line.split()
     try:
         values = [1e3 * float(word) for word in words]
     except ValueError:
         values = []
     if len(values) not in (6, 9):
-        raise InputError(f"{place}: found {line!r}, expected a time and six numbers")
-    time = first.removesuffix("Z")
+        raise InputError(f"{label}: found {line!r}, expected a time and six numbers")
+    time = stamp.removesuffix("Z")
     segment.texts.append(time)
-    segment.times.append(read_utc(time, place))
+    segment.times.append(read_utc(time, label))
     segment.rows.append(values[:6])
 
 
 def _ephemeris(segment: _Segment, where: str) -> Ephemeris:
     """Rows of a segment as an orbit."""
-    place, keys = f"{where}, segment at line {segment.line}", segment.keys
-    centre, given = keys.get("CENTER_NAME", ""), keys.get("REF_FRAME", "")
+    label, keys = f"{where}, segment at line {segment.line}", segment.keys
+    centre, frame_name = keys.get("CENTER_NAME", ""), keys.get("REF_FRAME", "")
     if centre.upper() != "EARTH":
-        raise InputError(f"{place}: found the CENTER_NAME {centre!r}, expected EARTH")
-    frame = "ITRF" if given.startswith("ITRF") else _FRAMES.get(given)
+        raise InputError(f"{label}: found the CENTER_NAME {centre!r}, expected EARTH")
+    frame = "ITRF" if frame_name.startswith("ITRF") else _FRAMES.get(frame_name)
     if frame is None:
         raise InputError(
-            f"{place}: found the REF_FRAME {given!r}, expected one of {', '.join(_FRAMES)}, ITRF"
+            f"{label}: found the REF_FRAME {frame_name!r}, expected one of "
+            f"{', '.join(_FRAMES)}, ITRF"
         )
     degree = keys.get("INTERPOLATION_DEGREE", str(DEGREE))
     if not degree.isdecimal():
-        raise InputError(f"{place}: found the INTERPOLATION_DEGREE {degree!r}, expected a number")
+        raise InputError(f"{label}: found the INTERPOLATION_DEGREE {degree!r}, expected a number")
     rows, text = np.array(segment.rows), f"{segment.texts[0]}Z"
     start = Epoch.of(text)
     return Ephemeris(
@@ -190,6 +191,6 @@ def _ephemeris(segment: _Segment, where: str) -> Ephemeris:
         States(rows[:, :3], rows[:, 3:]),
         frame=frame,
         degree=int(degree),
-        where=place,
+        where=label,
         epoch=text,
     )

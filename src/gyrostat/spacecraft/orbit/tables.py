@@ -109,25 +109,25 @@ def orbit_environment(
         )
     begin, activity = Epoch.of(epoch, ut1_utc), Activity(f107, f107a, ap)
     activity.check()
-    covered = max((rows_of(duration, s) - 1) * s for s in STEPS)
-    trajectory = orbit.trajectory(begin, start + covered)
+    horizon = max((rows_of(duration, s) - 1) * s for s in STEPS)
+    trajectory = orbit.trajectory(begin, start + horizon)
 
     def table(step: int) -> tuple[OrbitEnvironment, dict[str, float]]:
         times = float(step) * np.arange(rows_of(duration, step))
         samples = samples_at(trajectory, begin, start + times, activity)
         environment = OrbitEnvironment.of(float(step), samples, orbit.period)
-        probed = np.unique(np.linspace(0, len(times) - 2, PROBED).astype(int))
-        between = (step * (probed[:, None] + np.array(SHARES))).ravel()
+        intervals = np.unique(np.linspace(0, len(times) - 2, PROBED).astype(int))
+        between = (step * (intervals[:, None] + np.array(SHARES))).ravel()
         direct = samples_at(trajectory, begin, start + between, activity)
         return environment, errors_of(environment, direct, between)
 
-    given, step = step, step or STEPS[0]
+    fixed_step, step = step, step or STEPS[0]
     while True:
         environment, errors = table(step)
         largest = max(error for name, error in errors.items() if name != "density")
-        if largest <= TOLERANCE or (step == STEPS[-1] and given is None):
+        if largest <= TOLERANCE or (step == STEPS[-1] and fixed_step is None):
             break
-        if given is not None:
+        if fixed_step is not None:
             raise InputError(
                 f"orbit: found the relative interpolation error {largest:.1e} between rows "
                 f"{step} s apart, expected {TOLERANCE:g} or less"
@@ -164,12 +164,7 @@ def samples_at(
     density = air_density(epoch, times, *geodetic(fixed), activity)
     field = rotated(transposed(matrices), magnetic_field(epoch, times, fixed))
     return OrbitSamples(
-        position,
-        velocity,
-        sun_position(epoch, times),
-        field,
-        density,
-        earth_attitude(matrices),
+        position, velocity, sun_position(epoch, times), field, density, earth_attitude(matrices)
     )
 
 
@@ -189,8 +184,8 @@ def errors_of(
     powers = (share - row)[:, None] ** np.arange(4)
     values = np.einsum("nk,nkc->nc", powers, pieces[row])
     near = {name: values[:, first:end] for name, (first, end) in CHANNELS.items()}
-    turned = near["earth"] / np.linalg.norm(near["earth"], axis=1, keepdims=True)
-    near["earth"] = turned * np.sign(np.sum(turned * direct.earth, axis=1, keepdims=True))
+    quaternions = near["earth"] / np.linalg.norm(near["earth"], axis=1, keepdims=True)
+    near["earth"] = quaternions * np.sign(np.sum(quaternions * direct.earth, axis=1, keepdims=True))
     density = np.exp(near.pop("density")[:, 0]) / direct.density
     errors = {}
     for name, rows in near.items():

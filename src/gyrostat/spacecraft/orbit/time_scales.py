@@ -58,10 +58,10 @@ def read_utc(text: str, where: str) -> Julian:
         InputError: The text is no such time, or leap seconds are not known for it.
     """
     erfa = library("erfa")
-    wanted = "a time UTC such as 2026-11-22T10:00:00"
+    expected = "a time UTC such as 2026-11-22T10:00:00"
     match = _TIME.fullmatch(text)
     if match is None:
-        raise InputError(f"{where}: found {text!r}, expected {wanted}")
+        raise InputError(f"{where}: found {text!r}, expected {expected}")
     year, month, day, day_of_year, hour, minute, second = match.groups()
     if int(year) < FIRST_YEAR:
         raise InputError(f"{where}: found {text!r}, expected the year {FIRST_YEAR} or later")
@@ -69,20 +69,18 @@ def read_utc(text: str, where: str) -> Julian:
         date = int(year), int(month), int(day)
     else:
         start = datetime.date(int(year), 1, 1).toordinal()
-        found = datetime.date.fromordinal(start + int(day_of_year) - 1)
-        if found.year != int(year):
-            raise InputError(f"{where}: found {text!r}, expected {wanted}")
-        date = found.year, found.month, found.day
+        ordinal_date = datetime.date.fromordinal(start + int(day_of_year) - 1)
+        if ordinal_date.year != int(year):
+            raise InputError(f"{where}: found {text!r}, expected {expected}")
+        date = ordinal_date.year, ordinal_date.month, ordinal_date.day
     try:
         with warnings.catch_warnings():
             warnings.simplefilter("error", erfa.ErfaWarning)
             return Julian(*erfa.dtf2d("UTC", *date, int(hour), int(minute), float(second)))
-    except erfa.ErfaWarning as warning:
-        if "dubious year" in str(warning):
-            wanted = "a year for which the leap seconds are known (a later pyerfa knows more)"
-        raise InputError(f"{where}: found {text!r}, expected {wanted}") from None
-    except erfa.ErfaError:
-        raise InputError(f"{where}: found {text!r}, expected {wanted}") from None
+    except (erfa.ErfaWarning, erfa.ErfaError) as error:
+        if "dubious year" in str(error):
+            expected = "a year for which the leap seconds are known (a later pyerfa knows more)"
+        raise InputError(f"{where}: found {text!r}, expected {expected}") from None
 
 
 class Epoch(NamedTuple):

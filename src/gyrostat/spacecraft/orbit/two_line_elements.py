@@ -74,10 +74,10 @@ class TwoLineElements:
                     f"that begin with {number}"
                 )
             _check_fields(f"{self.where}, line {number}", line, _FIELDS[number])
-            found, wanted = line[-1], str(checksum(line))
-            if found != wanted:
+            found, expected = line[-1], str(checksum(line))
+            if found != expected:
                 raise InputError(
-                    f"{self.where}, line {number}: found the checksum {found}, expected {wanted}"
+                    f"{self.where}, line {number}: found the checksum {found}, expected {expected}"
                 )
         inclination = float(self.line2[_INCLINATION])
         if not 0.0 <= inclination <= 180.0:
@@ -191,11 +191,11 @@ class TwoLineElements:
             raise InputError(f"{self.where}: found {reason!r}{when} by SGP4, expected an orbit")
 
 
-def _check_fields(place: str, line: str, fields: Iterable[tuple[str, int, int, str]]) -> None:
+def _check_fields(where: str, line: str, fields: Iterable[tuple[str, int, int, str]]) -> None:
     """Validate the characters and the fields of a line.
 
     Args:
-        place: Place for error messages.
+        where: Place for error messages.
         line: Line.
         fields: Name, first and last column from 0, and pattern of each number.
 
@@ -203,13 +203,13 @@ def _check_fields(place: str, line: str, fields: Iterable[tuple[str, int, int, s
         InputError: A character is not ASCII, or a field is no number, such as one with a blank
             inside.
     """
-    other = [character for character in line if not character.isascii()]
-    if other:
-        raise InputError(f"{place}: found {other[0]!r}, expected ASCII characters")
+    non_ascii = [character for character in line if not character.isascii()]
+    if non_ascii:
+        raise InputError(f"{where}: found {non_ascii[0]!r}, expected ASCII characters")
     for name, start, end, pattern in fields:
         if not re.fullmatch(pattern, line[start:end]):
             raise InputError(
-                f"{place}, columns {start + 1} to {end}: found the {name} {line[start:end]!r}, "
+                f"{where}, columns {start + 1} to {end}: found the {name} {line[start:end]!r}, "
                 "expected a number without a blank inside"
             )
 

@@ -74,8 +74,8 @@ class Sampled(Checked):
             state: State of the plant at time 0.
             period: Control period, s.
         """
-        seen = jax.eval_shape(self._value, state, jnp.zeros(()), jax.random.key(0))
-        line = jnp.zeros((LONGEST + 1, *seen.shape))
+        sample = jax.eval_shape(self._value, state, jnp.zeros(()), jax.random.key(0))
+        line = jnp.zeros((LONGEST + 1, *sample.shape))
         return _Memory(jnp.zeros(()), jnp.asarray(period, dtype=float), line)
 
     def _value(self, state: Any, time: Scalar, key: PRNGKeyArray) -> Array:
@@ -92,9 +92,9 @@ class Sampled(Checked):
         samples, period, line = memory
         # a product, because a sum of periods would drift
         value = self._value(state, samples * period, key)
-        held = jnp.where(jnp.mod(samples, self.periods) == 0.0, value, line[-1])
-        pushed = jnp.concatenate([line[1:], held[None]])
+        latest = jnp.where(jnp.mod(samples, self.periods) == 0.0, value, line[-1])
+        pushed = jnp.concatenate([line[1:], latest[None]])
         line = jnp.where(samples == 0.0, jnp.broadcast_to(value, line.shape), pushed)
         age = jnp.asarray(LONGEST - self.latency, dtype=float).astype(int)
-        given = jax.lax.dynamic_slice_in_dim(line, age, 1)[0]
-        return _Memory(samples + 1.0, period, line), given
+        output = jax.lax.dynamic_slice_in_dim(line, age, 1)[0]
+        return _Memory(samples + 1.0, period, line), output

@@ -42,10 +42,10 @@ def visible_share(own: Scalar, other: Scalar, distance: Scalar) -> Scalar:
         other: Radius of the disc in front, in the same unit.
         distance: Distance of the centres, in the same unit.
     """
-    apart = distance >= own + other
+    is_apart = distance >= own + other
     inside = distance <= jnp.abs(own - other)
     # where the circles do not intersect, unused finite values
-    none = apart | inside
+    none = is_apart | inside
     a, b, c = (jnp.where(none, 1.0, value) for value in (own, other, distance))
     # Triangle of the centres and an intersection: four times its area, by Heron's formula. The
     # differences are those of the comparisons above, so that no factor is rounded to 0.
@@ -55,15 +55,15 @@ def visible_share(own: Scalar, other: Scalar, distance: Scalar) -> Scalar:
     second = jnp.arctan2(area, (c - a) * (c + a) + b**2)
     lens = (a**2 * first + b**2 * second - 0.5 * area) / (np.pi * a**2)
     smaller = jnp.where(other < own, other, own) / own
-    return 1.0 - jnp.where(apart, 0.0, jnp.where(inside, smaller**2, lens))
+    return 1.0 - jnp.where(is_apart, 0.0, jnp.where(inside, smaller**2, lens))
 
 
 def _apparent_radius(radius: float, centre: Vector3) -> Scalar:
     """Angular radius of a sphere, rad; of its surface, 90 degrees."""
-    beyond = centre @ centre - radius**2
-    outside = beyond > 0.0
+    margin = centre @ centre - radius**2
+    outside = margin > 0.0
     return jnp.where(
-        outside, jnp.arctan2(radius, jnp.sqrt(jnp.where(outside, beyond, 1.0))), 0.5 * np.pi
+        outside, jnp.arctan2(radius, jnp.sqrt(jnp.where(outside, margin, 1.0))), 0.5 * np.pi
     )
 
 

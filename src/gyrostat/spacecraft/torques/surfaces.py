@@ -11,10 +11,8 @@ from gyrostat.core.checked import Checked, finite, share, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix
 from gyrostat.core.validation import require
-from gyrostat.wheel.array import listed
+from gyrostat.wheel.array import UNIT_TOLERANCE, listed
 
-UNIT_TOLERANCE = 1e-6
-"""Largest deviation of the length of a normal from 1."""
 ABSORBED_TOLERANCE = 1e-9
 """Largest excess of the reflected share of the light over 1, from rounding."""
 
@@ -151,8 +149,8 @@ class Surfaces(Checked):
                 a facet reflects more than all the light.
         """
         count = np.shape(self.area)[-1:]
-        wanted = {"normal": (*count, 3), "centre": (*count, 3), "specular": count, "diffuse": count}
-        for name, shape in wanted.items():
+        shapes = {"normal": (*count, 3), "centre": (*count, 3), "specular": count, "diffuse": count}
+        for name, shape in shapes.items():
             found = np.shape(getattr(self, name))[np.ndim(self.area) - 1 :]
             if not count or found != shape:
                 raise InputError(f"facet {name}: found shape {found}, expected {shape}")

@@ -87,8 +87,8 @@ class Bristles(Checked):
     def level(self, speed: Scalar) -> Scalar:
         """Torque g(w) at which the bristles slip in steady rotation, N·m."""
         direction = jnp.where(jnp.asarray(speed) < 0.0, -1.0, 1.0)
-        whole = self.curve.torque(speed, direction)
-        return direction * (whole - self.curve.viscous_torque(speed, direction))
+        torque = self.curve.torque(speed, direction)
+        return direction * (torque - self.curve.viscous_torque(speed, direction))
 
     def slip_rate(self, speed: Scalar) -> Scalar:
         """Rate s_0 abs(w) / g(w) at which slip relaxes the deflection, 1/s."""

@@ -41,16 +41,16 @@ def check_signs(law: Any) -> None:
             every = np.asarray(value, dtype=float)
         except (TypeError, ValueError):
             raise InputError(f"{name}: found {value!r}, expected a number, {unit}") from None
-        wanted = f"value {'above 0' if dimension == 'speed' else 'of 0 or more'}"
+        expected = f"value {'above 0' if dimension == 'speed' else 'of 0 or more'}"
         sound = every > 0.0 if dimension == "speed" else every >= 0.0
         if name in law.signed():
-            sound, wanted = True, "value"
+            sound, expected = True, "value"
         # a bend at an infinite speed is none
         limited = ~np.isnan(every) if dimension == "speed" else np.isfinite(every)
         bad = ~(limited & sound)
         if np.any(bad):
             found = every[bad].flat[0]
-            raise InputError(f"{name}: found {found:g}, expected a finite {wanted} {unit}")
+            raise InputError(f"{name}: found {found:g}, expected a finite {expected} {unit}")
 
 
 RESERVED = frozenset(
@@ -75,21 +75,21 @@ def check_law(law: Any) -> None:
         InputError: The class is incomplete, or its torque is not one real number for one speed.
     """
     name = law.__name__
-    missing = sorted(getattr(law, "__abstractmethods__", ()))
-    if missing:
+    methods = sorted(getattr(law, "__abstractmethods__", ()))
+    if methods:
         raise InputError(
-            f"{name}: found no method {missing[0]}, expected it (gyrostat.wheel.friction.base)"
+            f"{name}: found no method {methods[0]}, expected it (gyrostat.wheel.friction.base)"
         )
     fields = [field for field in dataclasses.fields(law) if field.name not in law.dimensions()]
-    other = [field.name for field in fields if not field.metadata.get("static")]
-    if other:
-        raise InputError(f"{name}: found a field {other[0]}, expected `= parameter(UNIT)`")
+    plain_fields = [field.name for field in fields if not field.metadata.get("static")]
+    if plain_fields:
+        raise InputError(f"{name}: found a field {plain_fields[0]}, expected `= parameter(UNIT)`")
     if not law.dimensions():
         raise InputError(f"{name}: found no parameter, expected fields `= parameter(UNIT)`")
     bases = [vars(base) for base in law.__mro__ if base.__module__.startswith("gyrostat.")]
-    taken = [n for n in law.dimensions() if n in RESERVED or any(n in known for known in bases)]
-    if taken and not law.is_shipped():
-        raise InputError(f"{name}: found a parameter {taken[0]}, a name with another meaning here")
+    names = [n for n in law.dimensions() if n in RESERVED or any(n in scope for scope in bases)]
+    if names and not law.is_shipped():
+        raise InputError(f"{name}: found a parameter {names[0]}, a name with another meaning here")
     tied = {*law.held_by_default, *law.vanishing_at, *law.vanishing_at.values()}
     if tied - set(law.dimensions()):
         raise InputError(
@@ -97,16 +97,16 @@ def check_law(law: Any) -> None:
             f" expected one of {', '.join(law.dimensions())}"
         )
     for shape in ((), (3,)):
-        one = jax.ShapeDtypeStruct(shape, float)
+        arg = jax.ShapeDtypeStruct(shape, float)
         with reported(name):
-            found = jax.eval_shape(_torque(law), [one] * len(law.dimensions()), one, one)
-        if not isinstance(found, jax.ShapeDtypeStruct) or found.shape != shape:
+            torque = jax.eval_shape(_torque(law), [arg] * len(law.dimensions()), arg, arg)
+        if not isinstance(torque, jax.ShapeDtypeStruct) or torque.shape != shape:
             raise InputError(
-                f"{name}: found {_described(found)} from torque, expected "
+                f"{name}: found {_describe(torque)} from torque, expected "
                 + ("one number for one speed" if shape == () else "as many numbers as wheels")
             )
-        if not jnp.issubdtype(found.dtype, jnp.floating):
-            raise InputError(f"{name}: found {found.dtype} from torque, expected real numbers")
+        if not jnp.issubdtype(torque.dtype, jnp.floating):
+            raise InputError(f"{name}: found {torque.dtype} from torque, expected real numbers")
 
 
 def _torque(law: Any) -> Any:
@@ -119,9 +119,9 @@ def _torque(law: Any) -> Any:
     return torque
 
 
-def _described(found: Any) -> str:
-    shape = getattr(found, "shape", None)
-    return type(found).__name__ if shape is None else f"an array of shape {shape}"
+def _describe(value: Any) -> str:
+    shape = getattr(value, "shape", None)
+    return type(value).__name__ if shape is None else f"an array of shape {shape}"
 
 
 def check_curve(law: Any) -> None:
@@ -152,9 +152,9 @@ def start_fault(law: Any, theta: Any) -> str:
     if fault:
         return fault
     free = [n in law.coefficients() and n not in law.signed() for n in law.dimensions()]
-    tried = np.where(np.array(free) & (np.asarray(theta) == 0.0), 1.0, theta)
+    trial = np.where(np.array(free) & (np.asarray(theta) == 0.0), 1.0, theta)
     for sense in (1.0, -1.0):
-        curve = sampled_curve(law, tried, sense)
+        curve = sampled_curve(law, trial, sense)
         fault = fault or _at_rest(curve, f"{sense:+g}", float(np.max(np.abs(curve.torque))))
     return fault
 
@@ -173,9 +173,9 @@ def curve_fault(law: Any, theta: Any) -> str:
         fault = _not_finite(law, curve) or _at_rest(curve, sense, size) or _driving(curve, size)
         if fault:
             return fault
-    apart = np.abs(positive.torque - negative.torque)
-    worst = int(np.argmax(apart))
-    if law.odd and apart[worst] > ROUNDING * size:
+    asymmetry = np.abs(positive.torque - negative.torque)
+    worst = int(np.argmax(asymmetry))
+    if law.odd and asymmetry[worst] > ROUNDING * size:
         return (
             f"found {positive.torque[worst]:.4g} N·m at {positive.speed[worst]:.3g} rad/s and "
             f"{-negative.torque[worst]:.4g} N·m at the opposite speed, expected opposite torques; "
@@ -185,7 +185,7 @@ def curve_fault(law: Any, theta: Any) -> str:
 
 
 def _not_finite(law: Any, curve: SampledCurve) -> str:
-    for what, values in (
+    for item, values in (
         ("torque", curve.torque),
         ("derivative of torque by speed", curve.slope),
         *zip(
@@ -197,7 +197,7 @@ def _not_finite(law: Any, curve: SampledCurve) -> str:
         bad = np.flatnonzero(~np.isfinite(values))
         if len(bad):
             speed = curve.speed[bad[0]]
-            return f"found the {what} {values[bad[0]]:g} at {speed:.3g} rad/s, expected it finite"
+            return f"found the {item} {values[bad[0]]:g} at {speed:.3g} rad/s, expected it finite"
     return ""
 
 
@@ -245,8 +245,8 @@ def _bends(law: Any, theta: Any, curve: SampledCurve, size: float) -> str:
     tight = reach < np.minimum(0.5 * speed, scale / UNDECLARED)
     # a straight line far from rest, not at a point of inflection, that leads to another torque at
     # rest
-    apart = np.abs(torque - torque[0] - slope * speed)
-    line = (np.abs(bend) * speed**2 < HIDDEN * apart) & (apart > DEEP * np.abs(torque))
+    offset = np.abs(torque - torque[0] - slope * speed)
+    line = (np.abs(bend) * speed**2 < HIDDEN * offset) & (offset > DEEP * np.abs(torque))
     is_line = np.append(sliding_window_view(line, RUN).all(axis=1), np.zeros(RUN - 1, bool))
     tight |= is_line & (speed < scale)
     if size == 0.0 or not np.any(tight):

@@ -50,10 +50,6 @@ class DirectionalStribeck(Friction):
         """See `Friction.viscous_torque`."""
         return jnp.where(direction > 0, self.viscous_positive, self.viscous_negative) * speed
 
-    def speed_scale(self) -> Scalar:
-        """See `Friction.speed_scale`."""
-        return self.stribeck_speed
-
     @classmethod
     def from_coulomb(cls, viscous: float, coulomb: float) -> Self:
         """See `Friction.from_coulomb`."""

@@ -28,11 +28,11 @@ def nearest_to_coulomb(law: Any, viscous: float, coulomb: float) -> dict[str, fl
             coefficient.
     """
     starts = {f.name: f.metadata.get("start") for f in dataclasses.fields(law)}
-    found: dict[str, float] = {}
+    values: dict[str, float] = {}
     coefficients: list[str] = []
     for name, dimension in law.dimensions().items():
         start = starts[name]
-        found[name] = 0.0 if start is None else float(start)
+        values[name] = 0.0 if start is None else float(start)
         if start is None and name not in law.coefficients():
             raise InputError(
                 f"{law.__name__}: found no start value of {name}, expected "
@@ -41,9 +41,9 @@ def nearest_to_coulomb(law: Any, viscous: float, coulomb: float) -> dict[str, fl
         if start is None:
             coefficients.append(name)
     if not coefficients:
-        return found
-    parts = _parts(law, tuple(found.items()), tuple(coefficients))
-    return found | dict(zip(coefficients, (parts @ [viscous, coulomb]).tolist(), strict=True))
+        return values
+    parts = _parts(law, tuple(values.items()), tuple(coefficients))
+    return values | dict(zip(coefficients, (parts @ [viscous, coulomb]).tolist(), strict=True))
 
 
 def _parts(law: Any, fixed: tuple[tuple[str, float], ...], coefficients: tuple[str, ...]) -> Any:
@@ -51,10 +51,10 @@ def _parts(law: Any, fixed: tuple[tuple[str, float], ...], coefficients: tuple[s
     from scipy.optimize import nnls  # takes long to import
 
     names = list(law.dimensions())
-    rest = np.array([dict(fixed)[name] for name in names])
+    base = np.array([dict(fixed)[name] for name in names])
     shapes, speed = [], np.zeros(0)
     for name in (None, *coefficients):
-        theta = rest + (np.array(names) == name)
+        theta = base + (np.array(names) == name)
         curve = sampled_curve(law, theta, 1.0)
         speed = curve.speed[3:]
         shapes.append(curve.torque[3:])
@@ -65,7 +65,7 @@ def _parts(law: Any, fixed: tuple[tuple[str, float], ...], coefficients: tuple[s
             f"{', '.join(coefficients)}, or a method from_coulomb"
         )
     weight = 1.0 / speed
-    one: Vector = np.ones(len(speed))
+    ones: Vector = np.ones(len(speed))
     return np.stack(
-        [nnls(weight[:, None] * rows, weight * speed)[0], nnls(rows, one)[0]], axis=1
+        [nnls(weight[:, None] * rows, weight * speed)[0], nnls(rows, ones)[0]], axis=1
     ).round(12)

@@ -36,7 +36,7 @@ class SampledCurve(NamedTuple):
 
 
 @lru_cache
-def _compiled(law: Any):
+def _sampler(law: Any):
     """Program of torque and derivatives at many speeds for a class of laws."""
     names = tuple(law.dimensions())
 
@@ -67,5 +67,5 @@ def sampled_curve(law: Any, theta: Vector, direction: float) -> SampledCurve:
     speed = np.concatenate([[-BESIDE, 0.0, BESIDE], above])
     # also inside of a function that is being traced
     with jax.ensure_compile_time_eval():
-        found = _compiled(law)(np.asarray(theta, dtype=float), speed, direction)
-        return SampledCurve(speed, *(np.asarray(part) for part in found))
+        parts = _sampler(law)(np.asarray(theta, dtype=float), speed, direction)
+        return SampledCurve(speed, *(np.asarray(part) for part in parts))

@@ -56,16 +56,9 @@ class Stribeck(Friction):
         """See `Friction.viscous_torque`."""
         return self.viscous * speed
 
-    def speed_scale(self) -> Scalar:
-        """See `Friction.speed_scale`."""
-        return self.stribeck_speed
-
     @classmethod
     def from_coulomb(cls, viscous: float, coulomb: float) -> Self:
         """See `Friction.from_coulomb`."""
         return cls.of(
-            viscous=viscous,
-            coulomb=coulomb,
-            static=coulomb,
-            stribeck_speed=DEFAULT_STRIBECK_SPEED,
+            viscous=viscous, coulomb=coulomb, static=coulomb, stribeck_speed=DEFAULT_STRIBECK_SPEED
         )

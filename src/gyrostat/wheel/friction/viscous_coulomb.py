@@ -27,10 +27,6 @@ class ViscousCoulomb(Friction):
         """See `Friction.viscous_torque`."""
         return self.viscous * speed
 
-    def speed_scale(self) -> Scalar:
-        """See `Friction.speed_scale`: infinite for a straight line."""
-        return float("inf")
-
     @classmethod
     def from_coulomb(cls, viscous: float, coulomb: float) -> Self:
         """See `Friction.from_coulomb`."""
