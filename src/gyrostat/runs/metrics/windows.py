@@ -72,7 +72,7 @@ class WindowObserver(eqx.Module):
                 next_slew = jnp.minimum(next_slew, later)
         boresight = window.boresight or structure.boresight
         keys = ("run.control_period", "metrics.settled_angle", "metrics.settled_rate")
-        of = WindowStart(
+        window_start = WindowStart(
             *(window, structure.wheels, boresight, options), *(values[key] for key in keys)
         )
         return cls(
@@ -83,7 +83,7 @@ class WindowObserver(eqx.Module):
             start + options["until"],
             # an end in the scenario replaces the default end
             jnp.where(jnp.isinf(options["until"]), next_slew, jnp.inf),
-            tuple(kind.of(of) for kind in kinds_of_window(of)),
+            tuple(kind.of(window_start) for kind in kinds_of_window(window_start)),
         )
 
     def start(self) -> SeenWindow:
@@ -103,9 +103,9 @@ class WindowObserver(eqx.Module):
         angle, turn, line = self._pointing(sample)
         rate = jnp.sqrt(sample.rate_error @ sample.rate_error)
         entered = inside & ~seen.inside
-        of = WindowSample(sample, k == 0, inside, entered, begin, angle, turn, line, rate)
+        view = WindowSample(sample, k == 0, inside, entered, begin, angle, turn, line, rate)
         memories = tuple(
-            metric(memory, of) for metric, memory in zip(self.metrics, seen.metrics, strict=True)
+            metric(memory, view) for metric, memory in zip(self.metrics, seen.metrics, strict=True)
         )
         after = SeenWindow(seen.samples + inside, inside, memories)
         return after, jnp.where(inside, angle, jnp.inf)
@@ -143,10 +143,10 @@ def concluded(kinds: Sequence[type[WindowMetric]], seen: SeenWindow) -> dict[str
         seen: Running values with a leading axis of runs, NumPy.
     """
     samples = np.maximum(seen.samples, 1)
-    found: dict[str, Any] = {}
+    results: dict[str, Any] = {}
     for kind, memory in zip(kinds, seen.metrics, strict=True):
-        found |= kind.results(memory, samples)
+        results |= kind.results(memory, samples)
     return {
         name: np.where((seen.samples > 0) & np.isfinite(value), value, np.nan)
-        for name, value in found.items()
+        for name, value in results.items()
     }

@@ -63,11 +63,11 @@ def try_parts(structure: Structure, plans: Any, names: str) -> tuple[Call, ...]:
         UserPartError: A part cannot be traced, keeps something outside its memory, or differs from
             one trace to the next.
     """
-    return _tried(structure, _Shapes(plans), names)
+    return _try(structure, _Shapes(plans), names)
 
 
 @lru_cache(maxsize=8)
-def _tried(structure: Structure, shapes: _Shapes, names: str) -> tuple[Call, ...]:
+def _try(structure: Structure, shapes: _Shapes, names: str) -> tuple[Call, ...]:
     def fresh() -> Structure:
         empty = Source(f"trial{next(_numbers)}.py", "")
         return loaded_with(structure, (*structure.sources, empty))
@@ -89,9 +89,9 @@ def _tried(structure: Structure, shapes: _Shapes, names: str) -> tuple[Call, ...
             before = state_of(package)
             _construct(structure, shapes.plans)
             refuse_changed(names, before, state_of(package))
-            loaded = fresh()
-            _construct(loaded, shapes.plans)
-            second = traced_period(loaded, shapes.plans)
+            copy = fresh()
+            _construct(copy, shapes.plans)
+            second = traced_period(copy, shapes.plans)
     except ImpureError as error:
         raise error.at_line(line_that_changes(anew)) from None
     outline = outline_of(first)
@@ -101,8 +101,8 @@ def _tried(structure: Structure, shapes: _Shapes, names: str) -> tuple[Call, ...
             again()  # loads the modules
         line = line_that_differs(again, again) or line_that_differs(anew, anew)
         raise differing(names, difference, line)
-    traced = partial(period_from, structure, shapes.plans)
-    check_elsewhere(names, structure.sources, traced, outline)
+    trace = partial(period_from, structure, shapes.plans)
+    check_elsewhere(names, structure.sources, trace, outline)
     return tuple(calls)
 
 
@@ -110,4 +110,4 @@ def _construct(structure: Structure, plans: Any) -> None:
     """Construct the parts of a run as they are in a trace."""
     loop_at = loop_of(structure)
     arguments = arguments_of(structure, plans)
-    jax.eval_shape(lambda *given: jax.tree.leaves(loop_at(*given).begin()), *arguments)
+    jax.eval_shape(lambda *inputs: jax.tree.leaves(loop_at(*inputs).begin()), *arguments)
