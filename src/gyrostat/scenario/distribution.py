@@ -61,9 +61,9 @@ class Distribution:
     def families(self) -> list[Family]:
         """Orthonormal polynomials of the variable behind each uniform number, (keys,)."""
         bounded = self.is_bounded()
-        return [family_of(self._alone(k), is_bounded=bool(b)) for k, b in enumerate(bounded)]
+        return [family_of(self._quantile_of(k), is_bounded=bool(b)) for k, b in enumerate(bounded)]
 
-    def _alone(self, key: int) -> Callable[[Vector], Vector]:
+    def _quantile_of(self, key: int) -> Callable[[Vector], Vector]:
         """Quantile function of one value."""
         return lambda share: self.quantile(np.outer(share, np.ones_like(self.nominal)))[:, key]
 

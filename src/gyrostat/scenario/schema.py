@@ -56,8 +56,8 @@ class Key:
         """Full keys of a number, or of the components of an array, with this name."""
         if self.shape == (3,):
             return tuple(f"{name}.{axis}" for axis in AXES)
-        places = itertools.product(*map(range, self.shape))
-        return tuple(".".join((name, *map(str, place))) for place in places)
+        indices = itertools.product(*map(range, self.shape))
+        return tuple(".".join((name, *map(str, index))) for index in indices)
 
     def defaults(self) -> tuple[float, ...]:
         """Default value of each component; empty if the key is required."""
