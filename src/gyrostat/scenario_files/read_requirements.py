@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +19,7 @@ from gyrostat.scenario.requirement import (
 from gyrostat.scenario.scenario import Scenario, Window
 from gyrostat.scenario_files.tables import Table
 
-TEXTS = (
-    *("name", "index", "axis", "interpretation", "instant", "during", "boresight"),
-    "estimate",
-)
+TEXTS = ("name", "index", "axis", "interpretation", "instant", "during", "boresight", "estimate")
 """Keys that are no numbers."""
 
 
@@ -220,4 +216,4 @@ def _check_times(row: Table, requirement: Requirement, values: Mapping[str, floa
 def _length(name: str, values: Mapping[str, float]) -> float:
     """Longest time that a window can have in a nominal run, s."""
     begin, end = (values[f"window.{name}.{key}"] for key in ("from", "until"))
-    return min(end if end < inf else values["run.duration"], values["run.duration"]) - begin
+    return min(end, values["run.duration"]) - begin

@@ -34,11 +34,7 @@ from gyrostat.scenario_files.read_events import read_events
 from gyrostat.scenario_files.read_metrics import read_metrics
 from gyrostat.scenario_files.read_orbit import read_orbit
 from gyrostat.scenario_files.read_parts import completed, part_values, read_parts, user_tables
-from gyrostat.scenario_files.read_reference import (
-    check_reference,
-    position_error,
-    read_tables,
-)
+from gyrostat.scenario_files.read_reference import check_reference, position_error, read_tables
 from gyrostat.scenario_files.read_requirements import check_requirements, read_requirements
 from gyrostat.scenario_files.read_user_parts import USER_KEYS, user_kind, user_sources
 from gyrostat.scenario_files.tables import Table, opened
@@ -47,18 +43,8 @@ from gyrostat.wheel.friction_laws import law_texts
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", *KINDS),
-    *(
-        "guard",
-        "star_tracker",
-        "sensor",
-        "actuator",
-        "event",
-        "dispersion",
-        "metric",
-        "metrics",
-        "requirement",
-        *WHEEL_PARTS,
-    ),
+    *("guard", "star_tracker", "sensor", "actuator", "event", "dispersion"),
+    *("metric", "metrics", "requirement", *WHEEL_PARTS),
 )
 DEFAULTS = {
     "compensator": "none",
@@ -118,16 +104,13 @@ def _read(path: Path, *, force: bool) -> Scenario:
     # the defaults of a controller depend on the sensors
     for section, kind in sorted(kinds.items(), key=lambda each: each[0] == "controller"):
         component_kind = component(section, kind, sources)
-        extra = ("kind", *USER_KEYS) if is_user_kind(kind) else ("kind",)
-        extra = (*extra, *component_kind.texts, *BESIDE.get(section, ()))
-        table = completed(
-            top.table(section, (*component_kind.keys(), *extra)), component_kind, values
-        )
+        keys = component_kind.keys()
+        user_keys = USER_KEYS if is_user_kind(kind) else ()
+        extra = ("kind", *user_keys, *component_kind.texts, *BESIDE.get(section, ()))
+        table = completed(top.table(section, (*keys, *extra)), component_kind, values)
         if section == "reference":
             values |= position_error(table, component_kind, kinds["orbit"])
-        values |= table.with_missing(component_kind.defaults(values, delay)).numbers(
-            component_kind.keys()
-        )
+        values |= table.with_missing(component_kind.defaults(values, delay)).numbers(keys)
     values |= part_values(parts, values, sources)
     fields = measured(kinds["sensors"], [part for part, _ in parts], sources)
     guard = None
@@ -254,7 +237,7 @@ def _wheel_values(top: Table, start: Table, craft: SpacecraftFile) -> dict[str, 
                 for name in keys
                 if all(name in wheel for wheel in craft.wheel_values)
             }
-            table = Table(table.path, table.prefix, {**defaults, **table.row})
+            table = table.with_missing(defaults)
             for name, entry in keys.items():
                 values |= table.each(name, entry, names)
     return values

@@ -22,6 +22,7 @@ from gyrostat.scenario.kinds.registry import (
     numbers_of,
 )
 from gyrostat.scenario.scenario import Scenario, Source
+from gyrostat.scenario.sensing import options_of
 from gyrostat.scenario.user.kinds import USER_KINDS
 from gyrostat.scenario_files.python.change_parts import LISTS, is_list, user_list, with_list
 from gyrostat.scenario_files.python.objects import user_object
@@ -105,12 +106,9 @@ def _with_component(
         sources = joined_sources(scenario.name, _other_sources(scenario, section), files)
     component_kind = component(section, kind, sources)
     if values is None:
-        start = f"{section}."
-        row = {n.removeprefix(start): v for n, v in changes.items() if n.startswith(start)}
+        table = Table(Path(scenario.name), f"{section}.", options_of(changes, section))
         defaults = component_kind.defaults(scenario.values, scenario.command_delay)
-        table = Table(Path(scenario.name), start, row).with_missing(defaults)
-        numbers = table.numbers(component_kind.keys())
-        values = {end.removeprefix(start): value for end, value in numbers.items()}
+        values = table.with_missing(defaults).numbers(component_kind.keys(), "")
     lists = tuple(f"{part.section}.{part.name}." for part in scenario.parts)
     other_values = {
         key: value

@@ -6,12 +6,14 @@ not known counts as different.
 """
 
 import builtins
+import dataclasses
 import functools
 import sys
 import types
 import typing
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Any
 
 from gyrostat.core.file_readers import real
@@ -50,9 +52,12 @@ _PARTS: tuple[tuple[Any, tuple[str, ...]], ...] = (
     (functools._lru_cache_wrapper, ("__wrapped__",)),
     (types.BuiltinFunctionType, ("__name__", "__self__")),
     (types.CellType, ("cell_contents",)),
+    (Enum, ("name", "value")),
+    # the annotation of a field is compared with those of its class
+    (dataclasses.Field, ("name", "default", "default_factory", "init", "kw_only", "metadata")),
     (type(jax.jit(lambda: None)), ("__wrapped__",)),
 )
-"""Kinds of wrappers -> the parts that determine what they do."""
+"""Kinds of wrappers and records -> the parts that determine what they do."""
 _OF_DISPATCH = ("cache_token", "dispatch_cache")
 """What functools.singledispatch keeps of earlier calls."""
 _NOTHING = "nothing"
@@ -122,15 +127,11 @@ class Comparison:
         for kind, parts in _PARTS:
             if isinstance(live, kind):
                 for part in parts:
-                    live_part, loaded_part = (getattr(each, part, None) for each in (live, loaded))
-                    self.compare(
-                        place if part == "__wrapped__" else place.inside(f".{part}"),
-                        live_part,
-                        loaded_part,
-                    )
+                    inner = place if part == "__wrapped__" else place.inside(f".{part}")
+                    self.compare(inner, *(getattr(each, part, None) for each in (live, loaded)))
                 for part in ("cache_parameters", "_jit_info"):
-                    live_part, loaded_part = (_options(each, part) for each in (live, loaded))
-                    self.compare(place.inside(".options"), live_part, loaded_part)
+                    options = (_options(each, part) for each in (live, loaded))
+                    self.compare(place.inside(".options"), *options)
                 return True
         return False
 
@@ -186,20 +187,18 @@ class Comparison:
         parts = [
             {k: v for k, v in vars(each).items() if k not in _OF_CLASS} for each in (live, loaded)
         ]
-        self._entries(place, parts[0], parts[1])
+        self._entries(place, *parts)
         hints = [_hints(each) for each in (live, loaded)]
         if list(hints[0]) != list(hints[1]):
             raise DifferentError(place, f"the fields {', '.join(hints[0])}", ", ".join(hints[1]))
-        self._entries(place.inside(" annotation"), hints[0], hints[1])
+        self._entries(place.inside(" annotation"), *hints)
 
     def _entries(self, place: Place, live: Mapping[str, Any], loaded: Mapping[str, Any]) -> None:
         for name in sorted({*live, *loaded}):
             inner = place.inside(f".{name}")
             if name not in live or name not in loaded:
-                live_text, loaded_text = (
-                    shown(e[name]) if name in e else _NOTHING for e in (live, loaded)
-                )
-                raise DifferentError(inner, live_text, loaded_text)
+                texts = (shown(e[name]) if name in e else _NOTHING for e in (live, loaded))
+                raise DifferentError(inner, *texts)
             self.compare(inner, live[name], loaded[name])
 
     def _function(self, place: Place, live: Any, loaded: Any) -> None:
@@ -221,7 +220,7 @@ class Comparison:
         parts = [
             {k: v for k, v in vars(f).items() if k not in _OF_FUNCTION} for f in (live, loaded)
         ]
-        self._entries(place, parts[0], parts[1])
+        self._entries(place, *parts)
         if live.__globals__ is not loaded.__globals__:
             self._globals(place, live, loaded)
         elif is_local(live.__globals__.get("__name__")):
@@ -263,10 +262,7 @@ class Comparison:
         everything = live is not loaded and not READING.isdisjoint(self._mentioned)
         names = {*vars(live), *vars(loaded)} - _OF_MODULE
         for name in sorted(names if everything else names & self._mentioned):
-            live_value, loaded_value = (
-                vars(live).get(name, _NOTHING),
-                vars(loaded).get(name, _NOTHING),
-            )
+            live_value, loaded_value = (vars(e).get(name, _NOTHING) for e in (live, loaded))
             if live is loaded:
                 self.library_name(place.inside(f".{name}"), live, name)
             elif (
@@ -276,11 +272,8 @@ class Comparison:
             ):
                 continue  # a module below it, imported elsewhere
             else:
-                self._entries(
-                    place,
-                    {name: live_value} if live_value is not _NOTHING else {},
-                    {name: loaded_value} if loaded_value is not _NOTHING else {},
-                )
+                values = (live_value, loaded_value)
+                self._entries(place, *({} if e is _NOTHING else {name: e} for e in values))
 
 
 def _content(cell: Any) -> Any:

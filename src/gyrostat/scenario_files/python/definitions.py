@@ -56,7 +56,7 @@ class Definitions:
             tree = ast.parse(text)
         except (SyntaxError, ValueError):
             return
-        for node in _statements(tree.body):
+        for node in statements(tree.body):
             if isinstance(node, ast.ImportFrom) and node.module == "__future__":
                 self.future = [ast.unparse(node)]
             for inner in _magic_cells(node):
@@ -169,16 +169,16 @@ def _texts(namespace: Mapping[str, Any]) -> list[str]:
         return []
 
 
-def _statements(body: list[ast.stmt]) -> Iterator[ast.stmt]:
-    """Statements of a module, also those inside others, but for definitions."""
+def statements(body: list[ast.stmt]) -> Iterator[ast.stmt]:
+    """Statements that are executed when a module is imported, also those inside others."""
     for node in body:
         yield node
         if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.AsyncFunctionDef):
             continue
         for name in ("body", "orelse", "finalbody"):
-            yield from _statements(getattr(node, name, []))
+            yield from statements(getattr(node, name, []))
         for part in (*getattr(node, "handlers", ()), *getattr(node, "cases", ())):
-            yield from _statements(part.body)
+            yield from statements(part.body)
 
 
 def _magic_cells(node: ast.stmt) -> Iterator[str]:

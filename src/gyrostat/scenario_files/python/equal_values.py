@@ -1,11 +1,9 @@
 """Comparison of values: numbers, texts, arrays, containers and instances."""
 
-import dataclasses
 import inspect
 import types
 import typing
 from collections.abc import Callable, Iterable
-from enum import Enum
 from pathlib import PurePath
 from typing import Any, Protocol
 
@@ -99,8 +97,7 @@ def _elements(value: Iterable[Any]) -> Iterable[Any]:
 
 
 def _set(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
-    live_elements, loaded_elements = sorted(live, key=repr), sorted(loaded, key=repr)
-    comparer.compare(place, live_elements, loaded_elements)
+    comparer.compare(place, sorted(live, key=repr), sorted(loaded, key=repr))
     _state(comparer, place, live, loaded)
 
 
@@ -116,11 +113,6 @@ def _mapping(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
 
 def _proxy(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
     comparer.compare(place, dict(live), dict(loaded))
-
-
-def _member(comparer: Comparer, place: Place, live: Enum, loaded: Enum) -> None:
-    comparer.compare(place.inside(".name"), live.name, loaded.name)
-    comparer.compare(place.inside(".value"), live.value, loaded.value)
 
 
 def _signature(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
@@ -141,19 +133,12 @@ def _type_variable(comparer: Comparer, place: Place, live: Any, loaded: Any) -> 
         comparer.compare(place, getattr(live, name), getattr(loaded, name))
 
 
-def _field(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
-    """Fields of data classes; their annotations are compared with those of the class."""
-    for name in ("name", "default", "default_factory", "init", "kw_only", "metadata"):
-        comparer.compare(place.inside(f".{name}"), getattr(live, name), getattr(loaded, name))
-
-
 def _slot(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
     """Descriptors of slots: the names in `__slots__` say all about them."""
     comparer.compare(place, live.__name__, loaded.__name__)
 
 
 _RULES: tuple[tuple[Any, Rule], ...] = (
-    (Enum, _member),
     (PLAIN, _plain),
     (str, _text),
     (PurePath, _path),
@@ -163,7 +148,6 @@ _RULES: tuple[tuple[Any, Rule], ...] = (
     (dict, _mapping),
     (types.MappingProxyType, _proxy),
     (inspect.Signature, _signature),
-    (dataclasses.Field, _field),
     (jax.tree_util.PyTreeDef, _tree),
     ((typing.TypeVar, typing.ParamSpec), _type_variable),
     ((types.MemberDescriptorType, types.GetSetDescriptorType), _slot),

@@ -17,6 +17,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from gyrostat.core.local_modules import is_local
+from gyrostat.scenario_files.python.definitions import statements
 
 _COMPILED = ("math", "cmath")
 """Modules without a text of which a second copy can be made."""
@@ -102,8 +103,7 @@ def imported_names(text: str) -> Iterator[tuple[ModuleType, str]]:
         if isinstance(node, ast.ImportFrom) and not node.level:
             module = sys.modules.get(node.module or "")
             if module is not None and not is_local(module):
-                namespace = vars(module)
-                yield from ((module, each.name) for each in node.names if each.name in namespace)
+                yield from ((module, each.name) for each in node.names if each.name in vars(module))
 
 
 @lru_cache(maxsize=8)
@@ -116,10 +116,8 @@ def _second_copy(name: str) -> ModuleType:
 
 def _gives(binding: _Binding, value: Any) -> bool:
     if binding.module:
-        original, home = (
-            _imported_value(binding.module, binding.value),
-            sys.modules.get(binding.module),
-        )
+        original = _imported_value(binding.module, binding.value)
+        home = sys.modules.get(binding.module)
         if original is _NOTHING or original is value:
             return True
         # the change can be in the module that the name was imported from
@@ -149,7 +147,7 @@ def _text(module: str, file: str) -> _Text | None:
     package = module if Path(file).stem == "__init__" else module.rpartition(".")[0]
     bindings: dict[str, list[_Binding]] = {}
     stars = []
-    for node in _outer(tree.body):
+    for node in statements(tree.body):
         if isinstance(node, ast.ImportFrom):
             home = _absolute(package, node)
             stars += [home for alias in node.names if alias.name == "*"]
@@ -160,17 +158,6 @@ def _text(module: str, file: str) -> _Text | None:
             for name in node.names:
                 bindings.setdefault(name, []).append(_Binding(""))
     return _Text(bindings, tuple(stars), any(each in text for each in _DYNAMIC))
-
-
-def _outer(body: list[ast.stmt]) -> Iterator[ast.stmt]:
-    """Statements that are executed when a module is imported."""
-    for node in body:
-        yield node
-        if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            for name in ("body", "orelse", "finalbody"):
-                yield from _outer(getattr(node, name, []))
-            for part in (*getattr(node, "handlers", ()), *getattr(node, "cases", ())):
-                yield from _outer(part.body)
 
 
 def _absolute(package: str, node: ast.ImportFrom) -> str:

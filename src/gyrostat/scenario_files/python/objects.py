@@ -84,12 +84,12 @@ def user_object(section: str, given: Any) -> UserObject:
     part = user_part(section, kind, sources)
     values: dict[str, float] = {}
     for name, key in part.keys.items():
-        if given is definition and key.default is None:
-            raise UserPartError(f"{label}: found no value of {name}, expected an object with one")
-        if given is definition:
-            value = key.defaults()
-        else:
+        if given is not definition:
             value = _numbers(label, name, getattr(given, name), key.shape)
+        elif key.default is None:
+            raise UserPartError(f"{label}: found no value of {name}, expected an object with one")
+        else:
+            value = key.defaults()
         values |= dict(zip(key.ends(name), value, strict=True))
     for name in RESERVED:
         if given is not definition and getattr(given, name, None) is not None:
@@ -117,10 +117,8 @@ def _source(section: str, label: str, definition: Any, live: Any) -> tuple[str, 
             f"{label}: found a lambda, or a definition inside another, expected a class or "
             "function of a module"
         )
-    if (
-        getattr(sys.modules.get(definition.__module__), definition.__name__, definition)
-        is not definition
-    ):
+    module = sys.modules.get(definition.__module__)
+    if getattr(module, definition.__name__, definition) is not definition:
         raise UserPartError(
             f"{label}: found an earlier definition of {definition.__name__}, expected an object of "
             "the present one"
@@ -133,7 +131,7 @@ def _source(section: str, label: str, definition: Any, live: Any) -> tuple[str, 
         text = _file_text(label, definition)
         remedy = "import the module again in a new process, or write the change into its file"
         try:
-            _require_equal(section, label, text, definition, live)
+            _require_equal(section, text, definition, live)
         except DifferentError as different:
             raise _refusal(label, text, different, remedy) from None
         return text.kind, text.sources
@@ -146,7 +144,7 @@ def _source(section: str, label: str, definition: Any, live: Any) -> tuple[str, 
         sources = with_data(extract.folder, sources, [kind], {})
         text = _Text(kind, sources, extract.folder, "__main__")
         try:
-            _require_equal(section, label, text, definition, live)
+            _require_equal(section, text, definition, live)
         except DifferentError as different:
             first = first or (text, different)
             choice = extract.other(different.place.names)
@@ -194,7 +192,7 @@ def _file_text(label: str, definition: Any) -> _Text:
     return _Text(kind, sources, folder, definition.__module__)
 
 
-def _require_equal(section: str, place: str, text: _Text, definition: Any, live: Any) -> None:
+def _require_equal(section: str, text: _Text, definition: Any, live: Any) -> None:
     """Compare an object in memory with the one that its text gives.
 
     Raises:

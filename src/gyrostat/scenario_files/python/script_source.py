@@ -115,14 +115,12 @@ class _Script:
             self.lines.append(ast.unparse(names))
         elif type(value) in DATA or isinstance(value, np.ndarray | np.generic | jax.Array):
             self._assign(name, value, definition)
-        elif self._import(name, value):
-            pass
-        elif isinstance(node, ast.FunctionDef | ast.ClassDef):
+        elif not self._import(name, value):
             self.counts[name] = len(definitions)
-            self._copy(definition)
-        else:
-            self.counts[name] = len(definitions)
-            self._assign(name, value, definition)
+            if isinstance(node, ast.FunctionDef | ast.ClassDef):
+                self._copy(definition)
+            else:
+                self._assign(name, value, definition)
 
     def _import(self, name: str, value: Any) -> bool:
         """Add an import of what is of another module; returns whether it is."""
@@ -183,8 +181,7 @@ class _Script:
 
 def _refers_to(node: ast.stmt, name: str) -> bool:
     """Whether an assignment to a name needs the earlier value of this name."""
-    is_assignment = isinstance(node, ast.Assign | ast.AnnAssign)
-    return is_assignment and name in _dependencies(node)
+    return isinstance(node, ast.Assign | ast.AnnAssign) and name in _dependencies(node)
 
 
 def _dependencies(node: ast.stmt) -> list[str]:
