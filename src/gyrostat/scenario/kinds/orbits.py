@@ -117,8 +117,7 @@ def orbit_of(
         planned: Tables as from `planned_orbit`.
     """
     if planned is not None and has_own_orbits(scenario.dispersed):
-        row = tuple(float(values[key]) for key in scenario.dispersed)
-        return _own_orbit(scenario, row)
+        return _own_orbit(scenario, tuple(float(values[key]) for key in scenario.dispersed))
     return orbit_of_run(values, planned, scenario.dispersed)
 
 
@@ -134,10 +133,7 @@ def _own_orbit(scenario: Scenario, row: tuple[float, ...]) -> OrbitEnvironment:
 
 
 def _tables_of(
-    scenario: Scenario,
-    values: Mapping[str, float],
-    step: int | None = None,
-    share: float = 0.0,
+    scenario: Scenario, values: Mapping[str, float], step: int | None = None, share: float = 0.0
 ) -> tuple[OrbitEnvironment, OrbitAccuracy]:
     """Tables from the phase on, for a run and a share of a period more, and their accuracy."""
     texts = {

@@ -60,8 +60,7 @@ class UserControl(UserWrapper):
         """Part whose field `reference`, if it has one, is the reference as a function of time."""
         if not self.takes_reference:
             return self
-        inner = dataclasses.replace(self.inner, reference=guide.at)
-        return dataclasses.replace(self, inner=inner)
+        return dataclasses.replace(self, inner=dataclasses.replace(self.inner, reference=guide.at))
 
     def in_orbit(self, orbit: OrbitEnvironment) -> "UserControl":
         """Part whose field `orbit`, if it has one, is the orbit of the run."""

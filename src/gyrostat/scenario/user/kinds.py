@@ -149,10 +149,6 @@ class UserAttitudeKind(UserKind):
 TORQUE = "which returns a torque in body axes (3,), N·m"
 
 
-def _controller(part: UserPart) -> UserControllerKind:
-    return UserControllerKind(part.with_methods(**CONTROL))
-
-
 def _wrapping(part: UserPart) -> UserWrappingKind:
     """Compensator or estimator."""
     part = part.with_methods(**CONTROL)
@@ -205,7 +201,7 @@ def _attitude(part: UserPart) -> UserAttitudeKind:
 
 
 USER_KINDS: dict[str, Callable[[UserPart], Any]] = {
-    "controller": _controller,
+    "controller": lambda part: UserControllerKind(part.with_methods(**CONTROL)),
     "compensator": _wrapping,
     "estimator": _wrapping,
     "reference": _attitude,

@@ -73,11 +73,10 @@ def line_that_differs(one: Callable[[], Any], other: Callable[[], Any]) -> Line 
         names = {n: v for n, v in frame.f_locals.items() if not n.startswith("__")}
         return content([names, result], package)
 
-    pairs = zip_longest(_events(one, values), _events(other, values))
-    for first, second in pairs:
+    for first, second in zip_longest(_events(one, values), _events(other, values)):
         event: Event = second if first is None else first
         if first is None or second is None or first[:2] != second[:2]:
-            return line_at(event.culprit[0], event.culprit[1])
+            return line_at(*event.culprit)
     return None
 
 
@@ -101,10 +100,7 @@ def silent() -> Iterator[None]:
 
 
 def _events(
-    run: Callable[[], Any],
-    probe: Callable[[FrameType, Any], Any],
-    *,
-    while_loading: bool = True,
+    run: Callable[[], Any], probe: Callable[[FrameType, Any], Any], *, while_loading: bool = True
 ) -> list[Event]:
     """Events of an execution in a user's files, until its end or an exception."""
     events: list[Event] = []

@@ -129,11 +129,10 @@ def _twin(live: Any, inner: Any) -> Any:
         return live
     is_class = inspect.isclass(live)
     twin = object.__new__(live if is_class else type(live))
-    fields = {field.name: field for field in dataclasses.fields(inner)}
     entries = {} if is_class else dict(getattr(live, "__dict__", {}))
-    for name, field in fields.items():
+    for field in dataclasses.fields(inner):
         if is_class or not field.metadata.get("static"):
-            entries[name] = getattr(inner, name)
+            entries[field.name] = getattr(inner, field.name)
     for name, value in entries.items():
         object.__setattr__(twin, name, value)
     return twin

@@ -53,8 +53,7 @@ class UserActuator(UserWrapper):
 
     def advanced(self, state: Any, value: Any, elapsed: Scalar) -> Any:
         """State after a time of constant command."""
-        after = self.called("advanced", state, value, elapsed)
-        return same_memory(self.name, state, after)
+        return same_memory(self.name, state, self.called("advanced", state, value, elapsed))
 
     def __call__(self, state: Any, value: Any, attitude: Quaternion, time: Scalar) -> Vector3:
         """Torque in body axes, (3,), N·m."""

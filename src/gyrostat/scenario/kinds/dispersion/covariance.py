@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from gyrostat.core.orthonormal import HERMITE, Family
+from gyrostat.core.orthonormal import HERMITE
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.scenario.distribution import Distribution
 
@@ -21,6 +21,7 @@ class Covariance(Distribution):
     """
 
     name = "covariance"
+    family = HERMITE
     root: Matrix
 
     @classmethod
@@ -37,10 +38,6 @@ class Covariance(Distribution):
         # rows
         parts = (normal[:, k, None] * column for k, column in enumerate(self.root.T))
         return self.nominal + sum(parts)
-
-    def families(self) -> list[Family]:
-        """See `Distribution.families`."""
-        return [HERMITE] * len(self.nominal)
 
     def faults(self) -> Iterator[tuple[str, str]]:
         """See `Distribution.faults`."""
