@@ -40,8 +40,7 @@ def add_reference(run: Assembly) -> dict[str, Any]:
     """Reference attitude at the true position, and as the controller computes it."""
 
     def reference(orbit: Any) -> Reference | None:
-        arguments = run.structure, run.values, run.plans, run.start, run.starts, orbit
-        return reference_of(*arguments)
+        return reference_of(run.structure, run.values, run.plans, run.start, run.starts, orbit)
 
     true = guide = reference(run.orbit)
     navigation = navigated(run.values, run.orbit)
@@ -95,8 +94,7 @@ def add_faults(run: Assembly) -> dict[str, Any]:
 
 def add_guard(run: Assembly) -> dict[str, Any]:
     """Guard of the measurements around the whole controller."""
-    arguments = run.structure, run.values, run.controller, run.sensor, run.start
-    return {"controller": guarded(*arguments)}
+    return {"controller": guarded(run.structure, run.values, run.controller, run.sensor, run.start)}
 
 
 def add_metrics(run: Assembly) -> dict[str, Any]:

@@ -58,8 +58,7 @@ def planned_reference(
         )
     envelope = None
     if component.tables:
-        starts = np.arange(float(len(working)))
-        envelope = WheelEnvelope.of(known, working, starts=starts)
+        envelope = WheelEnvelope.of(known, working, starts=np.arange(float(len(working))))
     tables = {
         text.path: attitude_table(text.path, text.text)
         for text in scenario.texts

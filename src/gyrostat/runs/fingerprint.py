@@ -34,8 +34,8 @@ def engine_record(device: str, flags: str, engine: str = "jax") -> dict[str, str
         flags: Flags of XLA.
         engine: "jax" or "native".
     """
-    record = {"engine": engine, "device": device, "flags": flags}
-    record["python"] = platform.python_version()
+    python = platform.python_version()
+    record = {"engine": engine, "device": device, "flags": flags, "python": python}
     if engine == "native":
         record["compiler"] = " ".join([compiler_version(), *COMPILER_FLAGS])
     for package in PACKAGES:

@@ -20,6 +20,7 @@ from gyrostat.scenario.metrics.results import kinds_of_window
 from gyrostat.scenario.metrics.sample import Sample
 from gyrostat.scenario.metrics.window_metric import WindowMetric, WindowSample, WindowStart
 from gyrostat.scenario.scenario import Window
+from gyrostat.scenario.sensing import options_of
 from gyrostat.scenario.structure import Structure
 from gyrostat.scenario.timeline import event_times, modes, slew_times
 
@@ -62,8 +63,7 @@ class WindowObserver(eqx.Module):
     @classmethod
     def of(cls, window: Window, structure: Structure, values: Mapping[str, Scalar]) -> Self:
         """Create the observer of a window for a run with the given values."""
-        prefix = f"window.{window.name}."
-        options = {k.removeprefix(prefix): v for k, v in values.items() if k.startswith(prefix)}
+        options = options_of(values, f"window.{window.name}")
         start, next_slew = 0.0, jnp.array(jnp.inf)
         if window.event is not None:
             start = values[event_times(structure.events, structure.parts)[window.event]]

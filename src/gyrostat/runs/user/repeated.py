@@ -68,19 +68,19 @@ def try_parts(structure: Structure, plans: Any, names: str) -> tuple[Call, ...]:
 
 @lru_cache(maxsize=8)
 def _try(structure: Structure, shapes: _Shapes, names: str) -> tuple[Call, ...]:
-    def fresh() -> Structure:
+    def reload() -> Structure:
         empty = Source(f"trial{next(_numbers)}.py", "")
         return loaded_with(structure, (*structure.sources, empty))
 
-    def again() -> Any:
+    def retrace() -> Any:
         return traced_period(structure, shapes.plans)
 
-    def anew() -> Any:
-        return traced_period(fresh(), shapes.plans)
+    def retrace_anew() -> Any:
+        return traced_period(reload(), shapes.plans)
 
     try:
         with recording() as calls:
-            first = again()
+            first = retrace()
         if not structure.sources:
             return ()
         package = package_of(structure.sources)
@@ -89,17 +89,17 @@ def _try(structure: Structure, shapes: _Shapes, names: str) -> tuple[Call, ...]:
             before = state_of(package)
             _construct(structure, shapes.plans)
             refuse_changed(names, before, state_of(package))
-            copy = fresh()
+            copy = reload()
             _construct(copy, shapes.plans)
             second = traced_period(copy, shapes.plans)
     except ImpureError as error:
-        raise error.at_line(line_that_changes(anew)) from None
+        raise error.at_line(line_that_changes(retrace_anew)) from None
     outline = outline_of(first)
     difference = difference_of(outline, outline_of(second))
     if difference is not None:
         with silent(), contextlib.suppress(UserPartError):
-            again()  # loads the modules
-        line = line_that_differs(again, again) or line_that_differs(anew, anew)
+            retrace()  # loads the modules
+        line = line_that_differs(retrace, retrace) or line_that_differs(retrace_anew, retrace_anew)
         raise differing(names, difference, line)
     trace = partial(period_from, structure, shapes.plans)
     check_elsewhere(names, structure.sources, trace, outline)

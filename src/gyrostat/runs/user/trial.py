@@ -151,9 +151,8 @@ def check_first_sample(
 def _check_states(states: Mapping[str, Any]) -> None:
     for name, (once, in_turn) in states.items():
         for expected, found in zip(jax.tree.leaves(once), jax.tree.leaves(in_turn), strict=True):
-            if not np.allclose(
-                expected, found, rtol=1e-6, atol=1e-9 * np.max(np.abs(expected), initial=0.0)
-            ):
+            rounding = 1e-9 * np.max(np.abs(expected), initial=0.0)
+            if not np.allclose(expected, found, rtol=1e-6, atol=rounding):
                 raise UserPartError(
                     f"{name}: found the state {np.asarray(found)} after no time or after two times "
                     f"in turn, expected {np.asarray(expected)} as after their sum: advanced(state, "
