@@ -1,5 +1,6 @@
 """Build the spacecraft of a run, its wheel failures and friction steps from a scenario."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -30,17 +31,14 @@ def spacecraft_of(structure: Structure, values: Values) -> Spacecraft:
     """Spacecraft with the given values."""
     xx, yy, zz, xy, xz, yz = (values[f"body.inertia.{end}"] for end in INERTIA)
     rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-
-    def each(name: str) -> Any:
-        return of_wheels(structure, values, name)
-
+    per_wheel = partial(of_wheels, structure, values)
     model = law_of(structure.friction, structure.sources)
     wheels = WheelArray(
         axes=jnp.asarray(structure.axes).T,
-        inertia=each("inertia"),
-        torque_limit=each("torque_limit"),
-        momentum_limit=each("momentum_limit"),
-        friction=model.of(**{name: each(name) for name in model.dimensions()}),
+        inertia=per_wheel("inertia"),
+        torque_limit=per_wheel("torque_limit"),
+        momentum_limit=per_wheel("momentum_limit"),
+        friction=model.of(**{name: per_wheel(name) for name in model.dimensions()}),
     )
     inertia = jnp.stack([jnp.stack(jax.tree.map(jnp.asarray, row)) for row in rows])
     centre = None

@@ -142,10 +142,9 @@ def part_name(section: str, row: Table, kind: str, others: Collection[str]) -> s
         raise row.refuse("name", name, f"none of {', '.join(fields)}, which exist already")
     for beginning in beginnings:
         if name.startswith(beginning):
-            owner = f"{beginning}measured"
             raise row.refuse(
                 "name",
                 name,
-                f"a name that does not begin with {beginning}, as fields of {owner} do",
+                f"a name that does not begin with {beginning}, as fields of {beginning}measured do",
             )
     return name
