@@ -238,16 +238,15 @@ class Comparison:
                 place, "a use of __main__", "nothing: other processes have another"
             )
         for name in sorted(global_names - {"__name__"}):
-            live_value, loaded_value = (scope.get(name, _NOTHING) for scope in scopes)
-            if live_value is _NOTHING and loaded_value is _NOTHING:
+            values = [scope.get(name, _NOTHING) for scope in scopes]
+            missing = [value is _NOTHING for value in values]
+            if all(missing):
                 self._builtin(place.used(name), name)
-            elif live_value is _NOTHING or loaded_value is _NOTHING:
-                raise DifferentError(
-                    place.used(name),
-                    *(e if e is _NOTHING else shown(e) for e in (live_value, loaded_value)),
-                )
+            elif any(missing):
+                texts = (each if each is _NOTHING else shown(each) for each in values)
+                raise DifferentError(place.used(name), *texts)
             else:
-                self.compare(place.used(name), live_value, loaded_value)
+                self.compare(place.used(name), *values)
         for name in sorted(names.imports):
             live_module, loaded_module = sys.modules.get(name), sys.modules.get(self.text(name))
             if live_module is not None and loaded_module is not None:
