@@ -41,7 +41,7 @@ def add_body(run: Assembly) -> dict[str, Any]:
     """Spacecraft with environment, actuators, appendages and failures, and the momentum budget."""
     structure, values = run.structure, run.values
     environment = run.component("environment")
-    always = environment.torques()
+    environment_torques = environment.torques()
     craft = spacecraft_of(structure, values)
     steps = friction_steps_of(structure, values, craft.wheels.friction)
     context = context_of(run, "orbit")
@@ -51,13 +51,13 @@ def add_body(run: Assembly) -> dict[str, Any]:
         craft,
         failures_of(structure, values),
         external_torque=environment.external_torque,
-        environment=(*always, *torques.values()),
+        environment=(*environment_torques, *torques.values()),
         friction_steps=steps,
         actuators=actuators,
         modes=modes_of_run(structure, values, craft),
     )
     all_torques = {"constant": HarmonicTorque(0.0, constant=environment.external_torque)}
-    all_torques |= dict(zip(environment.torque_names, always, strict=True)) | torques
+    all_torques |= dict(zip(environment.torque_names, environment_torques, strict=True)) | torques
     period = values["run.control_period"]
     budget = Budget(craft, all_torques, actuators, period) if structure.budget else None
     return {"plant": plant, "budget": budget}

@@ -153,15 +153,15 @@ class Observer(eqx.Module):
         inside = {
             each.window.name: new.inside for each, (new, _) in zip(self.windows, pairs, strict=True)
         }
-        within = sample._replace(windows=inside)
+        sample_in_windows = sample._replace(windows=inside)
         metrics = zip(self.metrics, seen.metrics, strict=True)
         after = Seen(
             seen.status,
             seen.samples + 1,
             tuple(new for new, _ in pairs),
-            tuple(metric(memory, within, is_last) for metric, memory in metrics),
+            tuple(metric(memory, sample_in_windows, is_last) for metric, memory in metrics),
             {
-                name: metric(seen.own[name], within, is_last)
+                name: metric(seen.own[name], sample_in_windows, is_last)
                 for name, metric in self.setup.metrics.items()
             },
             sample.mode,

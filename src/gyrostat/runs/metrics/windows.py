@@ -68,8 +68,8 @@ class WindowObserver(eqx.Module):
         if window.event is not None:
             start = values[event_times(structure.events, structure.parts)[window.event]]
             for key in slew_times(structure.events, structure.parts):
-                later = jnp.where(values[key] > start, values[key], jnp.inf)
-                next_slew = jnp.minimum(next_slew, later)
+                slew_time = jnp.where(values[key] > start, values[key], jnp.inf)
+                next_slew = jnp.minimum(next_slew, slew_time)
         boresight = window.boresight or structure.boresight
         keys = ("run.control_period", "metrics.settled_angle", "metrics.settled_rate")
         window_start = WindowStart(

@@ -134,8 +134,8 @@ def fitting_estimator(kinds: Mapping[str, str]) -> str:
         kinds: Section -> kind.
     """
     kind = kinds["estimator"]
-    alone = kind == "none" and is_user_kind(kinds["controller"])
-    return kind if is_user_kind(kind) or alone else KINDS["sensors"][kinds["sensors"]].estimator
+    optional = kind == "none" and is_user_kind(kinds["controller"])
+    return kind if is_user_kind(kind) or optional else KINDS["sensors"][kinds["sensors"]].estimator
 
 
 def check_needs(scenario: Scenario) -> None:

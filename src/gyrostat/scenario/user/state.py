@@ -80,8 +80,8 @@ def _content(value: Any, package: str, depth: int, outer: frozenset[int]) -> Any
     if depth > DEEPEST or id(value) in outer:
         return type(value).__qualname__
     inner = ((key, part) for key, part in _parts(value, package))
-    within = outer | {id(value)}
-    parts = [(key, _content(part, package, depth + 1, within)) for key, part in inner]
+    ids = outer | {id(value)}
+    parts = [(key, _content(part, package, depth + 1, ids)) for key, part in inner]
     if isinstance(value, set | frozenset):
         parts.sort(key=repr)
     # counters of itertools show their state
@@ -96,8 +96,8 @@ def _has_tracer(
         return True
     if isinstance(value, (*_NUMBERS, np.ndarray)) or depth > DEEPEST or id(value) in outer:
         return False
-    within = outer | {id(value)}
-    return any(_has_tracer(part, package, depth + 1, within) for _, part in _parts(value, package))
+    ids = outer | {id(value)}
+    return any(_has_tracer(part, package, depth + 1, ids) for _, part in _parts(value, package))
 
 
 def _parts(value: Any, package: str) -> Iterator[tuple[str, Any]]:

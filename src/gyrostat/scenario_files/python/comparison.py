@@ -258,9 +258,9 @@ class Comparison:
             raise DifferentError(
                 place, f"the module {live.__name__}", "nothing: it is not part of the scenario"
             )
-        everything = live is not loaded and not READING.isdisjoint(self._mentioned)
+        compares_all = live is not loaded and not READING.isdisjoint(self._mentioned)
         names = {*vars(live), *vars(loaded)} - _OF_MODULE
-        for name in sorted(names if everything else names & self._mentioned):
+        for name in sorted(names if compares_all else names & self._mentioned):
             live_value, loaded_value = (vars(e).get(name, _NOTHING) for e in (live, loaded))
             if live is loaded:
                 self.library_name(place.inside(f".{name}"), live, name)

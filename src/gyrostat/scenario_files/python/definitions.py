@@ -238,4 +238,4 @@ def _likelihood(definition: Definition, codes: Sequence[CodeType]) -> tuple[int,
     ]
     statement_codes = _compile(definition) if codes else []
     equal = [any(same_code(code, each) for each in statement_codes) for code in codes]
-    return sum(map(int.__and__, map(int, at_lines), map(int, equal))), sum(equal)
+    return sum(map(all, zip(at_lines, equal, strict=True))), sum(equal)

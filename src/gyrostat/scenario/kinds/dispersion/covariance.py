@@ -50,8 +50,8 @@ class Covariance(Distribution):
 
     def extremes(self, sigmas: float) -> tuple[Vector, Vector]:
         """See `Distribution.extremes`."""
-        away = sigmas * self.deviation()
-        return self.nominal - away, self.nominal + away
+        deviation = sigmas * self.deviation()
+        return self.nominal - deviation, self.nominal + deviation
 
     def is_joint(self) -> bool:
         """See `Distribution.is_joint`."""
