@@ -29,19 +29,18 @@ def add_controller(run: Assembly) -> dict[str, Any]:
     bands = named_parts(structure, values, "controller.band", context_of(run))
     wear = of_wheels(structure, values, "wear") if has_section(structure, "wear") else None
     beginning = Beginning(run.start.momentum, [band for _, band in sorted(bands.items())], wear)
-    made = [run.law.controller(design, beginning) for design in run.plans.controllers]
+    phases = [run.law.controller(design, beginning) for design in run.plans.controllers]
     times = phase_starts(structure, values)
     starts = jnp.stack([jnp.asarray(time, dtype=float) for time in times])
-    joined = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *made)
-    return {"starts": starts, "controller": Phases(starts, joined, orbit=run.orbit)}
+    plans = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *phases)
+    return {"starts": starts, "controller": Phases(starts, plans, orbit=run.orbit)}
 
 
 def add_reference(run: Assembly) -> dict[str, Any]:
     """Reference attitude at the true position, and as the controller computes it."""
 
     def reference(orbit: Any) -> Reference | None:
-        given = run.structure, run.values, run.plans, run.start, run.starts, orbit
-        return reference_of(*given)
+        return reference_of(run.structure, run.values, run.plans, run.start, run.starts, orbit)
 
     true = guide = reference(run.orbit)
     navigation = navigated(run.values, run.orbit)
@@ -61,8 +60,8 @@ def follow_reference(run: Assembly) -> dict[str, Any]:
 
 def add_compensator(run: Assembly) -> dict[str, Any]:
     """Friction compensator around the controller."""
-    made = run.component("compensator").make(context_of(run, "controller"))
-    return {"controller": in_orbit(made, run.orbit)}
+    controller = run.component("compensator").make(context_of(run, "controller"))
+    return {"controller": in_orbit(controller, run.orbit)}
 
 
 def add_unloading(run: Assembly) -> dict[str, Any]:
@@ -72,8 +71,8 @@ def add_unloading(run: Assembly) -> dict[str, Any]:
 
 def add_estimator(run: Assembly) -> dict[str, Any]:
     """Estimator around all that uses estimates."""
-    made = run.component("estimator").make(context_of(run, "controller"))
-    return {"controller": in_orbit(made, run.orbit)}
+    controller = run.component("estimator").make(context_of(run, "controller"))
+    return {"controller": in_orbit(controller, run.orbit)}
 
 
 def add_sensors(run: Assembly) -> dict[str, Any]:
@@ -84,8 +83,8 @@ def add_sensors(run: Assembly) -> dict[str, Any]:
     if heads:
         tracker = StarTrackerHeads(tuple(heads.values()), sensor.tracker.periods)
         sensor = replace(sensor, tracker=tracker)
-    added = named_parts(structure, values, "sensor", context)
-    return {"sensor": AddedSensors(sensor, added) if added else sensor}
+    further = named_parts(structure, values, "sensor", context)
+    return {"sensor": AddedSensors(sensor, further) if further else sensor}
 
 
 def add_faults(run: Assembly) -> dict[str, Any]:
@@ -95,8 +94,7 @@ def add_faults(run: Assembly) -> dict[str, Any]:
 
 def add_guard(run: Assembly) -> dict[str, Any]:
     """Guard of the measurements around the whole controller."""
-    given = run.structure, run.values, run.controller, run.sensor, run.start
-    return {"controller": guarded(*given)}
+    return {"controller": guarded(run.structure, run.values, run.controller, run.sensor, run.start)}
 
 
 def add_metrics(run: Assembly) -> dict[str, Any]:

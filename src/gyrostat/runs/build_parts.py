@@ -20,14 +20,14 @@ def named_parts(
         section: Section of the parts.
         context: What the parts are made with; their places are added.
     """
-    found = {}
+    parts = {}
     for part in structure.parts:
         if part.section == section:
             place = f"{section}.{part.name}"
             kind = component(section, part.kind, structure.sources)
-            made = kind.of(arrays_of(values, place, kind.keys()))
-            found[part.name] = made.make(context._replace(place=place))
-    return found
+            instance = kind.of(arrays_of(values, place, kind.keys()))
+            parts[part.name] = instance.make(context._replace(place=place))
+    return parts
 
 
 def modes_of_run(
@@ -40,11 +40,11 @@ def modes_of_run(
         values: Values of this run.
         spacecraft: Spacecraft of this run.
     """
-    made = [
+    modes = [
         APPENDAGES[part.section].modes(
             options_of(values, f"{part.section}.{part.name}"), spacecraft
         )
         for part in structure.parts
         if part.section in APPENDAGES
     ]
-    return FlexibleModes.joined(*made) if made else None
+    return FlexibleModes.joined(*modes) if modes else None

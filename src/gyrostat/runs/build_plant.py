@@ -41,7 +41,7 @@ def add_body(run: Assembly) -> dict[str, Any]:
     """Spacecraft with environment, actuators, appendages and failures, and the momentum budget."""
     structure, values = run.structure, run.values
     environment = run.component("environment")
-    always = environment.torques()
+    environment_torques = environment.torques()
     craft = spacecraft_of(structure, values)
     steps = friction_steps_of(structure, values, craft.wheels.friction)
     context = context_of(run, "orbit")
@@ -51,15 +51,15 @@ def add_body(run: Assembly) -> dict[str, Any]:
         craft,
         failures_of(structure, values),
         external_torque=environment.external_torque,
-        environment=(*always, *torques.values()),
+        environment=(*environment_torques, *torques.values()),
         friction_steps=steps,
         actuators=actuators,
         modes=modes_of_run(structure, values, craft),
     )
-    every = {"constant": HarmonicTorque(0.0, constant=environment.external_torque)}
-    every |= dict(zip(environment.torque_names, always, strict=True)) | torques
+    all_torques = {"constant": HarmonicTorque(0.0, constant=environment.external_torque)}
+    all_torques |= dict(zip(environment.torque_names, environment_torques, strict=True)) | torques
     period = values["run.control_period"]
-    budget = Budget(craft, every, actuators, period) if structure.budget else None
+    budget = Budget(craft, all_torques, actuators, period) if structure.budget else None
     return {"plant": plant, "budget": budget}
 
 
@@ -113,8 +113,8 @@ def add_changes(run: Assembly) -> dict[str, Any]:
         if is_user_kind(event.kind):
             place = f"event.{event.name}"
             kind = component("event", event.kind, run.structure.sources)
-            made = kind.of(arrays_of(run.values, place, kind.keys()))
-            change = made.make(context_of(run)._replace(place=place))
+            instance = kind.of(arrays_of(run.values, place, kind.keys()))
+            change = instance.make(context_of(run)._replace(place=place))
             changes.append(PlantChange(event.name, run.values[f"{place}.time"], change))
     return {"plant": ChangingPlant(run.plant, tuple(changes))} if changes else {}
 

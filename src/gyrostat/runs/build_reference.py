@@ -38,17 +38,17 @@ def planned_reference(
             change the target beside a reference.
     """
     kind = scenario.reference
-    own = chosen(scenario, "reference")
+    component = chosen(scenario, "reference")
     for section in sorted(filter(None, (each.tables for each in KINDS["reference"].values()))):
-        found = [part.name for part in scenario.parts if part.section == section]
-        if (own.tables == section) != bool(found):
+        names = [part.name for part in scenario.parts if part.section == section]
+        if (component.tables == section) != bool(names):
             raise InputError(
-                f"key reference.kind: found {kind} {'with' if found else 'without'} tables "
-                f"[[{section}]], expected {'none' if found else 'one or more'}"
+                f"key reference.kind: found {kind} {'with' if names else 'without'} tables "
+                f"[[{section}]], expected {'none' if names else 'one or more'}"
             )
-    if not own.moves:
+    if not component.moves:
         return None
-    if own.texts and all(text.path != "reference" for text in scenario.texts):
+    if component.texts and all(text.path != "reference" for text in scenario.texts):
         raise InputError("key reference.file: found none, expected a CSV file")
     slews = [event.name for event in scenario.events if kind_of(event).changes_target]
     if slews:
@@ -57,9 +57,8 @@ def planned_reference(
             "reference is the target"
         )
     envelope = None
-    if own.tables:
-        starts = np.arange(float(len(working)))
-        envelope = WheelEnvelope.of(known, working, starts=starts)
+    if component.tables:
+        envelope = WheelEnvelope.of(known, working, starts=np.arange(float(len(working))))
     tables = {
         text.path: attitude_table(text.path, text.text)
         for text in scenario.texts
@@ -89,7 +88,7 @@ def reference_of(
     if plans.reference is None:
         return None
     kind = chosen(structure, "reference")
-    made = kind.of(arrays_of(values, "reference", kind.keys()))
+    instance = kind.of(arrays_of(values, "reference", kind.keys()))
     envelope = plans.reference.envelope
     if envelope is not None:
         envelope = replace(
@@ -97,16 +96,16 @@ def reference_of(
             starts=starts,
             total_momentum=start.momentum,
             wheel_momentum=envelope.spacecraft.wheels.inertia * start.wheel_speed,
-            torque_share=made.torque_share,
-            momentum_share=made.momentum_share,
+            torque_share=instance.torque_share,
+            momentum_share=instance.momentum_share,
         )
-    planned = plans.reference._replace(envelope=envelope, orbit=orbit)
-    context = Context(reference=planned)
+    plan = plans.reference._replace(envelope=envelope, orbit=orbit)
+    context = Context(reference=plan)
     modes = named_parts(structure, values, "reference.mode", context)
     slews = named_parts(structure, values, "reference.slew", context)
     attitude = jnp.asarray(plans.attitude)
-    case = ReferenceCase(planned, attitude, [*modes.values()], [*slews.values()])
-    return made.reference(case)
+    case = ReferenceCase(plan, attitude, [*modes.values()], [*slews.values()])
+    return instance.reference(case)
 
 
 def navigated(values: Values, orbit: OrbitEnvironment | None) -> OrbitEnvironment | None:

@@ -65,11 +65,11 @@ def plan(scenario: Scenario) -> Plans:
     """
     check_needs(scenario)
     structure = structure_of(scenario)
-    known = spacecraft_of(structure, scenario.values)
-    modes = modes_of_run(structure, scenario.values, known)
+    nominal = spacecraft_of(structure, scenario.values)
+    modes = modes_of_run(structure, scenario.values, nominal)
     if modes is not None:
         modes.check()
-        modes.check_inertia(known.inertia)
+        modes.check_inertia(nominal.inertia)
     controller = chosen(scenario, "controller")
     if chosen(scenario, "reference").moves and not controller.follows:
         raise InputError(
@@ -77,7 +77,7 @@ def plan(scenario: Scenario) -> Plans:
             f"{scenario.reference}, expected a controller of three axes or the reference fixed"
         )
     designs, cases = [], []
-    for case in _design_cases(scenario, structure, known, controller.losses):
+    for case in _design_cases(scenario, structure, nominal, controller.losses):
         design = controller.plan(case)
         check_parts(design)
         designs.append(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), design))
@@ -87,22 +87,22 @@ def plan(scenario: Scenario) -> Plans:
         tuple(designs),
         np.array([case.target for case in cases]),
         np.array(scenario.attitude),
-        known,
+        nominal,
         {name: np.asarray(value) for name, value in sensors.items()},
-        planned_reference(scenario, known, np.array([case.working for case in cases])),
+        planned_reference(scenario, nominal, np.array([case.working for case in cases])),
         planned_orbit(scenario),
     )
 
 
 def _design_cases(
-    scenario: Scenario, structure: Structure, known: Spacecraft, losses: str
+    scenario: Scenario, structure: Structure, nominal: Spacecraft, losses: str
 ) -> Iterator[DesignCase]:
     """Design case of each phase.
 
     Args:
         scenario: Scenario.
         structure: Its structure.
-        known: Nominal spacecraft.
+        nominal: Nominal spacecraft.
         losses: What the controller does about lost wheels.
 
     Raises:
@@ -131,7 +131,7 @@ def _design_cases(
         if wheel is not None and not is_notified:
             continue
         yield DesignCase(
-            spacecraft=known,
+            spacecraft=nominal,
             working=working.copy() if is_notified else np.ones(count, bool),
             seized=seized.copy() if is_notified else np.zeros(count, bool),
             target=np.array(target),

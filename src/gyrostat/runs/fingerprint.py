@@ -34,16 +34,16 @@ def engine_record(device: str, flags: str, engine: str = "jax") -> dict[str, str
         flags: Flags of XLA.
         engine: "jax" or "native".
     """
-    found = {"engine": engine, "device": device, "flags": flags}
-    found["python"] = platform.python_version()
+    python = platform.python_version()
+    record = {"engine": engine, "device": device, "flags": flags, "python": python}
     if engine == "native":
-        found["compiler"] = " ".join([compiler_version(), *COMPILER_FLAGS])
+        record["compiler"] = " ".join([compiler_version(), *COMPILER_FLAGS])
     for package in PACKAGES:
         try:
-            found[package] = version(package)
+            record[package] = version(package)
         except PackageNotFoundError:  # simulation will fail as well
-            found[package] = "none"
-    return {**found, "gyrostat": source_digest(), "instructions": instructions()}
+            record[package] = "none"
+    return {**record, "gyrostat": source_digest(), "instructions": instructions()}
 
 
 def use_engine(record: Record) -> None:
@@ -78,12 +78,12 @@ def refuse_other(record: Record, where: str) -> None:
     Raises:
         InputError: The fingerprint differs, so that results would differ from those of the store.
     """
-    found = engine_record(record["device"], record["flags"], record.get("engine", "jax"))
-    for name, value in found.items():
+    engine = engine_record(record["device"], record["flags"], record.get("engine", "jax"))
+    for name, value in engine.items():
         if record.get(name) != value:
             common = recorded(record) if name == "instructions" else None
-            how = f" (--instructions {common}, or {set_before(common)})" if common else ""
+            hint = f" (--instructions {common}, or {set_before(common)})" if common else ""
             raise InputError(
-                f"{where}: found {name} {value}, expected {record.get(name)}{how}, as recorded: "
+                f"{where}: found {name} {value}, expected {record.get(name)}{hint}, as recorded: "
                 "otherwise the last digits of the results would differ"
             )

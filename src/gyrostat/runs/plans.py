@@ -50,8 +50,8 @@ def plans_of(scenario: Scenario) -> Plans:
     Raises:
         InputError: A part refuses its parameters, or the working wheels do not suffice in a phase.
     """
-    about = engine_record("cpu", FLAGS["cpu"]), os.environ.get("JAX_PLATFORMS"), scenario.text()
-    name = f"scenario-{hashlib.sha256(repr(about).encode()).hexdigest()}"
+    identity = engine_record("cpu", FLAGS["cpu"]), os.environ.get("JAX_PLATFORMS"), scenario.text()
+    name = f"scenario-{hashlib.sha256(repr(identity).encode()).hexdigest()}"
     cache = private_cache() if is_shipped(scenario) else None
     content = None if cache is None else cache.read(name)
     if content is not None:
@@ -59,12 +59,12 @@ def plans_of(scenario: Scenario) -> Plans:
     plans = designs_of(scenario)
     numbers: Any = {key: np.asarray(value) for key, value in scenario.values.items()}
     # one program compiles in less time than the single operations
-    given = structure_of(scenario), numbers, plans
+    arguments = structure_of(scenario), numbers, plans
     if scenario.sources:
-        setup, *first = _first_sample(*given)
+        setup, *first = _first_sample(*arguments)
         check_first_sample(scenario, *first)
     else:
-        setup = _build(*given)
+        setup = _build(*arguments)
     check_parts(setup.plant, setup.controller, setup.sensor, *setup.metrics.values())
     setup.plant.check_state(setup.start)
     check_period(scenario.values["run.control_period"], setup.controller)

@@ -59,11 +59,11 @@ def loop_of(structure: Structure) -> Callable[..., Loop]:
             command_delay=structure.command_delay,
         )
 
-        def observed(seen, row, k):
+        def observe(seen, row, k):
             seen, pointing = observer(seen, row, k)
             return seen, ((pointing.counted, pointing.vectors), (row, pointing.error))
 
-        return loop.folded(observed, observer.start())
+        return loop.folded(observe, observer.start())
 
     return make
 

@@ -30,6 +30,6 @@ def attitude_table(place: str, text: str) -> Table:
                 f"{place}, line {number}: found {line[:60]!r}, expected five numbers: time, s, and "
                 "quaternion, scalar first"
             )
-    found = np.array(rows, dtype=float).reshape(-1, 5)
+    array = np.array(rows, dtype=float).reshape(-1, 5)
     with placed(place):
-        return Table.of(found[:, 0], found[:, 1:])
+        return Table.of(array[:, 0], array[:, 1:])

@@ -1,5 +1,6 @@
 """Build the spacecraft of a run, its wheel failures and friction steps from a scenario."""
 
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -30,17 +31,14 @@ def spacecraft_of(structure: Structure, values: Values) -> Spacecraft:
     """Spacecraft with the given values."""
     xx, yy, zz, xy, xz, yz = (values[f"body.inertia.{end}"] for end in INERTIA)
     rows = ((xx, xy, xz), (xy, yy, yz), (xz, yz, zz))
-
-    def each(name: str) -> Any:
-        return of_wheels(structure, values, name)
-
+    per_wheel = partial(of_wheels, structure, values)
     model = law_of(structure.friction, structure.sources)
     wheels = WheelArray(
         axes=jnp.asarray(structure.axes).T,
-        inertia=each("inertia"),
-        torque_limit=each("torque_limit"),
-        momentum_limit=each("momentum_limit"),
-        friction=model.of(**{name: each(name) for name in model.dimensions()}),
+        inertia=per_wheel("inertia"),
+        torque_limit=per_wheel("torque_limit"),
+        momentum_limit=per_wheel("momentum_limit"),
+        friction=model.of(**{name: per_wheel(name) for name in model.dimensions()}),
     )
     inertia = jnp.stack([jnp.stack(jax.tree.map(jnp.asarray, row)) for row in rows])
     centre = None
@@ -52,22 +50,22 @@ def spacecraft_of(structure: Structure, values: Values) -> Spacecraft:
 
 def failures_of(structure: Structure, values: Values) -> WheelFailures | None:
     """Wheel failures of the scenario's events; None if there are none."""
-    failing = events_of(structure.events, WheelFailure)
-    if not failing:
+    pairs = events_of(structure.events, WheelFailure)
+    if not pairs:
         return None
     failures = WheelFailures.none(len(structure.wheels))
-    as_before = {"torque_share": 1.0, "stuck_torque": 0.0, "sensor_lost": False}
-    for event, kind in failing:
+    defaults = {"torque_share": 1.0, "stuck_torque": 0.0, "sensor_lost": False}
+    for event, kind in pairs:
         options = options_of(values, f"event.{event.name}")
         index = jnp.arange(len(structure.wheels)) == event.wheel
-        changed = WheelFailures(
+        failure = WheelFailures(
             time=options["time"],
             seized=kind.stops_rotor,
             added_viscous=options.get("added_viscous", 0.0),
-            **(as_before | kind.of(options).effect()),
+            **(defaults | kind.of(options).effect()),
         )
         failures = jax.tree.map(
-            lambda new, old, which=index: jnp.where(which, new, old), changed, failures
+            lambda new, old, mask=index: jnp.where(mask, new, old), failure, failures
         )
     return failures
 
@@ -76,13 +74,13 @@ def friction_steps_of(
     structure: Structure, values: Values, before: AnyFriction
 ) -> FrictionSteps | None:
     """Friction steps of the scenario's events; None if there are none."""
-    stepping = events_of(structure.events, FrictionChange)
-    if not stepping:
+    pairs = events_of(structure.events, FrictionChange)
+    if not pairs:
         return None
     time, dimensions = jnp.full(len(structure.wheels), jnp.inf), before.dimensions()
     length = jnp.zeros(time.shape)
     after = before.parameters()
-    for event, kind in stepping:
+    for event, kind in pairs:
         options = options_of(values, f"event.{event.name}")
         change = kind.of(options)
         index = jnp.arange(len(structure.wheels)) == event.wheel

@@ -39,10 +39,12 @@ class Distribution:
     Attributes:
         nominal: Nominal values, (keys,), SI.
         name: Name in scenario files.
+        family: Orthonormal polynomials of every value; None: those of its quantile function.
     """
 
     nominal: Vector
     name: ClassVar[str]
+    family: ClassVar[Family | None] = None
 
     @classmethod
     def parameters(cls) -> dict[str, Parameter]:
@@ -60,10 +62,12 @@ class Distribution:
 
     def families(self) -> list[Family]:
         """Orthonormal polynomials of the variable behind each uniform number, (keys,)."""
+        if self.family is not None:
+            return [self.family] * len(self.nominal)
         bounded = self.is_bounded()
-        return [family_of(self._alone(k), is_bounded=bool(b)) for k, b in enumerate(bounded)]
+        return [family_of(self._quantile_of(k), is_bounded=bool(b)) for k, b in enumerate(bounded)]
 
-    def _alone(self, key: int) -> Callable[[Vector], Vector]:
+    def _quantile_of(self, key: int) -> Callable[[Vector], Vector]:
         """Quantile function of one value."""
         return lambda share: self.quantile(np.outer(share, np.ones_like(self.nominal)))[:, key]
 

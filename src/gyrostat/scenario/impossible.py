@@ -56,18 +56,18 @@ def _check_names(scenario: Scenario) -> None:
     """Validate that no window has the name of a metric, and no two columns have one name."""
     metrics = metrics_of(scenario)
     for window in scenario.windows:
-        taken = {*COLUMNS, *(n for n, metric in metrics.items() if metric.window is None)}
+        names = {*COLUMNS, *(n for n, metric in metrics.items() if metric.window is None)}
         # metrics of a window have its name in front
         ends = {n.removeprefix(f"{window.name}.") for n in metrics if n.startswith(window.name)}
-        if window.name in taken or window.name in ends:
+        if window.name in names or window.name in ends:
             raise InputError(
                 f"key metrics.window[{window.name}].name: found the name of a metric, expected "
                 "another one"
             )
-    every = Counter([*COLUMNS, *metrics, *scenario.dispersed])
-    twice = [name for name, count in every.items() if count > 1]
-    if twice:
+    counts = Counter([*COLUMNS, *metrics, *scenario.dispersed])
+    duplicates = [name for name, count in counts.items() if count > 1]
+    if duplicates:
         raise InputError(
-            f"key {twice[0]}: found two columns of this name in the table of runs, expected other "
-            "names of windows and metrics"
+            f"key {duplicates[0]}: found two columns of this name in the table of runs, expected "
+            "other names of windows and metrics"
         )

@@ -119,7 +119,7 @@ class Slewing(ReferenceKind):
     def row(cls, row: Mapping[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
         """See `Kind.row`: "auto" is the default of a limit."""
         keys = cls.keys()
-        return {key: given for key, given in row.items() if key not in keys or given != "auto"}
+        return {key: value for key, value in row.items() if key not in keys or value != "auto"}
 
     def limits(self, case: ReferenceCase) -> SlewLimits:
         """Limits of the slews."""
@@ -201,7 +201,7 @@ class Mode:
 
 def _condition(options: Options) -> Condition:
     """Conditions of a mode; without any, it never ends."""
-    found = [options[name] for name in UNTIL]
-    given = [value != UNTIL[name].default for name, value in zip(UNTIL, found, strict=True)]
-    after = jnp.where(jnp.any(jnp.stack(given)), found[0], NEVER.after)
-    return Condition(after, *found[1:])
+    values = [options[name] for name in UNTIL]
+    is_set = [value != UNTIL[name].default for name, value in zip(UNTIL, values, strict=True)]
+    after = jnp.where(jnp.any(jnp.stack(is_set)), values[0], NEVER.after)
+    return Condition(after, *values[1:])

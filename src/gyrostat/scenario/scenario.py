@@ -236,14 +236,14 @@ class Scenario(Components):
         Raises:
             InputError: Another version of gyrostat wrote the text.
         """
-        found = json.loads(text)
+        fields = json.loads(text)
         try:
             for name, kind in _ROWS.items():
-                found[name] = tuple(kind(**_tuples(row)) for row in found.get(name, ()))
-            return cls(**{name: _tuples(value) for name, value in found.items()})
+                fields[name] = tuple(kind(**_tuples(row)) for row in fields.get(name, ()))
+            return cls(**{name: _tuples(value) for name, value in fields.items()})
         except TypeError as error:
             raise InputError(
-                f"stored scenario {found.get('name')!r}: found other attributes ({error}), "
+                f"stored scenario {fields.get('name')!r}: found other attributes ({error}), "
                 "expected those of this version of gyrostat: use the version that stored it"
             ) from None
 

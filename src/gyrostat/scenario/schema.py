@@ -56,8 +56,8 @@ class Key:
         """Full keys of a number, or of the components of an array, with this name."""
         if self.shape == (3,):
             return tuple(f"{name}.{axis}" for axis in AXES)
-        places = itertools.product(*map(range, self.shape))
-        return tuple(".".join((name, *map(str, place))) for place in places)
+        indices = itertools.product(*map(range, self.shape))
+        return tuple(".".join((name, *map(str, index))) for index in indices)
 
     def defaults(self) -> tuple[float, ...]:
         """Default value of each component; empty if the key is required."""
@@ -123,19 +123,15 @@ def guard_keys(fields: Mapping[str, Measured]) -> dict[str, Key]:
     Args:
         fields: Measured field -> its dimension, and the unit of its rate of change, see `MEASURED`.
     """
-    lower = {n: Key(d, -inf, "Smallest accepted value.") for n, (d, _) in fields.items()}
-    upper = {n: Key(d, inf, "Largest accepted value.") for n, (d, _) in fields.items()}
+    keys = {f"{n}_lower": Key(d, -inf, "Smallest accepted value.") for n, (d, _) in fields.items()}
+    keys |= {f"{n}_upper": Key(d, inf, "Largest accepted value.") for n, (d, _) in fields.items()}
     # closer limits would reject attitudes: a component of a quaternion can be -1 or 1
-    lower["attitude"] = replace(lower["attitude"], most=-1.0)
-    upper["attitude"] = replace(upper["attitude"], least=1.0)
-    return {
-        **{f"{name}_lower": key for name, key in lower.items()},
-        **{f"{name}_upper": key for name, key in upper.items()},
-        **{
-            f"{name}_change": positive(unit, inf, "Largest accepted rate of change.")
-            for name, (_, unit) in fields.items()
-            if unit is not None
-        },
+    keys["attitude_lower"] = replace(keys["attitude_lower"], most=-1.0)
+    keys["attitude_upper"] = replace(keys["attitude_upper"], least=1.0)
+    return keys | {
+        f"{name}_change": positive(unit, inf, "Largest accepted rate of change.")
+        for name, (_, unit) in fields.items()
+        if unit is not None
     }
 
 

@@ -28,14 +28,14 @@ def options_of(values: Values, section: str) -> dict[str, Scalar]:
 
 def arrays_of(values: Values, section: str, keys: Mapping[str, Key]) -> Options:
     """Values of some keys of a section; those of the components of an array as one array."""
-    found = {}
+    arrays = {}
     for name, key in keys.items():
         parts = [values[end] for end in key.ends(f"{section}.{name}")]
-        found[name] = parts[0]
+        arrays[name] = parts[0]
         if key.shape:
             numbers = [jnp.asarray(part, dtype=float) for part in parts]
-            found[name] = jnp.stack(numbers).reshape(key.shape)
-    return found
+            arrays[name] = jnp.stack(numbers).reshape(key.shape)
+    return arrays
 
 
 def with_faults(structure: Structure, values: Values, sensor: Any) -> Any:

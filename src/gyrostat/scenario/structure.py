@@ -38,7 +38,7 @@ def structure_of(scenario: Scenario) -> Structure:
     common = {field.name: getattr(scenario, field.name) for field in fields(Components)}
     events = tuple(replace(event, target=None) for event in scenario.events)
     kinds = [(event, kind_of(event)) for event in events]
-    turning = [event for event, kind in kinds if kind.changes_target or kind.loses_wheel]
+    turning_points = [event for event, kind in kinds if kind.changes_target or kind.loses_wheel]
     # by the nominal value, so that all runs have the same structure
     limited = [
         name
@@ -47,7 +47,7 @@ def structure_of(scenario: Scenario) -> Structure:
     ]
     return Structure(
         **{**common, "events": events},
-        turning_points=tuple(sorted(turning, key=lambda e: notified(e, scenario.values))),
+        turning_points=tuple(sorted(turning_points, key=lambda e: notified(e, scenario.values))),
         keys=tuple(scenario.values),
         dispersed=scenario.dispersed,
         limited=tuple(limited),
@@ -63,5 +63,5 @@ def measured_names(scenario: Components) -> tuple[str, ...]:
 
 def notified(event: Event, values: Mapping[str, Any]) -> Any:
     """Time at which the controller is notified of an event, s."""
-    place = f"event.{event.name}"
-    return values[f"{place}.time"] + values.get(f"{place}.detected_after", 0.0)
+    prefix = f"event.{event.name}"
+    return values[f"{prefix}.time"] + values.get(f"{prefix}.detected_after", 0.0)

@@ -26,9 +26,9 @@ def slew_times(events: Iterable[Event], parts: Iterable[Part]) -> list[str]:
 
 def check_windows(scenario: Scenario) -> None:
     """Validate that events and modes of the windows exist; raises `InputError`."""
-    known = {"event": event_times(scenario.events, scenario.parts), "mode": modes(scenario.parts)}
+    origins = {"event": event_times(scenario.events, scenario.parts), "mode": modes(scenario.parts)}
     for window in scenario.windows:
-        for kind, names in known.items():
+        for kind, names in origins.items():
             name = getattr(window, kind)
             if name is not None and name not in names:
                 raise InputError(

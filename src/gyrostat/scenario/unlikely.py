@@ -101,10 +101,10 @@ def _spreads(numbers: Numbers) -> Lines:
             nominal = abs(numbers.values[key])
             share = sigma / nominal if nominal > 0.0 else 0.0
             entry = numbers.entries.get(key)
-            signed = entry is not None and entry.least < 0.0 and key not in DIAGONAL
-            if share > (OFFSET if signed else 1.0) + ROUNDING:
+            is_signed = entry is not None and entry.least < 0.0 and key not in DIAGONAL
+            if share > (OFFSET if is_signed else 1.0) + ROUNDING:
                 yield f"dispersion of {key}", f"sigma is {plain(100.0 * share)} % of the value"
-            elif share > 1.0 and signed and entry is not None and entry.shape == (3,):
+            elif share > 1.0 and is_signed and entry is not None and entry.shape == (3,):
                 vector = key.rsplit(".", 1)[0]
                 length = np.linalg.norm([numbers.values[end] for end in entry.ends(vector)])
                 if sigma > length * (1.0 + ROUNDING):
@@ -148,21 +148,21 @@ def _centre_of_mass(numbers: Numbers) -> Lines:
     centre = np.array([numbers.values[end] for end in CENTRE_OF_MASS.ends(key)])
     extent, radius = _extent(numbers), _gyration(numbers)
     if extent is not None:
-        away, size = float(np.linalg.norm(centre - extent[0])), extent[1]
-        if away > FAR * size:
+        distance, size = float(np.linalg.norm(centre - extent[0])), extent[1]
+        if distance > FAR * size:
             yield (
                 key,
-                f"{plain(away)} m from the middle of the surfaces, which reach {plain(size)} m",
+                f"{plain(distance)} m from the middle of the surfaces, which reach {plain(size)} m",
             )
         return
-    away = float(np.linalg.norm(centre))
-    if radius is not None and away > ARM * radius:
+    distance = float(np.linalg.norm(centre))
+    if radius is not None and distance > ARM * radius:
         yield (
             key,
-            f"{plain(away)} m from the origin, with a radius of gyration of {plain(radius)} m",
+            f"{plain(distance)} m from the origin, with a radius of gyration of {plain(radius)} m",
         )
-    elif radius is None and away > FARTHEST:
-        yield key, f"{plain(away)} m from the origin of the body axes"
+    elif radius is None and distance > FARTHEST:
+        yield key, f"{plain(distance)} m from the origin of the body axes"
 
 
 def _mass(numbers: Numbers) -> Lines:
@@ -204,25 +204,25 @@ def _friction(numbers: Numbers) -> Lines:
     if not np.any(np.isfinite(limits)):
         return
     law: Any = numbers.law
-    made = static_curve(law.of(**{name: numbers.of_wheels(name) for name in law.dimensions()}))
+    curve = static_curve(law.of(**{name: numbers.of_wheels(name) for name in law.dimensions()}))
     fastest = numbers.of_wheels("momentum_limit") / numbers.of_wheels("inertia")
     speeds = np.where(np.isfinite(fastest), fastest, 0.0)
-    rest = np.max([np.abs(made.breakaway_torque(sense)) for sense in (1.0, -1.0)], axis=0)
+    at_rest = np.max([np.abs(curve.breakaway_torque(sense)) for sense in (1.0, -1.0)], axis=0)
     turning = [
-        np.max([np.abs(made.torque(jnp.asarray(s * x * speeds), s)) for s in (1.0, -1.0)], axis=0)
+        np.max([np.abs(curve.torque(jnp.asarray(s * x * speeds), s)) for s in (1.0, -1.0)], axis=0)
         for x in SPEEDS
     ]
-    rest = np.broadcast_to(rest, limits.shape)
+    at_rest = np.broadcast_to(at_rest, limits.shape)
     turning = np.broadcast_to(turning, (len(SPEEDS), *limits.shape))
     for k, wheel in enumerate(numbers.wheels):
-        most = int(np.argmax(turning[:, k]))
-        speed = plain(float(SPEEDS[most] * speeds[k]))
-        where = ((rest[k], "at rest"), (turning[most, k], f"at {speed} rad/s"))
-        for torque, place in where:
+        index = int(np.argmax(turning[:, k]))
+        speed = plain(float(SPEEDS[index] * speeds[k]))
+        cases = ((at_rest[k], "at rest"), (turning[index, k], f"at {speed} rad/s"))
+        for torque, condition in cases:
             if torque > limits[k]:
                 yield (
                     f"wheel.{wheel}",
-                    f"friction of {plain(float(torque))} N·m {place} is above torque_limit, "
+                    f"friction of {plain(float(torque))} N·m {condition} is above torque_limit, "
                     f"{plain(float(limits[k]))} N·m",
                 )
                 break

@@ -61,18 +61,18 @@ def _inertia(numbers: Numbers) -> Lines:
             if key not in keys:
                 continue
             ends = distribution_of(each, numbers.values).extremes(SIGMAS)
-            for drawn in (float(end[row]) for end in ends):
-                if _is_impossible(numbers, {key: drawn}):
+            for value in (float(end[row]) for end in ends):
+                if _is_impossible(numbers, {key: value}):
                     yield (
                         f"dispersion of {key}",
-                        f"a draw of {plain(drawn)} kg·m² is an inertia that no body has",
+                        f"a draw of {plain(value)} kg·m² is an inertia that no body has",
                     )
                     break
 
 
-def _is_impossible(numbers: Numbers, drawn: dict[str, float]) -> bool:
+def _is_impossible(numbers: Numbers, draw: dict[str, float]) -> bool:
     try:
-        check_inertias({**numbers.values, **drawn}, numbers.wheels, numbers.axes)
+        check_inertias({**numbers.values, **draw}, numbers.wheels, numbers.axes)
     except InputError:
         return True
     return False

@@ -32,42 +32,44 @@ def read_dispersions(
         InputError: A fit that did not converge or is impossible, an unknown key or one that is
             dispersed twice, or an invalid distribution.
     """
-    found: list[Dispersion] = []
+    dispersions: list[Dispersion] = []
     entries = numbers_of(scenario)
     for row in top.tables("dispersion"):
         if "fit" in row.row:
-            made = [_from_fit(row.known(("fit", "wheel")), scenario, force)]
+            group = [_from_fit(row.known(("fit", "wheel")), scenario, force)]
         else:
             kind = DISTRIBUTIONS[row.one_of("distribution", NAMED)]
             row.known(("key", "distribution", *kind.parameters()))
             keys = _keys(row, scenario)
-            made = [_alone(row, kind, key, entries[key], scenario.values[key]) for key in keys]
-        taken = {key for dispersion in found for key in dispersion.keys}
-        for key in (key for dispersion in made for key in dispersion.keys):
-            if key in taken:
+            group = [
+                _single_key(row, kind, key, entries[key], scenario.values[key]) for key in keys
+            ]
+        dispersed_keys = {key for dispersion in dispersions for key in dispersion.keys}
+        for key in (key for dispersion in group for key in dispersion.keys):
+            if key in dispersed_keys:
                 raise row.refuse("fit" if "fit" in row.row else "key", key, "one dispersion of it")
-        found += made
-    return tuple(found)
+        dispersions += group
+    return tuple(dispersions)
 
 
 def _keys(row: Table, scenario: Scenario) -> list[str]:
     """Keys of a dispersion; `wheel.*` stands for every wheel."""
-    given = row.text("key", None)
-    known = [key for key in scenario.values if key.split(".")[0] not in ("run", "metrics")]
+    pattern = row.text("key", None)
+    keys = [key for key in scenario.values if key.split(".")[0] not in ("run", "metrics")]
     start = "wheel.*."
-    if given.startswith(start):
-        each = [f"wheel.{name}.{given.removeprefix(start)}" for name in scenario.wheels]
-        if all(key in known for key in each):
-            return each
-    if given in known:
-        return [given]
-    every = {key.replace(f"wheel.{name}.", start) for name in scenario.wheels for key in known}
-    near = difflib.get_close_matches(given, [*known, *every], n=1)
-    hint = f" (did you mean {near[0]}?)" if near else ""
-    raise row.refuse("key", given, f"the key of a number of this scenario{hint}")
+    if pattern.startswith(start):
+        wheel_keys = [f"wheel.{name}.{pattern.removeprefix(start)}" for name in scenario.wheels]
+        if all(key in keys for key in wheel_keys):
+            return wheel_keys
+    if pattern in keys:
+        return [pattern]
+    patterns = {key.replace(f"wheel.{name}.", start) for name in scenario.wheels for key in keys}
+    matches = difflib.get_close_matches(pattern, [*keys, *patterns], n=1)
+    hint = f" (did you mean {matches[0]}?)" if matches else ""
+    raise row.refuse("key", pattern, f"the key of a number of this scenario{hint}")
 
 
-def _alone(
+def _single_key(
     row: Table, kind: type[Distribution], key: str, entry: Key, nominal: float
 ) -> Dispersion:
     """Dispersion of a single key by a distribution."""
@@ -79,10 +81,10 @@ def _alone(
         if parameter.of == VALUE and math.isfinite(value) and not entry.allows(value):
             raise row.refuse(name, row.row.get(name, value), f"{key} {entry.range(value)}")
         values.append(value)
-    made = Dispersion((key,), kind.name, (tuple(values),))
-    for name, expected in distribution_of(made, {key: nominal}).faults():
+    dispersion = Dispersion((key,), kind.name, (tuple(values),))
+    for name, expected in distribution_of(dispersion, {key: nominal}).faults():
         raise row.refuse(name, row.row.get(name, "none"), expected)
-    return made
+    return dispersion
 
 
 def _parameter(row: Table, name: str, parameter: Parameter, entry: Key, nominal: float) -> float:

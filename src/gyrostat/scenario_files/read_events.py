@@ -37,21 +37,21 @@ def read_events(
     Raises:
         InputError: A key is unknown, missing or has a value that is not allowed.
     """
-    found: list[Event] = []
+    events: list[Event] = []
     for number, row in enumerate(top.tables("event")):
-        name = row.unique_name(str(number + 1), [event.name for event in found])
+        name = row.unique_name(str(number + 1), [event.name for event in events])
         row = Table(top.path, f"event[{name}].", row.row)
         if "python" in row.row:
-            found.append(_user_event(row, name, values, sources))
+            events.append(_user_event(row, name, values, sources))
             continue
         event = _event(row, name, craft, values, controller, fields)
-        if event.wheel is not None and any(_affects(event) == _affects(other) for other in found):
+        if event.wheel is not None and any(_affects(event) == _affects(other) for other in events):
             raise InputError(
                 f"{row.place('wheel')}: found {craft.wheel_names[event.wheel]}, which another "
                 "event affects, expected one failure and one friction step per wheel"
             )
-        found.append(event)
-    return found
+        events.append(event)
+    return events
 
 
 def _user_event(

@@ -36,8 +36,8 @@ def read_metrics(
     Raises:
         InputError: A key is unknown or has a value that is not allowed.
     """
-    others = ("percentiles", "boresight", "field_of_view", "momentum_budget", "window")
-    table = top.table("metrics", (*METRICS, *others))
+    extra = ("percentiles", "boresight", "field_of_view", "momentum_budget", "window")
+    table = top.table("metrics", (*METRICS, *extra))
     values |= table.numbers(METRICS)
     _within_run(table, "after", values["metrics.after"], values)  # windows are as long as the rest
     boresight = table.unit("boresight", 3, None) if "boresight" in table.row else None
@@ -86,11 +86,11 @@ def _windows(
     """Read windows and add their numbers to the values."""
     origins = {"event": event_times(events, parts), "mode": dict.fromkeys(modes(parts))}
     windows: list[Window] = []
-    taken = {*(key.split(".")[0] for key in values), "window"}
+    names = {*(key.split(".")[0] for key in values), "window"}
     for number, row in enumerate(rows):
         expected = "a unique name without a dot that is not the name of a section"
-        name = row.unique_name(str(number + 1), taken, expected)
-        taken.add(name)
+        name = row.unique_name(str(number + 1), names, expected)
+        names.add(name)
         row = Table(row.path, f"metrics.window[{name}].", row.row)
         windows.append(_window(row, name, boresight, values, origins))
     return tuple(windows)
@@ -114,13 +114,13 @@ def _window(
             time of an event.
     """
     row.known((*TEXTS, *WINDOW))
-    given = {key: entry for key, entry in WINDOW.items() if key in row.row}
-    given |= {key: WINDOW[key] for key in ("from", "until")}
+    entries = {key: entry for key, entry in WINDOW.items() if key in row.row}
+    entries |= {key: WINDOW[key] for key in ("from", "until")}
     for kind in WINDOW_METRICS:
-        if kind.asked_by in given:
-            given |= {key: each for key, each in kind.keys.items() if each.default is not None}
-    span = row.numbers(given, "")
-    event, mode = (_origin(row, kind, known) for kind, known in origins.items())
+        if kind.asked_by in entries:
+            entries |= {key: each for key, each in kind.keys.items() if each.default is not None}
+    span = row.numbers(entries, "")
+    event, mode = (_origin(row, kind, names) for kind, names in origins.items())
     if event is not None and mode is not None:
         raise row.refuse("mode", mode, "none beside an event")
     window = Window(
@@ -132,20 +132,22 @@ def _window(
     )
     key = None if event is None else origins["event"][event]
     length = _length(row, span, 0.0 if key is None else values[key], values)
-    of = WindowStart(window, (), window.boresight or boresight, span, values["run.control_period"])
+    start = WindowStart(
+        window, (), window.boresight or boresight, span, values["run.control_period"]
+    )
     for kind in WINDOW_METRICS:
-        kind.check(of, length, row)
+        kind.check(start, length, row)
     values |= {f"window.{name}.{key}": value for key, value in span.items()}
     return window
 
 
-def _origin(row: Table, kind: str, known: Mapping[str, str | None]) -> str | None:
+def _origin(row: Table, kind: str, names: Mapping[str, str | None]) -> str | None:
     """Name of the event or mode of a window; None if it has none."""
     if kind not in row.row:
         return None
-    if not known:
+    if not names:
         raise row.refuse(kind, row.row[kind], f"none: this scenario has no {kind}")
-    return row.one_of(kind, known)
+    return row.one_of(kind, names)
 
 
 def _within_run(table: Table, key: str, time: float, values: Mapping[str, float]) -> None:
@@ -162,9 +164,9 @@ def _length(row: Table, span: dict[str, float], origin: float, values: dict[str,
         InputError: It ends before its start, or is not within the run.
     """
     _within_run(row, "from", origin + span["from"], values)
-    left = values["run.duration"] - origin
+    remaining = values["run.duration"] - origin
     if span["until"] < span["from"]:
         raise row.refuse("until", span["until"], f"a time after its start, {span['from']:g} s")
-    if left < span["until"] < inf:
-        raise row.refuse("until", span["until"], f"at most {left:g} s, the end of the run")
-    return min(span["until"], left) - span["from"]
+    if remaining < span["until"] < inf:
+        raise row.refuse("until", span["until"], f"at most {remaining:g} s, the end of the run")
+    return min(span["until"], remaining) - span["from"]

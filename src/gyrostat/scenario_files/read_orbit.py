@@ -23,25 +23,25 @@ def read_orbit(kind: str, table: Table) -> tuple[Source, ...]:
     """
     if kind == "none":
         return ()
-    found = {}
+    texts = {}
     if kind in ("tle", "file"):
         if "lines" in table.row and "file" in table.row:
             raise table.refuse("lines", table.row["lines"], "none beside file")
         if "lines" in table.row:
-            found["elements"] = table.text("lines", None)
+            texts["elements"] = table.text("lines", None)
         else:
             path = table.path.parent / table.text("file", None)
-            found["elements"] = read_text(path, "an orbit", LARGEST_FILE)
+            texts["elements"] = read_text(path, "an orbit", LARGEST_FILE)
     if kind == "file":
-        found["frame"] = table.one_of("frame", FRAMES, "GCRS")
+        texts["frame"] = table.one_of("frame", FRAMES, "GCRS")
     if kind not in ("tle", "file") or "epoch" in table.row:
-        found["epoch"] = _epoch(table)
-    return tuple(Source(f"orbit.{name}", text) for name, text in found.items())
+        texts["epoch"] = _epoch(table)
+    return tuple(Source(f"orbit.{name}", text) for name, text in texts.items())
 
 
 def _epoch(table: Table) -> str:
     """Epoch as text; TOML also has dates."""
-    found = table.row.get("epoch")
-    if isinstance(found, datetime):
-        return found.isoformat()
+    epoch = table.row.get("epoch")
+    if isinstance(epoch, datetime):
+        return epoch.isoformat()
     return table.text("epoch", None)

@@ -38,12 +38,12 @@ def read_parts(top: Table) -> list[tuple[Part, Table]]:
     Raises:
         InputError: A kind or a name is not allowed, or two parts of a list have the same name.
     """
-    found: list[tuple[Part, Table]] = []
+    parts: list[tuple[Part, Table]] = []
     for section in PARTS:
         for row in _tables(top, section):
-            part = _part(section, row, [p.name for p, _ in found if p.section == section])
-            found.append((part, Table(top.path, f"{section}[{part.name}].", row.row)))
-    return found
+            part = _part(section, row, [p.name for p, _ in parts if p.section == section])
+            parts.append((part, Table(top.path, f"{section}[{part.name}].", row.row)))
+    return parts
 
 
 def completed(table: Table, kind: Any, values: Mapping[str, float]) -> Table:
@@ -74,11 +74,11 @@ def part_values(
     """
     values: dict[str, float] = {}
     for part, row in parts:
-        made = component(part.section, part.kind, sources)
+        component_kind = component(part.section, part.kind, sources)
         extra = USER_KEYS if "python" in row.row and part.section in USER_KINDS else ()
-        row.known(("name", "kind", *extra, *made.keys(), *made.texts))
-        place = f"{part.section}.{part.name}."
-        values |= completed(row, made, before).numbers(made.keys(), place)
+        row.known(("name", "kind", *extra, *component_kind.keys(), *component_kind.texts))
+        prefix = f"{part.section}.{part.name}."
+        values |= completed(row, component_kind, before).numbers(component_kind.keys(), prefix)
     return values
 
 
@@ -100,7 +100,7 @@ def _tables(top: Table, section: str) -> list[Table]:
     return (top.table(outer, None) if outer else top).tables(inner)
 
 
-def _part(section: str, row: Table, others: Collection[str]) -> Part:
+def _part(section: str, row: Table, names: Collection[str]) -> Part:
     kinds = PARTS[section]
     if "python" in row.row and section in USER_KINDS:
         kind = user_kind(row)
@@ -112,7 +112,7 @@ def _part(section: str, row: Table, others: Collection[str]) -> Part:
         )
     else:
         kind = row.one_of("kind", kinds, next(iter(kinds)) if len(kinds) == 1 else None)
-    return Part(section, part_name(section, row, kind, others), kind)
+    return Part(section, part_name(section, row, kind, names), kind)
 
 
 def part_name(section: str, row: Table, kind: str, others: Collection[str]) -> str:
@@ -142,10 +142,9 @@ def part_name(section: str, row: Table, kind: str, others: Collection[str]) -> s
         raise row.refuse("name", name, f"none of {', '.join(fields)}, which exist already")
     for beginning in beginnings:
         if name.startswith(beginning):
-            owner = f"{beginning}measured"
             raise row.refuse(
                 "name",
                 name,
-                f"a name that does not begin with {beginning}, as fields of {owner} do",
+                f"a name that does not begin with {beginning}, as fields of {beginning}measured do",
             )
     return name

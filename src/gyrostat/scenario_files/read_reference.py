@@ -28,10 +28,10 @@ def position_error(table: Table, kind: Any, orbit: str) -> dict[str, float]:
     """
     if "position_error" not in table.row:
         return {}
-    given = table.row["position_error"]
+    value = table.row["position_error"]
     if orbit == "none" or not kind.moves:
-        raise table.refuse("position_error", given, "none without [orbit] and a moving reference")
-    return table.number("position_error", ERROR, given, POSITION_ERROR)
+        raise table.refuse("position_error", value, "none without [orbit] and a moving reference")
+    return table.number("position_error", ERROR, value, POSITION_ERROR)
 
 
 def check_reference(
@@ -90,8 +90,8 @@ def read_tables(
     }
     if kind.texts:
         rows["reference"] = top.table("reference", None)
-    found = []
-    for place, row in rows.items():
+    sources = []
+    for name, row in rows.items():
         path = row.path.parent / row.text("file", None)
         text = read_text(path, "an attitude table", LARGEST_TABLE)
         times = attitude_table(str(path), text).times
@@ -100,5 +100,5 @@ def read_tables(
                 f"{path}: found times from {times[0]:g} s to {times[-1]:g} s, expected them to "
                 f"cover the run, 0 s to {duration:g} s"
             )
-        found.append(Source(place, text))
-    return tuple(found)
+        sources.append(Source(name, text))
+    return tuple(sources)

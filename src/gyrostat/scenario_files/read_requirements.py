@@ -2,7 +2,6 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import inf
 from pathlib import Path
 from typing import Any
 
@@ -20,10 +19,7 @@ from gyrostat.scenario.requirement import (
 from gyrostat.scenario.scenario import Scenario, Window
 from gyrostat.scenario_files.tables import Table
 
-TEXTS = (
-    *("name", "index", "axis", "interpretation", "instant", "during", "boresight"),
-    "estimate",
-)
+TEXTS = ("name", "index", "axis", "interpretation", "instant", "during", "boresight", "estimate")
 """Keys that are no numbers."""
 
 
@@ -44,14 +40,14 @@ def read_requirements(
     Raises:
         InputError: A key is unknown or has a value that is not allowed.
     """
-    found: dict[str, Requirement] = {}
+    requirements: dict[str, Requirement] = {}
     for row in rows:
         row.known((*TEXTS, *REQUIREMENT))
         default = str(row.row.get("index", "")).lower() or "requirement"
-        name = row.unique_name(default, found)
+        name = row.unique_name(default, requirements)
         row = Table(row.path, f"requirement[{name}].", row.row)
-        found[name] = _requirement(row, name, boresight, values, windows)
-    return tuple(found.values())
+        requirements[name] = _requirement(row, name, boresight, values, windows)
+    return tuple(requirements.values())
 
 
 def with_requirements(scenario: Scenario, given: Any) -> Scenario:
@@ -71,8 +67,8 @@ def with_requirements(scenario: Scenario, given: Any) -> Scenario:
     if rows is None or not all(isinstance(row, Mapping) for row in rows):
         raise top.refuse("requirements", given, '[{"index": "APE", ...}]')
     tables = [Table(top.path, f"requirements[{k}].", dict(row)) for k, row in enumerate(rows)]
-    found = read_requirements(tables, scenario.boresight, scenario.values, scenario.windows)
-    return replace(scenario, requirements=found)
+    requirements = read_requirements(tables, scenario.boresight, scenario.values, scenario.windows)
+    return replace(scenario, requirements=requirements)
 
 
 def check_requirements(scenario: Scenario) -> None:
@@ -103,18 +99,18 @@ def _requirement(
         )
     during = _during(row, windows)
     axis, aim = _axis(row, boresight, [each for each in windows if each.name in during])
-    used = {
+    applies = {
         "window": operation != "absolute",
         "stability": operation == "drift",
         "instant": operation == "relative",
         "estimate": kind == KNOWLEDGE,
         "share": interpretation == "temporal",
     }
-    for key in used:
-        if key in row.row and not used[key]:
-            what = interpretation if key == "share" else index
-            raise row.refuse(key, row.row[key], f"none: {what} does not have it")
-    numbers = _numbers(row, [key for key in ("window", "stability") if used[key]])
+    for key in applies:
+        if key in row.row and not applies[key]:
+            choice = interpretation if key == "share" else index
+            raise row.refuse(key, row.row[key], f"none: {choice} does not have it")
+    numbers = _numbers(row, [key for key in ("window", "stability") if applies[key]])
     requirement = Requirement(
         name=name,
         index=index,
@@ -137,50 +133,50 @@ def _axis(
 
     The boresight is its own, that of its windows, or that of the scenario.
     """
-    found = {window.boresight or boresight for window in windows} or {boresight}
+    boresights = {window.boresight or boresight for window in windows} or {boresight}
     if "boresight" in row.row:
-        found = {row.unit("boresight", 3, None)}
-    axis = row.one_of("axis", AXES_OF_ERROR, "full" if found == {None} else "half_cone")
+        boresights = {row.unit("boresight", 3, None)}
+    axis = row.one_of("axis", AXES_OF_ERROR, "full" if boresights == {None} else "half_cone")
     if axis not in ("half_cone", "about"):
         if "boresight" in row.row:
             raise row.refuse("boresight", row.row["boresight"], f"none for the axis {axis}")
         return axis, None
-    if len(found) > 1:
+    if len(boresights) > 1:
         raise row.refuse("boresight", None, "one: its windows have different boresights")
-    if found == {None}:
+    if boresights == {None}:
         raise row.refuse("boresight", None, f"a body direction [x, y, z] for the axis {axis}")
-    return axis, found.pop()
+    return axis, boresights.pop()
 
 
 def _numbers(row: Table, times: Sequence[str]) -> dict[str, float]:
     """Value, level, times and share of a requirement, SI; the times of its index are required."""
-    required = ("value", "level", *times)
-    keys = {key: REQUIREMENT[key] for key in REQUIREMENT if key in row.row or key in required}
+    required_keys = ("value", "level", *times)
+    keys = {key: REQUIREMENT[key] for key in REQUIREMENT if key in row.row or key in required_keys}
     shares = {key: row.percentage(key) for key in ("level", "share")}
-    found = {}
+    values = {}
     for key, entry in keys.items():
         share = shares.get(key)
-        found |= row.number(key, entry, row.row.get(key) if share is None else share, key)
+        values |= row.number(key, entry, row.row.get(key) if share is None else share, key)
     for key in shares:
-        if found.get(key) == 1.0:
+        if values.get(key) == 1.0:
             raise row.refuse(
                 key, row.row[key], "a probability below 1: no number of runs can show certainty"
             )
-    return found
+    return values
 
 
 def _during(row: Table, windows: Sequence[Window]) -> tuple[str, ...]:
     """Names of the windows of the observation periods."""
-    given = row.row.get("during", [])
-    names = [given] if isinstance(given, str) else given
-    known = [window.name for window in windows]
+    value = row.row.get("during", [])
+    names = [value] if isinstance(value, str) else value
+    choices = [window.name for window in windows]
     if (
         not isinstance(names, list | tuple)
-        or not all(isinstance(name, str) and name in known for name in names)
+        or not all(isinstance(name, str) and name in choices for name in names)
         or len(set(names)) < len(names)
     ):
         raise row.refuse(
-            "during", given, f"windows of the metrics: {', '.join(known) or 'there are none'}"
+            "during", value, f"windows of the metrics: {', '.join(choices) or 'there are none'}"
         )
     return tuple(names)
 
@@ -200,16 +196,16 @@ def _check_times(row: Table, requirement: Requirement, values: Mapping[str, floa
         raise row.refuse(
             "stability", row.row["stability"], f"at least the window, {requirement.window:g} s"
         )
-    needed = requirement.window + requirement.stability
+    span = requirement.window + requirement.stability
     longest = max(
         (_length(name, values) for name in requirement.during),
         default=values["run.duration"] - values["metrics.after"],
     )
-    if needed > longest * (1.0 + 1e-9):
+    if span > longest * (1.0 + 1e-9):
         raise row.refuse(
             "window",
             row.row.get("window"),
-            f"{needed:g} s of {index} to fit in an observation period of {longest:g} s",
+            f"{span:g} s of {index} to fit in an observation period of {longest:g} s",
         )
     if requirement.operation == "reproducibility" and not requirement.during:
         raise row.refuse(
@@ -220,4 +216,4 @@ def _check_times(row: Table, requirement: Requirement, values: Mapping[str, floa
 def _length(name: str, values: Mapping[str, float]) -> float:
     """Longest time that a window can have in a nominal run, s."""
     begin, end = (values[f"window.{name}.{key}"] for key in ("from", "until"))
-    return min(end if end < inf else values["run.duration"], values["run.duration"]) - begin
+    return min(end, values["run.duration"]) - begin

@@ -17,12 +17,12 @@ def user_kind(table: Table) -> str:
     Raises:
         InputError: The table also has a `kind`, or the text has another form.
     """
-    found = table.text("python", None)
+    text = table.text("python", None)
     if "kind" in table.row:
         raise table.refuse("kind", table.row["kind"], "none beside python")
-    kind = kind_from(found)
+    kind = kind_from(text)
     if kind is None:
-        raise table.refuse("python", found, "FILE.py:NAME, such as 'mission.py:EarthPointer'")
+        raise table.refuse("python", text, "FILE.py:NAME, such as 'mission.py:EarthPointer'")
     return kind
 
 
@@ -38,8 +38,8 @@ def user_sources(top: Table, tables: Collection[Table]) -> tuple[Source, ...]:
             a local module that is not.
     """
     kinds = {table.place("python"): user_kind(table) for table in tables}
-    named = {kind.partition(":")[0]: place for place, kind in kinds.items()}
-    sources, data = sources_below(top.path.parent, named), {}
+    files = {kind.partition(":")[0]: place for place, kind in kinds.items()}
+    sources, data = sources_below(top.path.parent, files), {}
     for table in tables:
         if "data" in table.row:
             data |= data_names(table.place("data"), table.row["data"])

@@ -34,11 +34,7 @@ from gyrostat.scenario_files.read_events import read_events
 from gyrostat.scenario_files.read_metrics import read_metrics
 from gyrostat.scenario_files.read_orbit import read_orbit
 from gyrostat.scenario_files.read_parts import completed, part_values, read_parts, user_tables
-from gyrostat.scenario_files.read_reference import (
-    check_reference,
-    position_error,
-    read_tables,
-)
+from gyrostat.scenario_files.read_reference import check_reference, position_error, read_tables
 from gyrostat.scenario_files.read_requirements import check_requirements, read_requirements
 from gyrostat.scenario_files.read_user_parts import USER_KEYS, user_kind, user_sources
 from gyrostat.scenario_files.tables import Table, opened
@@ -47,18 +43,8 @@ from gyrostat.wheel.friction_laws import law_texts
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", *KINDS),
-    *(
-        "guard",
-        "star_tracker",
-        "sensor",
-        "actuator",
-        "event",
-        "dispersion",
-        "metric",
-        "metrics",
-        "requirement",
-        *WHEEL_PARTS,
-    ),
+    *("guard", "star_tracker", "sensor", "actuator", "event", "dispersion"),
+    *("metric", "metrics", "requirement", *WHEEL_PARTS),
 )
 DEFAULTS = {
     "compensator": "none",
@@ -108,47 +94,48 @@ def _read(path: Path, *, force: bool) -> Scenario:
     count, substeps = _steps(run, values)
     start = top.table("start", (*START, "attitude", "wheel_speed"))
     values |= start.numbers(START) | _wheel_values(top, start, craft)
-    chosen, parts = _kinds(top), read_parts(top)
-    tables = [top.table(section, None) for section, kind in chosen.items() if is_user_kind(kind)]
+    kinds, parts = _kinds(top), read_parts(top)
+    tables = [top.table(section, None) for section, kind in kinds.items() if is_user_kind(kind)]
     sources = user_sources(top, [*tables, *user_tables(top)])
     law = type(craft.spacecraft.wheels.friction)
     friction, texts = law_texts(law) or (law.name, ())
     sources = joined_sources(top.name("name", printable(path.stem)), sources, texts)
     delay = run.whole("command_delay", 0, 1000)
     # the defaults of a controller depend on the sensors
-    for section, kind in sorted(chosen.items(), key=lambda each: each[0] == "controller"):
-        made = component(section, kind, sources)
-        extra = ("kind", *USER_KEYS) if is_user_kind(kind) else ("kind",)
-        extra = (*extra, *made.texts, *BESIDE.get(section, ()))
-        table = completed(top.table(section, (*made.keys(), *extra)), made, values)
+    for section, kind in sorted(kinds.items(), key=lambda each: each[0] == "controller"):
+        component_kind = component(section, kind, sources)
+        keys = component_kind.keys()
+        user_keys = USER_KEYS if is_user_kind(kind) else ()
+        extra = ("kind", *user_keys, *component_kind.texts, *BESIDE.get(section, ()))
+        table = completed(top.table(section, (*keys, *extra)), component_kind, values)
         if section == "reference":
-            values |= position_error(table, made, chosen["orbit"])
-        values |= table.with_missing(made.defaults(values, delay)).numbers(made.keys())
+            values |= position_error(table, component_kind, kinds["orbit"])
+        values |= table.with_missing(component_kind.defaults(values, delay)).numbers(keys)
     values |= part_values(parts, values, sources)
-    fields = measured(chosen["sensors"], [part for part, _ in parts], sources)
+    fields = measured(kinds["sensors"], [part for part, _ in parts], sources)
     guard = None
     if "guard" in top.row:
         keys = guard_keys(fields)
         table = top.table("guard", (*keys, "on_bad"))
         values |= table.numbers(keys)
         guard = table.one_of("on_bad", ON_BAD, "hold")
-    controller = component("controller", chosen["controller"], sources)
+    controller = component("controller", kinds["controller"], sources)
     events = read_events(top, craft, values, controller, fields, sources)
-    reference = component("reference", chosen["reference"], sources)
+    reference = component("reference", kinds["reference"], sources)
     check_reference(reference, parts, top, values)
     metrics = read_metrics(top, values, events, [part for part, _ in parts])
-    required = top.tables("requirement")
+    rows = top.tables("requirement")
     scenario = Scenario(
         name=top.name("name", printable(path.stem)[:LONGEST_NAME]),
         wheels=craft.wheel_names,
         axes=tuple(map(tuple, np.asarray(craft.spacecraft.wheels.axes).T.tolist())),
         friction=friction,
         surfaces=surface_rows(craft),
-        **chosen,
+        **kinds,
         attitude=start.unit("attitude", 4, (1.0, 0.0, 0.0, 0.0)),
         target=top.table("controller", None).unit("target", 4, (1.0, 0.0, 0.0, 0.0)),
         **metrics,
-        requirements=read_requirements(required, metrics["boresight"], values, metrics["windows"]),
+        requirements=read_requirements(rows, metrics["boresight"], values, metrics["windows"]),
         count=count,
         substeps=substeps,
         command_delay=delay,
@@ -164,7 +151,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         sources=sources,
         texts=(
             *read_tables(reference, parts, top, values["run.duration"]),
-            *read_orbit(chosen["orbit"], top.table("orbit", None)),
+            *read_orbit(kinds["orbit"], top.table("orbit", None)),
         ),
     )
     scenario = replace(scenario, dispersions=read_dispersions(top, scenario, force=force))
@@ -186,38 +173,38 @@ def validated(scenario: Scenario) -> Scenario:
         # tracing finds most mistakes in Python, before the first sample is compiled
         try_shapes(scenario, designs_of(scenario))
     plans = plans_of(scenario)
-    named = [window.propellant for window in scenario.windows]
-    known = [INDICES[each.index][0] == KNOWLEDGE for each in scenario.requirements]
-    if not scenario.sources and any((*named, *known)):
+    propellants = [window.propellant for window in scenario.windows]
+    knowledge = [INDICES[each.index][0] == KNOWLEDGE for each in scenario.requirements]
+    if not scenario.sources and any((*propellants, *knowledge)):
         try_shapes(scenario, plans)
     return scenario
 
 
 def _kinds(top: Table) -> dict[str, str]:
     """Section -> kind of its component."""
-    chosen: dict[str, str] = {}
+    choices: dict[str, str] = {}
     for section, kinds in KINDS.items():
         table = top.table(section, None)
         default = DEFAULTS.get(section)
         if section == "estimator":
-            default = KINDS["sensors"][chosen["sensors"]].estimator
+            default = KINDS["sensors"][choices["sensors"]].estimator
         if section in USER_KINDS and "python" in table.row:
-            chosen[section] = user_kind(table)
+            choices[section] = user_kind(table)
         else:
-            chosen[section] = table.one_of("kind", kinds, default)
-    needed = fitting_estimator(chosen)
-    if chosen["estimator"] != needed:
+            choices[section] = table.one_of("kind", kinds, default)
+    estimator = fitting_estimator(choices)
+    if choices["estimator"] != estimator:
         raise top.table("estimator", None).refuse(
-            "kind", chosen["estimator"], f"{needed} for the sensors {chosen['sensors']}"
+            "kind", choices["estimator"], f"{estimator} for the sensors {choices['sensors']}"
         )
-    return chosen
+    return choices
 
 
 def _spacecraft(top: Table) -> str:
-    found = top.table("spacecraft", ("file",)).text("file", None)
-    if "\0" in found:
+    file = top.table("spacecraft", ("file",)).text("file", None)
+    if "\0" in file:
         raise InputError(f"{top.path}: key spacecraft.file: found a zero byte, expected a path")
-    return found
+    return file
 
 
 def _steps(run: Table, values: dict[str, float]) -> tuple[int, int]:
@@ -240,17 +227,17 @@ def _wheel_values(top: Table, start: Table, craft: SpacecraftFile) -> dict[str, 
             "amplifies imbalance and harmonics"
         )
     names = craft.wheel_names
-    given = {"speed": start.row["wheel_speed"]} if "wheel_speed" in start.row else {}
-    found = Table(top.path, "start.wheel_", given).each("speed", WHEEL["speed"], names)
+    row = {"speed": start.row["wheel_speed"]} if "wheel_speed" in start.row else {}
+    values = Table(top.path, "start.wheel_", row).each("speed", WHEEL["speed"], names)
     for section, (_, keys) in WHEEL_PARTS.items():
         if section in top.row:
             table = top.table(section, (*keys, *BESIDE.get(section, ())))
-            known = {
+            defaults = {
                 name: [wheel[name] for wheel in craft.wheel_values]
                 for name in keys
                 if all(name in wheel for wheel in craft.wheel_values)
             }
-            table = Table(table.path, table.prefix, {**known, **table.row})
+            table = table.with_missing(defaults)
             for name, entry in keys.items():
-                found |= table.each(name, entry, names)
-    return found
+                values |= table.each(name, entry, names)
+    return values

@@ -36,9 +36,9 @@ class Table:
 
     def refuse(self, key: str, found: object, expected: str) -> InputError:
         """Create the error for an invalid value of a key."""
-        shown = repr(found)
-        shown = shown if len(shown) <= 60 else f"{shown[:57]}..."
-        return InputError(f"{self.place(key)}: found {shown}, expected {expected}")
+        text = repr(found)
+        text = text if len(text) <= 60 else f"{text[:57]}..."
+        return InputError(f"{self.place(key)}: found {text}, expected {expected}")
 
     def known(self, keys: Collection[str]) -> Self:
         """Return the table itself if it has no other keys than these; raises `InputError`."""
@@ -47,10 +47,10 @@ class Table:
 
     def table(self, name: str, keys: Collection[str] | None) -> "Table":
         """Read a subtable, empty if missing; its keys are validated unless `keys` is None."""
-        found = self.row.get(name, {})
-        if not isinstance(found, dict):
-            raise self.refuse(name, found, f"a table [{self.prefix}{name}]")
-        inner = Table(self.path, f"{self.prefix}{name}.", found)
+        content = self.row.get(name, {})
+        if not isinstance(content, dict):
+            raise self.refuse(name, content, f"a table [{self.prefix}{name}]")
+        inner = Table(self.path, f"{self.prefix}{name}.", content)
         return inner if keys is None else inner.known(keys)
 
     def with_missing(self, defaults: Mapping[str, object]) -> "Table":
@@ -59,31 +59,31 @@ class Table:
 
     def tables(self, name: str) -> list["Table"]:
         """Read the tables [[name]]; an empty list if there are none."""
-        found = self.row.get(name, [])
-        if not isinstance(found, list) or not all(isinstance(row, dict) for row in found):
-            raise self.refuse(name, found, f"tables [[{self.prefix}{name}]]")
-        return [Table(self.path, f"{self.prefix}{name}[{k}].", row) for k, row in enumerate(found)]
+        rows = self.row.get(name, [])
+        if not isinstance(rows, list) or not all(isinstance(row, dict) for row in rows):
+            raise self.refuse(name, rows, f"tables [[{self.prefix}{name}]]")
+        return [Table(self.path, f"{self.prefix}{name}[{k}].", row) for k, row in enumerate(rows)]
 
     def text(self, key: str, default: str | None) -> str:
         """Read a text; required if the default is None."""
-        found = self.row.get(key, default)
-        if not isinstance(found, str):
-            raise self.refuse(key, found, "a text")
-        return found
+        text = self.row.get(key, default)
+        if not isinstance(text, str):
+            raise self.refuse(key, text, "a text")
+        return text
 
     def flag(self, key: str) -> bool:
         """Read true or false; false by default."""
-        found = self.row.get(key, False)
-        if not isinstance(found, bool):
-            raise self.refuse(key, found, "true or false")
-        return found
+        value = self.row.get(key, False)
+        if not isinstance(value, bool):
+            raise self.refuse(key, value, "true or false")
+        return value
 
     def one_of(self, key: str, kinds: Collection[str], default: str | None = None) -> str:
         """Read one of several names; required if the default is None."""
-        found = self.text(key, default)
-        if found not in kinds:
-            raise self.refuse(key, found, f"one of {', '.join(kinds)}")
-        return found
+        name = self.text(key, default)
+        if name not in kinds:
+            raise self.refuse(key, name, f"one of {', '.join(kinds)}")
+        return name
 
     def name(self, key: str, default: str) -> str:
         """Read a name for figures and tables."""
@@ -100,12 +100,12 @@ class Table:
 
     def value(self, key: str, found: object, dimension: str, *, positive: bool) -> float:
         """Convert a value with a dimension to SI; if the dimension is a unit, only of this unit."""
-        where = f"{self.prefix}{key}"
+        full_key = f"{self.prefix}{key}"
         if dimension == ANY_UNIT and isinstance(found, str):
             return parse_any(found, self.place(key))
         if dimension in SI_UNIT or (isinstance(found, str) and QUANTITY.fullmatch(found)):
-            return quantity(self.path, where, found, dimension, positive=positive)
-        return number(self.path, where, found, positive=positive)
+            return quantity(self.path, full_key, found, dimension, positive=positive)
+        return number(self.path, full_key, found, positive=positive)
 
     def quantity(self, key: str, dimension: str, *, positive: bool) -> float:
         """Read a number with a dimension, SI."""
@@ -141,15 +141,15 @@ class Table:
         }
 
     def _components(
-        self, key: str, found: Any, shape: tuple[int, ...]
+        self, key: str, value: Any, shape: tuple[int, ...]
     ) -> Iterator[tuple[str, object]]:
         """Places and values of the components of an array, from nested lists."""
         if not shape:
-            yield key, found
+            yield key, value
             return
-        if not isinstance(found, list) or len(found) != shape[0]:
-            raise self.refuse(key, found, f"{shape[0]} values")
-        for k, part in enumerate(found):
+        if not isinstance(value, list) or len(value) != shape[0]:
+            raise self.refuse(key, value, f"{shape[0]} values")
+        for k, part in enumerate(value):
             yield from self._components(f"{key}[{k}]", part, shape[1:])
 
     def numbers(self, keys: Mapping[str, Key], section: str | None = None) -> dict[str, float]:
@@ -160,85 +160,85 @@ class Table:
             section: Prefix of the full keys, such as "event.NAME."; by default the prefix in the
                 file.
         """
-        start, found = self.prefix if section is None else section, {}
+        start, values = self.prefix if section is None else section, {}
         for name, entry in keys.items():
-            found |= self.number(name, entry, self.row.get(name), start + name)
-        return found
+            values |= self.number(name, entry, self.row.get(name), start + name)
+        return values
 
     def each(self, name: str, entry: Key, wheels: Collection[str]) -> dict[str, float]:
         """Read one value for all wheels, or one for each: full keys of the wheels -> values, SI."""
-        given: Any = self.row.get(name)
-        listed = isinstance(given, list)
-        if listed and entry.shape:
-            listed = any(isinstance(value, list) for value in given)
-        rows = given if listed else [given] * len(wheels)
+        content: Any = self.row.get(name)
+        is_list = isinstance(content, list)
+        if is_list and entry.shape:
+            is_list = any(isinstance(value, list) for value in content)
+        rows = content if is_list else [content] * len(wheels)
         if len(rows) != len(wheels):
             raise InputError(
                 f"{self.place(name)}: found {len(rows)} values, expected one or {len(wheels)}, one "
                 "a wheel"
             )
-        found = {}
+        values = {}
         for k, (wheel, value) in enumerate(zip(wheels, rows, strict=True)):
-            key = f"{name}[{k}]" if listed else name
-            found |= self.number(key, entry, value, f"wheel.{wheel}.{name}")
-        return found
+            key = f"{name}[{k}]" if is_list else name
+            values |= self.number(key, entry, value, f"wheel.{wheel}.{name}")
+        return values
 
     def percentage(self, key: str) -> float | None:
         """Read a text such as "20 %" as a fraction; None for any other value."""
-        found = self.row.get(key)
-        if not isinstance(found, str) or not found.rstrip().endswith("%"):
+        text = self.row.get(key)
+        if not isinstance(text, str) or not text.rstrip().endswith("%"):
             return None
         try:
-            share = ascii_number(found.rstrip().removesuffix("%")) / 100.0
+            share = ascii_number(text.rstrip().removesuffix("%")) / 100.0
         except ValueError:
             share = math.nan
         if not math.isfinite(share):
-            raise self.refuse(key, found, "a percentage such as '20 %'")
+            raise self.refuse(key, text, "a percentage such as '20 %'")
         return share
 
     def unit(self, key: str, size: int, default: tuple[float, ...] | None) -> tuple[float, ...]:
         """Read a unit quaternion (size 4), or normalise a direction of any length (size 3)."""
-        found = self.row.get(key, default)
-        if not isinstance(found, list | tuple) or len(found) != size:
-            what = "a quaternion of four numbers, scalar first" if size == 4 else "three numbers"
-            raise self.refuse(key, found, what)
-        parts = [self.value(f"{key}[{k}]", v, "1", positive=False) for k, v in enumerate(found)]
+        vector = self.row.get(key, default)
+        if not isinstance(vector, list | tuple) or len(vector) != size:
+            form = "a quaternion of four numbers, scalar first" if size == 4 else "three numbers"
+            raise self.refuse(key, vector, form)
+        parts = [self.value(f"{key}[{k}]", v, "1", positive=False) for k, v in enumerate(vector)]
         length = math.hypot(*parts)
         if size == 4 and not abs(length - 1.0) < UNIT:
-            raise self.refuse(key, found, "a quaternion of unit length")
+            raise self.refuse(key, vector, "a quaternion of unit length")
         if not 0.0 < length < math.inf:
-            raise self.refuse(key, found, "a direction")
+            raise self.refuse(key, vector, "a direction")
         return tuple(part / length for part in parts)
 
     def whole(self, key: str, default: int, most: int) -> int:
         """Read a whole number from 0 to `most`."""
-        found = self.row.get(key, default)
-        if not isinstance(found, int) or isinstance(found, bool) or not 0 <= found <= most:
-            raise self.refuse(key, found, f"a whole number from 0 to {most}")
-        return found
+        count = self.row.get(key, default)
+        if not isinstance(count, int) or isinstance(count, bool) or not 0 <= count <= most:
+            raise self.refuse(key, count, f"a whole number from 0 to {most}")
+        return count
 
     def rising(
         self, key: str, default: tuple[float, ...], low: float, high: float
     ) -> tuple[float, ...]:
         """Read increasing numbers strictly between `low` and `high`."""
-        found = self.row.get(key, list(default))
-        if not isinstance(found, list) or not found:
-            raise self.refuse(key, found, f"numbers between {low:g} and {high:g}")
+        numbers = self.row.get(key, list(default))
+        if not isinstance(numbers, list) or not numbers:
+            raise self.refuse(key, numbers, f"numbers between {low:g} and {high:g}")
         parts = tuple(
-            self.value(f"{key}[{k}]", v, "1", positive=False) for k, v in enumerate(found)
+            self.value(f"{key}[{k}]", v, "1", positive=False) for k, v in enumerate(numbers)
         )
         if list(parts) != sorted(set(parts)) or not low < parts[0] <= parts[-1] < high:
-            raise self.refuse(key, found, f"increasing numbers between {low:g} and {high:g}")
+            raise self.refuse(key, numbers, f"increasing numbers between {low:g} and {high:g}")
         return parts
 
     def multiple(self, key: str, value: float, name: str, part: float, most: int) -> int:
         """Ratio of a key's value to a part, which must be a whole number of at most `most`."""
-        times = value / part if part * most > value else math.inf
-        if not (0.5 < times <= most and abs(times - round(times)) < 1e-6 * times):
+        ratio = value / part if part * most > value else math.inf
+        if not (0.5 < ratio <= most and abs(ratio - round(ratio)) < 1e-6 * ratio):
             raise self.refuse(
                 key, value, f"a whole multiple of the {name}, {part:g} s, at most {most} of them"
             )
-        return round(times)
+        return round(ratio)
 
 
 def opened(path: Path, kind: str, sections: Collection[str]) -> Table:

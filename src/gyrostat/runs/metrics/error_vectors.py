@@ -51,16 +51,16 @@ def across_and_about(turn: Quaternion, axis: Vector3) -> Vector3:
 
 def _estimate(signal: ErrorSignal, sample: Sample) -> Quaternion:
     """Known attitude."""
-    known: dict[str, Any] = {}
+    fields: dict[str, Any] = {}
     for part in (sample.record, sample.measurement, sample.command):
-        known |= part._asdict()
-    default = "estimated_attitude" if "estimated_attitude" in known else "attitude"
+        fields |= part._asdict()
+    default = "estimated_attitude" if "estimated_attitude" in fields else "attitude"
     name = signal.estimate or default
-    found = known.get(name)
-    if found is None or jnp.shape(found) != (4,):
+    estimate = fields.get(name)
+    if estimate is None or jnp.shape(estimate) != (4,):
         raise InputError(
             f"key requirement.estimate: found {name!r}, expected a quaternion of the command, of "
             f"the measurement or of the record: "
-            f"{', '.join(each for each, value in known.items() if jnp.shape(value) == (4,))}"
+            f"{', '.join(each for each, value in fields.items() if jnp.shape(value) == (4,))}"
         )
-    return found
+    return estimate

@@ -97,18 +97,18 @@ class Observer(eqx.Module):
         run = RunStart(options, setup.plant.spacecraft, setup.start)
         metrics: tuple[Any, ...] = tuple(kind.of(run) for kind in RUN_METRICS)
         metrics += () if setup.budget is None else (setup.budget,)
-        rest = (structure.count, structure.boresight, structure.signals)
-        return cls(setup, options, windows, metrics, *rest)
+        static_fields = (structure.count, structure.boresight, structure.signals)
+        return cls(setup, options, windows, metrics, *static_fields)
 
     def start(self) -> Seen:
         """Initial values before the first sample."""
-        none, zero = jnp.zeros((), dtype=int), jnp.zeros(())
+        count, zero = jnp.zeros((), dtype=int), jnp.zeros(())
         return Seen(
-            *(none, none),
+            *(count, count),
             tuple(window.start() for window in self.windows),
             tuple(metric.start() for metric in self.metrics),
             {name: metric.start() for name, metric in self.setup.metrics.items()},
-            Mode(none, zero) if self.setup.reference is None else self.setup.reference.start(),
+            Mode(count, zero) if self.setup.reference is None else self.setup.reference.start(),
         )
 
     def reference(self, row: Histories, time: Scalar, mode: Mode) -> tuple[AttitudeReference, Mode]:
@@ -153,20 +153,20 @@ class Observer(eqx.Module):
         inside = {
             each.window.name: new.inside for each, (new, _) in zip(self.windows, pairs, strict=True)
         }
-        within = sample._replace(windows=inside)
+        sample_in_windows = sample._replace(windows=inside)
         metrics = zip(self.metrics, seen.metrics, strict=True)
         after = Seen(
             seen.status,
             seen.samples + 1,
             tuple(new for new, _ in pairs),
-            tuple(metric(memory, within, is_last) for metric, memory in metrics),
+            tuple(metric(memory, sample_in_windows, is_last) for metric, memory in metrics),
             {
-                name: metric(seen.own[name], within, is_last)
+                name: metric(seen.own[name], sample_in_windows, is_last)
                 for name, metric in self.setup.metrics.items()
             },
             sample.mode,
         )
-        kept = jax.tree.map(lambda new, old: jnp.where(valid, new, old), after, seen)
+        values = jax.tree.map(lambda new, old: jnp.where(valid, new, old), after, seen)
         counts = valid & (time + TOLERANCE >= self.values["metrics.after"])
         status = jnp.where(k <= self.count, row.status, seen.status)
         counted = (
@@ -174,7 +174,7 @@ class Observer(eqx.Module):
             *(jnp.where(valid, error, jnp.inf) for _, error in pairs),
         )
         vectors = tuple(error_vector(signal, sample) for signal in self.signals)
-        return kept._replace(status=status), Pointing(sample.error, counted, vectors)
+        return values._replace(status=status), Pointing(sample.error, counted, vectors)
 
 
 def ended(seen: Any, period: float) -> Vector:
@@ -200,16 +200,16 @@ def concluded(
     """
     seen = jax.tree.map(np.asarray, seen)
     end = RunEnd(np.maximum(seen.samples, 1), scenario.values["run.control_period"])
-    found = _percentiles(scenario, errors[0]) | dict(budget)
+    table = _percentiles(scenario, errors[0]) | dict(budget)
     kinds = (*RUN_METRICS, *((Budget,) if scenario.budget else ()))
     for kind, memory in zip(kinds, seen.metrics, strict=True):
-        found |= kind.results(memory, end)
-    for window, own, collected in zip(scenario.windows, seen.windows, errors[1:], strict=True):
-        asked = kinds_of_window(window_start(scenario, window))
-        each = _percentiles(scenario, collected) | windows.concluded(asked, own)
-        found |= {f"{window.name}.{name}": entry for name, entry in each.items()}
-    found |= {name: result for name, (_, result) in seen.own.items()}
-    return {name: np.where(seen.status == 0, found[name], np.nan) for name in metrics_of(scenario)}
+        table |= kind.results(memory, end)
+    for window, values, collector in zip(scenario.windows, seen.windows, errors[1:], strict=True):
+        window_kinds = kinds_of_window(window_start(scenario, window))
+        each = _percentiles(scenario, collector) | windows.concluded(window_kinds, values)
+        table |= {f"{window.name}.{name}": entry for name, entry in each.items()}
+    table |= {name: result for name, (_, result) in seen.own.items()}
+    return {name: np.where(seen.status == 0, table[name], np.nan) for name in metrics_of(scenario)}
 
 
 def _percentiles(scenario: Scenario, errors: Collector) -> dict[str, Vector]:

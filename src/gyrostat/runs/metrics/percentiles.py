@@ -64,13 +64,13 @@ class SortedErrors:
 
     def percentile(self, percent: float) -> Vector:
         """Percentile of each run, (runs,), rad; NaN for a run without errors."""
-        counted = self._counted
-        if counted is None:
+        counts = self._counted
+        if counts is None:
             self._errors.sort(axis=1)
-            self._counted = counted = np.sum(self._errors < np.inf, axis=1).tolist()
-        places = [rank(percent, count) - 1 for count in counted]
-        found = self._errors[np.arange(len(places)), places]
-        return np.where(found < np.inf, found, np.nan)
+            self._counted = counts = np.sum(self._errors < np.inf, axis=1).tolist()
+        indices = [rank(percent, count) - 1 for count in counts]
+        errors = self._errors[np.arange(len(indices)), indices]
+        return np.where(errors < np.inf, errors, np.nan)
 
 
 class BinnedErrors:
@@ -89,21 +89,21 @@ class BinnedErrors:
         """Add the errors of the next samples; see `SortedErrors`."""
         # the bits of a positive float, as an integer, increase with its value
         codes = np.ascontiguousarray(errors).view(np.int64) >> _SHIFT
-        places = np.clip(codes - _FIRST, 0, BINS)
-        places += (BINS + 1) * np.arange(len(places))[:, None]
-        np.add.at(self._counts.reshape(-1), places.ravel(), 1)
+        indices = np.clip(codes - _FIRST, 0, BINS)
+        indices += (BINS + 1) * np.arange(len(indices))[:, None]
+        np.add.at(self._counts.reshape(-1), indices.ravel(), 1)
         largest = np.max(errors, axis=1, where=errors < np.inf, initial=-np.inf)
         self._largest = np.maximum(self._largest, largest)
 
     def percentile(self, percent: float) -> Vector:
         """Percentile of each run; see `SortedErrors`."""
         running = np.cumsum(self._counts[:, :BINS], axis=1)
-        counted = running[:, -1]
-        ranks = np.array([rank(percent, count) for count in counted.tolist()])
-        place = np.argmax(running >= ranks[:, None], axis=1)
-        edges = (np.array([place, place + 1]) + _FIRST << _SHIFT).view(np.float64)
+        counts = running[:, -1]
+        ranks = np.array([rank(percent, count) for count in counts.tolist()])
+        bins = np.argmax(running >= ranks[:, None], axis=1)
+        edges = (np.array([bins, bins + 1]) + _FIRST << _SHIFT).view(np.float64)
         middle = np.minimum(edges.mean(axis=0), self._largest)
-        return np.where(counted > 0, middle, np.nan)
+        return np.where(counts > 0, middle, np.nan)
 
 
 Collector = SortedErrors | BinnedErrors

@@ -20,6 +20,7 @@ from gyrostat.scenario.metrics.results import kinds_of_window
 from gyrostat.scenario.metrics.sample import Sample
 from gyrostat.scenario.metrics.window_metric import WindowMetric, WindowSample, WindowStart
 from gyrostat.scenario.scenario import Window
+from gyrostat.scenario.sensing import options_of
 from gyrostat.scenario.structure import Structure
 from gyrostat.scenario.timeline import event_times, modes, slew_times
 
@@ -62,17 +63,16 @@ class WindowObserver(eqx.Module):
     @classmethod
     def of(cls, window: Window, structure: Structure, values: Mapping[str, Scalar]) -> Self:
         """Create the observer of a window for a run with the given values."""
-        prefix = f"window.{window.name}."
-        options = {k.removeprefix(prefix): v for k, v in values.items() if k.startswith(prefix)}
+        options = options_of(values, f"window.{window.name}")
         start, next_slew = 0.0, jnp.array(jnp.inf)
         if window.event is not None:
             start = values[event_times(structure.events, structure.parts)[window.event]]
             for key in slew_times(structure.events, structure.parts):
-                later = jnp.where(values[key] > start, values[key], jnp.inf)
-                next_slew = jnp.minimum(next_slew, later)
+                slew_time = jnp.where(values[key] > start, values[key], jnp.inf)
+                next_slew = jnp.minimum(next_slew, slew_time)
         boresight = window.boresight or structure.boresight
         keys = ("run.control_period", "metrics.settled_angle", "metrics.settled_rate")
-        of = WindowStart(
+        window_start = WindowStart(
             *(window, structure.wheels, boresight, options), *(values[key] for key in keys)
         )
         return cls(
@@ -83,7 +83,7 @@ class WindowObserver(eqx.Module):
             start + options["until"],
             # an end in the scenario replaces the default end
             jnp.where(jnp.isinf(options["until"]), next_slew, jnp.inf),
-            tuple(kind.of(of) for kind in kinds_of_window(of)),
+            tuple(kind.of(window_start) for kind in kinds_of_window(window_start)),
         )
 
     def start(self) -> SeenWindow:
@@ -103,9 +103,9 @@ class WindowObserver(eqx.Module):
         angle, turn, line = self._pointing(sample)
         rate = jnp.sqrt(sample.rate_error @ sample.rate_error)
         entered = inside & ~seen.inside
-        of = WindowSample(sample, k == 0, inside, entered, begin, angle, turn, line, rate)
+        view = WindowSample(sample, k == 0, inside, entered, begin, angle, turn, line, rate)
         memories = tuple(
-            metric(memory, of) for metric, memory in zip(self.metrics, seen.metrics, strict=True)
+            metric(memory, view) for metric, memory in zip(self.metrics, seen.metrics, strict=True)
         )
         after = SeenWindow(seen.samples + inside, inside, memories)
         return after, jnp.where(inside, angle, jnp.inf)
@@ -143,10 +143,10 @@ def concluded(kinds: Sequence[type[WindowMetric]], seen: SeenWindow) -> dict[str
         seen: Running values with a leading axis of runs, NumPy.
     """
     samples = np.maximum(seen.samples, 1)
-    found: dict[str, Any] = {}
+    results: dict[str, Any] = {}
     for kind, memory in zip(kinds, seen.metrics, strict=True):
-        found |= kind.results(memory, samples)
+        results |= kind.results(memory, samples)
     return {
         name: np.where((seen.samples > 0) & np.isfinite(value), value, np.nan)
-        for name, value in found.items()
+        for name, value in results.items()
     }

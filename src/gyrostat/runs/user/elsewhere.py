@@ -104,52 +104,52 @@ def check_law_elsewhere(kind: str, sources: tuple[Source, ...]) -> None:
     Raises:
         UserPartError: A constant or an operation of its curve differs.
     """
-    traced = partial(_curve, kind)
-    check_elsewhere(f"friction {kind}", sources, traced, outline_of(traced(sources)))
+    trace = partial(_curve, kind)
+    check_elsewhere(f"friction {kind}", sources, trace, outline_of(trace(sources)))
 
 
 def _curve(kind: str, sources: tuple[Source, ...]) -> Any:
     return traced_law(loaded_law(kind, sources))
 
 
-def _outlines(sources: tuple[Source, ...], traced: Traced) -> Iterator[Outline]:
+def _outlines(sources: tuple[Source, ...], trace: Traced) -> Iterator[Outline]:
     """Outlines of the traces with other sets and hashes, and of that in another process."""
-    moved = (tuple(without_order(source, turn) for source in sources) for turn in (0, 1))
-    for other in dict.fromkeys(moved):
-        if other != sources:
-            yield outline_of(traced(other))
+    variants = (tuple(without_order(source, turn) for source in sources) for turn in (0, 1))
+    for variant in dict.fromkeys(variants):
+        if variant != sources:
+            yield outline_of(trace(variant))
     path = os.pathsep.join(os.path.abspath(folder) for folder in sys.path)
     seed = "2" if os.environ.get("PYTHONHASHSEED") == "1" else "1"
     with tempfile.TemporaryDirectory() as folder:
-        done = subprocess.run(
+        run = subprocess.run(
             [sys.executable, "-c", _COMMAND, "elsewhere"],
-            input=pickle.dumps((sources, pickle.dumps(traced))),
+            input=pickle.dumps((sources, pickle.dumps(trace))),
             env={**os.environ, "PYTHONPATH": path, "PYTHONHASHSEED": seed},
             cwd=folder,
             capture_output=True,
             check=False,
         )
-    if done.returncode != 0:
-        last = (done.stderr.decode(errors="replace").strip().splitlines() or ["no message"])[-1]
-        raise InputError(f"found no trace in another process ({last}), expected the same as here")
-    elsewhere: Outline | str = pickle.loads(done.stdout)
-    if isinstance(elsewhere, str):
-        raise InputError(f"in another process: {elsewhere}")
-    yield elsewhere
+    if run.returncode != 0:
+        line = (run.stderr.decode(errors="replace").strip().splitlines() or ["no message"])[-1]
+        raise InputError(f"found no trace in another process ({line}), expected the same as here")
+    reply: Outline | str = pickle.loads(run.stdout)
+    if isinstance(reply, str):
+        raise InputError(f"in another process: {reply}")
+    yield reply
 
 
 def answer() -> None:
     """Write the outline of a trace, or a message; the main program of the other process."""
     sources, content = pickle.load(sys.stdin.buffer)
     package_of(sources)  # the trace can be of its classes
-    traced: Traced = pickle.loads(content)
+    trace: Traced = pickle.loads(content)
     _move_away()
     try:
         with reported("parts"):
-            found: Outline | str = outline_of(traced(sources), equations=False)
+            reply: Outline | str = outline_of(trace(sources), equations=False)
     except UserPartError as error:
-        found = str(error)
-    sys.stdout.buffer.write(pickle.dumps(found))
+        reply = str(error)
+    sys.stdout.buffer.write(pickle.dumps(reply))
 
 
 def _move_away() -> None:

@@ -24,20 +24,20 @@ _WITHOUT = {*PACKAGES, "jaxtyping", "gyrostat"}
 
 def with_packages(scenario: Scenario) -> Scenario:
     """Scenario with the present versions of the packages that its parts import."""
-    others = [text for text in scenario.texts if not text.path.startswith(_PLACE)]
-    found = [Source(_PLACE + name, _version(name)) for name in _imported(scenario.sources)]
-    texts = (*others, *found)
+    other_texts = [text for text in scenario.texts if not text.path.startswith(_PLACE)]
+    versions = [Source(_PLACE + name, _version(name)) for name in _import_names(scenario.sources)]
+    texts = (*other_texts, *versions)
     return scenario if texts == scenario.texts else dataclasses.replace(scenario, texts=texts)
 
 
 def other_packages(scenario: Scenario) -> list[str]:
     """Packages of which this process has other versions than a scenario, each as a text."""
-    stored = [text for text in scenario.texts if text.path.startswith(_PLACE)]
-    named = [(text.path.removeprefix(_PLACE), text.text) for text in stored]
+    versions = [text for text in scenario.texts if text.path.startswith(_PLACE)]
+    pairs = [(text.path.removeprefix(_PLACE), text.text) for text in versions]
     return [
-        f"{name} {_version(name)}, expected {known}"
-        for name, known in named
-        if _version(name) != known
+        f"{name} {_version(name)}, expected {expected}"
+        for name, expected in pairs
+        if _version(name) != expected
     ]
 
 
@@ -47,16 +47,16 @@ def refuse_other_packages(scenario: Scenario) -> None:
     Raises:
         InputError: A version differs, so that results could differ from those of other processes.
     """
-    for found in other_packages(scenario):
-        raise InputError(f"this process: found {found}, with which the scenario was read")
+    for package in other_packages(scenario):
+        raise InputError(f"this process: found {package}, with which the scenario was read")
 
 
-def _imported(sources: tuple[Source, ...]) -> list[str]:
+def _import_names(sources: tuple[Source, ...]) -> list[str]:
     """Names of the packages that modules import, also inside functions."""
     modules = [source for source in sources if source.is_module]
     local = {module_name(source.path).partition(".")[0] for source in modules}
-    found = {name for source in modules for name in _names(source.text)}
-    return sorted(found - local - _WITHOUT - sys.stdlib_module_names)
+    names = {name for source in modules for name in _names(source.text)}
+    return sorted(names - local - _WITHOUT - sys.stdlib_module_names)
 
 
 @lru_cache(maxsize=256)

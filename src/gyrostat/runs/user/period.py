@@ -17,8 +17,8 @@ def traced_period(structure: Structure, plans: Any) -> Any:
     """Jaxpr of the first control period."""
     loop_at = loop_of(structure)
 
-    def period(*given: Any) -> Any:
-        loop = loop_at(*given)
+    def period(*arguments: Any) -> Any:
+        loop = loop_at(*arguments)
         return jax.tree.leaves(loop.tick(loop.begin(), 0))
 
     return jax.make_jaxpr(period)(*arguments_of(structure, plans))

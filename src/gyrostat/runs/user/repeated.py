@@ -63,24 +63,24 @@ def try_parts(structure: Structure, plans: Any, names: str) -> tuple[Call, ...]:
         UserPartError: A part cannot be traced, keeps something outside its memory, or differs from
             one trace to the next.
     """
-    return _tried(structure, _Shapes(plans), names)
+    return _try(structure, _Shapes(plans), names)
 
 
 @lru_cache(maxsize=8)
-def _tried(structure: Structure, shapes: _Shapes, names: str) -> tuple[Call, ...]:
-    def fresh() -> Structure:
+def _try(structure: Structure, shapes: _Shapes, names: str) -> tuple[Call, ...]:
+    def reload() -> Structure:
         empty = Source(f"trial{next(_numbers)}.py", "")
         return loaded_with(structure, (*structure.sources, empty))
 
-    def again() -> Any:
+    def retrace() -> Any:
         return traced_period(structure, shapes.plans)
 
-    def anew() -> Any:
-        return traced_period(fresh(), shapes.plans)
+    def retrace_anew() -> Any:
+        return traced_period(reload(), shapes.plans)
 
     try:
         with recording() as calls:
-            first = again()
+            first = retrace()
         if not structure.sources:
             return ()
         package = package_of(structure.sources)
@@ -89,20 +89,20 @@ def _tried(structure: Structure, shapes: _Shapes, names: str) -> tuple[Call, ...
             before = state_of(package)
             _construct(structure, shapes.plans)
             refuse_changed(names, before, state_of(package))
-            loaded = fresh()
-            _construct(loaded, shapes.plans)
-            second = traced_period(loaded, shapes.plans)
+            copy = reload()
+            _construct(copy, shapes.plans)
+            second = traced_period(copy, shapes.plans)
     except ImpureError as error:
-        raise error.at_line(line_that_changes(anew)) from None
+        raise error.at_line(line_that_changes(retrace_anew)) from None
     outline = outline_of(first)
     difference = difference_of(outline, outline_of(second))
     if difference is not None:
         with silent(), contextlib.suppress(UserPartError):
-            again()  # loads the modules
-        line = line_that_differs(again, again) or line_that_differs(anew, anew)
+            retrace()  # loads the modules
+        line = line_that_differs(retrace, retrace) or line_that_differs(retrace_anew, retrace_anew)
         raise differing(names, difference, line)
-    traced = partial(period_from, structure, shapes.plans)
-    check_elsewhere(names, structure.sources, traced, outline)
+    trace = partial(period_from, structure, shapes.plans)
+    check_elsewhere(names, structure.sources, trace, outline)
     return tuple(calls)
 
 
@@ -110,4 +110,4 @@ def _construct(structure: Structure, plans: Any) -> None:
     """Construct the parts of a run as they are in a trace."""
     loop_at = loop_of(structure)
     arguments = arguments_of(structure, plans)
-    jax.eval_shape(lambda *given: jax.tree.leaves(loop_at(*given).begin()), *arguments)
+    jax.eval_shape(lambda *inputs: jax.tree.leaves(loop_at(*inputs).begin()), *arguments)

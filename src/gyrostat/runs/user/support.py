@@ -32,8 +32,8 @@ class Obstacle(NamedTuple):
     text: str = ""
 
     def __str__(self) -> str:
-        place = f"{self.file} line {self.line}, `{self.text}`: " if self.file else ""
-        return place + self.operation
+        location = f"{self.file} line {self.line}, `{self.text}`: " if self.file else ""
+        return location + self.operation
 
 
 class Support(NamedTuple):
@@ -83,8 +83,8 @@ def _obstacle(calls: Sequence[Call], scope: Scope) -> Obstacle | None:
         error = unsupported(call.traced, scope)
         if error is not None:
             line = _line(error)
-            place = ("", 0, "") if line is None else (line.file, line.number, line.text)
-            return Obstacle(error.what, *place)
+            location = ("", 0, "") if line is None else (line.file, line.number, line.text)
+            return Obstacle(error.what, *location)
     return None
 
 
@@ -94,13 +94,13 @@ def _line(error: UnsupportedError) -> Line | None:
     JAX traces a function of a library once, with the lines of its first caller: the operations
     inside it have the line of the call.
     """
-    found = None
+    line = None
     for equation in reversed(error.equations):
-        found = line_in(equation) or found
+        line = line_in(equation) or line
         inner = called(equation)
         if inner is None:
             continue
-        place = getattr(getattr(inner.jaxpr, "debug_info", None), "func_src_info", None) or ""
-        if PREFIX not in place:
+        path = getattr(getattr(inner.jaxpr, "debug_info", None), "func_src_info", None) or ""
+        if PREFIX not in path:
             break
-    return found
+    return line

@@ -50,20 +50,20 @@ def supports_of(scenario: Scenario, plans: Plans) -> dict[str, Support]:
     Raises:
         InputError: See `try_shapes`.
     """
-    calls, found = try_shapes(scenario, plans), {}
+    calls, supports = try_shapes(scenario, plans), {}
     for name, kind in kinds_of(scenario).items():
         if is_user_kind(kind):
             section = next(s for s in (*EXPORTED[::-1], name) if f"{name}.".startswith(f"{s}."))
-            places = f"{name} {kind}", f"{section} {kind}"
-            part_calls = [call for call in calls if call.part in places]
-            found[name] = support_of(part_calls, exported=section in EXPORTED)
+            labels = f"{name} {kind}", f"{section} {kind}"
+            part_calls = [call for call in calls if call.part in labels]
+            supports[name] = support_of(part_calls, exported=section in EXPORTED)
     if is_user_kind(scenario.friction):
         law = law_of(scenario.friction, scenario.sources)
         if issubclass(law, Friction):
             call = Call(f"friction {scenario.friction}", "torque", traced_law(law), simulated=True)
             # a compensator computes the friction
-            found["friction"] = support_of([call], exported=scenario.compensator != "none")
-    return found
+            supports["friction"] = support_of([call], exported=scenario.compensator != "none")
+    return supports
 
 
 def first_sample(structure: Structure, values: Values, plans: Plans) -> tuple[Setup, Any, Any, Any]:
@@ -74,33 +74,33 @@ def first_sample(structure: Structure, values: Values, plans: Plans) -> tuple[Se
     setup = build(structure, values, plans)
     period = values["run.control_period"]
     measurement = first_measurement(setup.sensor, setup.start, period)
-    made = setup.controller(setup.controller.start(period), measurement)
+    outputs = setup.controller(setup.controller.start(period), measurement)
     bodies = jax.tree.leaves(setup.plant, is_leaf=lambda part: isinstance(part, Gyrostat))
     body = next(part for part in bodies if isinstance(part, Gyrostat))
-    torques = _user_torques(setup, body, made[1])
+    torques = _user_torques(setup, body, outputs[1])
     states = {
-        each.name: _divided(each, getattr(made[1], name), period)
+        each.name: _states_in_turn(each, getattr(outputs[1], name), period)
         for name, each in body.actuators.items()
         if isinstance(each, UserActuator)
     }
-    return setup, made, torques, states
+    return setup, outputs, torques, states
 
 
 def _user_torques(setup: Setup, body: Gyrostat, command: Any) -> dict[str, Vector3]:
     """Name of each own environment torque and actuator -> its torque at the first command."""
     attitude = setup.start.attitude
-    found = {
+    torques = {
         item.name: item(body.spacecraft, attitude, 0.0)
         for item in body.environment
         if isinstance(item, UserTorque)
     }
     states = getattr(setup.start, "actuators", None)
     for item in commanded_torques(body.actuators, command, states, 0.0):
-        found[f"actuator.{item.name}"] = item(body.spacecraft, attitude, 0.0)
-    return found
+        torques[f"actuator.{item.name}"] = item(body.spacecraft, attitude, 0.0)
+    return torques
 
 
-def _divided(actuator: UserActuator, value: Any, period: Scalar) -> tuple[Any, Any]:
+def _states_in_turn(actuator: UserActuator, value: Any, period: Scalar) -> tuple[Any, Any]:
     """State of an actuator after a period of another command, and after two parts of it in turn."""
     value = jax.tree.map(lambda leaf: leaf + 1, value)
     start = actuator.start()
@@ -131,12 +131,12 @@ def check_first_sample(
     """
     memory, command = made
     names = _user_names(scenario)
-    named = {f"command.{n}": v for n, v in zip(command._fields, command, strict=True)}
-    for place, value in {**named, "memory": memory}.items():
+    entries = {f"command.{n}": v for n, v in zip(command._fields, command, strict=True)}
+    for label, value in {**entries, "memory": memory}.items():
         for leaf in jax.tree.leaves(value):
             if not np.all(np.isfinite(leaf)) and names:
                 raise UserPartError(
-                    f"{names}: found {place} with NaN or an infinite number at the first "
+                    f"{names}: found {label} with NaN or an infinite number at the first "
                     "sample, expected finite numbers"
                 )
     for name, torque in torques.items():
@@ -145,16 +145,17 @@ def check_first_sample(
                 f"{name}: found the torque {np.asarray(torque)} at the first sample, expected "
                 "finite numbers, N·m"
             )
-    _check_divided(states)
+    _check_states(states)
 
 
-def _check_divided(states: Mapping[str, Any]) -> None:
+def _check_states(states: Mapping[str, Any]) -> None:
     for name, (once, in_turn) in states.items():
-        for one, other in zip(jax.tree.leaves(once), jax.tree.leaves(in_turn), strict=True):
-            if not np.allclose(one, other, rtol=1e-6, atol=1e-9 * np.max(np.abs(one), initial=0.0)):
+        for expected, found in zip(jax.tree.leaves(once), jax.tree.leaves(in_turn), strict=True):
+            rounding = 1e-9 * np.max(np.abs(expected), initial=0.0)
+            if not np.allclose(expected, found, rtol=1e-6, atol=rounding):
                 raise UserPartError(
-                    f"{name}: found the state {np.asarray(other)} after no time or after two times "
-                    f"in turn, expected {np.asarray(one)} as after their sum: advanced(state, "
+                    f"{name}: found the state {np.asarray(found)} after no time or after two times "
+                    f"in turn, expected {np.asarray(expected)} as after their sum: advanced(state, "
                     "value, elapsed) is the motion in time at a constant command"
                 )
 
@@ -181,7 +182,7 @@ def say_bad_commands(
 
 def _user_names(scenario: Scenario) -> str:
     """Names of the user-defined parts that compute the command."""
-    named = {name: getattr(scenario, name) for name in LOOP}
+    kinds = {name: getattr(scenario, name) for name in LOOP}
     modes = [part for part in scenario.parts if part.section == "reference.mode"]
-    named |= {f"{part.section}.{part.name}": part.kind for part in modes}
-    return ", ".join(f"{name} {kind}" for name, kind in named.items() if is_user_kind(kind))
+    kinds |= {f"{part.section}.{part.name}": part.kind for part in modes}
+    return ", ".join(f"{name} {kind}" for name, kind in kinds.items() if is_user_kind(kind))

@@ -31,26 +31,26 @@ class _AsCalls(ast.NodeTransformer):
         if all(isinstance(each, ast.Constant) and _is_fixed(each.value) for each in node.elts):
             return node
         entries: Any = self.generic_visit(node)
-        return _made(self.turn, ast.Name("set", ast.Load()), ast.Tuple(entries.elts, ast.Load()))
+        return _call(self.turn, ast.Name("set", ast.Load()), ast.Tuple(entries.elts, ast.Load()))
 
     def visit_SetComp(self, node: ast.SetComp) -> ast.AST:
         """Set comprehension."""
-        return _made(self.turn, ast.Name("set", ast.Load()), self.generic_visit(node))
+        return _call(self.turn, ast.Name("set", ast.Load()), self.generic_visit(node))
 
     def visit_Call(self, node: ast.Call) -> ast.AST:
         """Call of a class of sets, or of a function whose results other processes do not have."""
         call: Any = self.generic_visit(node)
         match call.func:
             case ast.Name(id="set" | "frozenset"):
-                return _made(self.turn, call.func, *call.args)
+                return _call(self.turn, call.func, *call.args)
             case ast.Name(id="hash" | "id"):
-                return _made(0, call.func, *call.args)  # the same in each turn
+                return _call(0, call.func, *call.args)  # the same in each turn
         return call
 
 
-def _made(turn: int, kind: Any, *arguments: Any) -> ast.Call:
-    given = [ast.Constant(turn), kind, *arguments]
-    return ast.Call(ast.parse(_SET, mode="eval").body, given, [])
+def _call(turn: int, kind: Any, *arguments: Any) -> ast.Call:
+    nodes = [ast.Constant(turn), kind, *arguments]
+    return ast.Call(ast.parse(_SET, mode="eval").body, nodes, [])
 
 
 def without_order(source: Source, turn: int) -> Source:
@@ -76,9 +76,9 @@ def unordered(turn: int, kind: Any, *entries: Any) -> Any:
         entries: Its arguments.
     """
     if kind in (hash, id):
-        made = kind(*entries)
-        return made if kind is hash and all(map(_is_fixed, entries)) else made + 1
-    return _moved(turn, kind(*map(_plain, entries)))
+        number = kind(*entries)
+        return number if kind is hash and all(map(_is_fixed, entries)) else number + 1
+    return _reorder(turn, kind(*map(_plain, entries)))
 
 
 def _is_fixed(entry: Any) -> bool:
@@ -88,13 +88,13 @@ def _is_fixed(entry: Any) -> bool:
     return isinstance(entry, int | float | complex)
 
 
-def _moved(turn: int, plain: Any) -> Any:
+def _reorder(turn: int, plain: Any) -> Any:
     """Set of the entries of a plain one, in another order; anything else as it is."""
     if type(plain) not in (set, frozenset):
         return plain
-    made = _moved_kind(turn, type(plain))(plain)
-    made.plain = plain
-    return made
+    copy = _kind_of_turn(turn, type(plain))(plain)
+    copy.plain = plain
+    return copy
 
 
 def _plain(entry: Any) -> Any:
@@ -105,28 +105,28 @@ def _plain(entry: Any) -> Any:
 
 
 @cache
-def _moved_kind(turn: int, kind: Any) -> Any:
+def _kind_of_turn(turn: int, kind: Any) -> Any:
     """Class of sets in another order, also of the sets computed from them."""
 
-    def move(made: Any) -> Iterator[Any]:
-        entries = [*kind.__iter__(_plain(made))]
+    def move(instance: Any) -> Iterator[Any]:
+        entries = [*kind.__iter__(_plain(instance))]
         if not all(map(_is_fixed, entries)):
             entries.sort(key=lambda entry: (type(entry).__qualname__, repr(entry)))
             places = turn % len(entries)
             entries = [*entries[places:], *entries[:places]]
         return iter(entries)
 
-    def pop(made: Any) -> Any:
-        chosen = next(iter(made))
-        made.remove(chosen)
-        return chosen
+    def pop(instance: Any) -> Any:
+        entry = next(iter(instance))
+        instance.remove(entry)
+        return entry
 
-    def computed(name: str) -> Callable[..., Any]:
-        def call(made: Any, *others: Any) -> Any:
-            return _moved(turn, getattr(kind, name)(_plain(made), *map(_plain, others)))
+    def method(name: str) -> Callable[..., Any]:
+        def call(instance: Any, *operands: Any) -> Any:
+            return _reorder(turn, getattr(kind, name)(_plain(instance), *map(_plain, operands)))
 
         return call
 
-    methods = {name: computed(name) for name in _COMPUTED}
+    methods = {name: method(name) for name in _COMPUTED}
     members = {"__iter__": move, "pop": pop, "plain": kind()}
     return type(kind.__name__, (kind,), methods | members)

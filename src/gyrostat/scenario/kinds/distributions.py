@@ -28,18 +28,18 @@ def distribution_of(dispersion: Dispersion, values: Mapping[str, float]) -> Dist
     Raises:
         InputError: There is no such distribution, or it has other parameters.
     """
-    where = f"dispersion of {', '.join(dispersion.keys)}"
+    label = f"dispersion of {', '.join(dispersion.keys)}"
     kind = DISTRIBUTIONS.get(dispersion.distribution)
     if kind is None:
         raise InputError(
-            f"{where}: found distribution {dispersion.distribution!r}, expected one of "
+            f"{label}: found distribution {dispersion.distribution!r}, expected one of "
             f"{', '.join(DISTRIBUTIONS)}"
         )
     names = kind.parameters()
     lengths = {len(row) for row in dispersion.parameters}
     if len(dispersion.parameters) != len(dispersion.keys) or (names and lengths != {len(names)}):
         raise InputError(
-            f"{where}: found parameters {dispersion.parameters}, expected "
+            f"{label}: found parameters {dispersion.parameters}, expected "
             f"({', '.join(names) or 'a row'}) for each key"
         )
     nominal = np.array([values[key] for key in dispersion.keys], float)
@@ -52,13 +52,13 @@ def distributions_of(scenario: Scenario) -> list[Distribution]:
     Raises:
         InputError: A dispersion cannot be.
     """
-    found = []
+    distributions = []
     for dispersion in scenario.dispersions:
-        made = distribution_of(dispersion, scenario.values)
-        for name, expected in made.faults():
+        distribution = distribution_of(dispersion, scenario.values)
+        for name, expected in distribution.faults():
             raise InputError(
                 f"dispersion of {', '.join(dispersion.keys)}: found {dispersion.distribution} with "
                 f"{name} of {dispersion.parameters}, expected {expected}"
             )
-        found.append(made)
-    return found
+        distributions.append(distribution)
+    return distributions

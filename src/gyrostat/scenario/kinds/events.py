@@ -16,8 +16,8 @@ EVENTS: Mapping[str, type[EventKind]] = {kind.name: kind for kind in classes_of(
 
 def events_of(events: Iterable[Event], base: type[Kind]) -> list[tuple[Event, type[Kind]]]:
     """Events whose kind is a subclass of a base, each with its kind."""
-    found = ((event, kind_of(event)) for event in events)
-    return [(event, kind) for event, kind in found if issubclass(kind, base)]
+    pairs = ((event, kind_of(event)) for event in events)
+    return [(event, kind) for event, kind in pairs if issubclass(kind, base)]
 
 
 def kind_of(event: Event) -> type[EventKind]:

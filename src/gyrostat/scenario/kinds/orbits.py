@@ -33,18 +33,18 @@ def planned_orbit(scenario: Scenario) -> OrbitEnvironment | None:
     if scenario.orbit == "none":
         return None
     if has_own_orbits(scenario.dispersed):
-        return _tabulated(scenario, scenario.values, _own_step(scenario))[0]
+        return _tables_of(scenario, scenario.values, _own_step(scenario))[0]
     share = 1.0 if PHASE in scenario.dispersed else scenario.values[PHASE] / tau
-    return _tabulated(scenario, {**scenario.values, PHASE: 0.0}, share=share)[0]
+    return _tables_of(scenario, {**scenario.values, PHASE: 0.0}, share=share)[0]
 
 
 def nominal_orbit(scenario: Scenario) -> OrbitEnvironment | None:
     """Tables of the nominal run, with the splines of the campaign; None without an orbit."""
-    planned = planned_orbit(scenario)
-    if planned is None or has_own_orbits(scenario.dispersed):
-        return planned
-    later = scenario.values[PHASE] / tau * float(planned.period)
-    return planned.until(scenario.duration + later)
+    orbit = planned_orbit(scenario)
+    if orbit is None or has_own_orbits(scenario.dispersed):
+        return orbit
+    offset = scenario.values[PHASE] / tau * float(orbit.period)
+    return orbit.until(scenario.duration + offset)
 
 
 def has_own_orbits(dispersed: Sequence[str]) -> bool:
@@ -80,8 +80,8 @@ def own_orbits(scenario: Scenario, values: Matrix) -> OrbitEnvironment | None:
     """
     if not has_own_orbits(scenario.dispersed):
         return None
-    made = [_own_orbit(scenario, tuple(row)) for row in values.tolist()]
-    return jax.tree.map(lambda *leaves: np.stack(leaves), *made)
+    orbits = [_own_orbit(scenario, tuple(row)) for row in values.tolist()]
+    return jax.tree.map(lambda *leaves: np.stack(leaves), *orbits)
 
 
 def check_own_orbits(scenario: Scenario, values: Matrix) -> None:
@@ -102,7 +102,7 @@ def check_own_orbits(scenario: Scenario, values: Matrix) -> None:
 @lru_cache(maxsize=8)
 def _own_step(scenario: Scenario) -> int:
     """Step of the tables of every run, s; other orbits may need more rows than the nominal."""
-    _, accuracy = _tabulated(scenario, scenario.values)
+    _, accuracy = _tables_of(scenario, scenario.values)
     return next((step for step in STEPS if step < accuracy.step), STEPS[-1])
 
 
@@ -117,27 +117,23 @@ def orbit_of(
         planned: Tables as from `planned_orbit`.
     """
     if planned is not None and has_own_orbits(scenario.dispersed):
-        row = tuple(float(values[key]) for key in scenario.dispersed)
-        return _own_orbit(scenario, row)
+        return _own_orbit(scenario, tuple(float(values[key]) for key in scenario.dispersed))
     return orbit_of_run(values, planned, scenario.dispersed)
 
 
 @lru_cache(maxsize=256)
 def _own_orbit(scenario: Scenario, row: tuple[float, ...]) -> OrbitEnvironment:
-    drawn = dict(zip(scenario.dispersed, row, strict=True))
+    draw = dict(zip(scenario.dispersed, row, strict=True))
     try:
-        return _tabulated(scenario, {**scenario.values, **drawn}, _own_step(scenario))[0]
+        return _tables_of(scenario, {**scenario.values, **draw}, _own_step(scenario))[0]
     except InputError as error:
-        elements = {key: value for key, value in drawn.items() if key.startswith("orbit.")}
-        about = ", ".join(f"{key} {value:.6g}" for key, value in elements.items())
-        raise InputError(f"run with {about}: {error}: use less spread") from None
+        elements = {key: value for key, value in draw.items() if key.startswith("orbit.")}
+        label = ", ".join(f"{key} {value:.6g}" for key, value in elements.items())
+        raise InputError(f"run with {label}: {error}: use less spread") from None
 
 
-def _tabulated(
-    scenario: Scenario,
-    values: Mapping[str, float],
-    step: int | None = None,
-    share: float = 0.0,
+def _tables_of(
+    scenario: Scenario, values: Mapping[str, float], step: int | None = None, share: float = 0.0
 ) -> tuple[OrbitEnvironment, OrbitAccuracy]:
     """Tables from the phase on, for a run and a share of a period more, and their accuracy."""
     texts = {

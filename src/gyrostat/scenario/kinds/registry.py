@@ -133,9 +133,9 @@ def fitting_estimator(kinds: Mapping[str, str]) -> str:
     Args:
         kinds: Section -> kind.
     """
-    given = kinds["estimator"]
-    alone = given == "none" and is_user_kind(kinds["controller"])
-    return given if is_user_kind(given) or alone else KINDS["sensors"][kinds["sensors"]].estimator
+    kind = kinds["estimator"]
+    optional = kind == "none" and is_user_kind(kinds["controller"])
+    return kind if is_user_kind(kind) or optional else KINDS["sensors"][kinds["sensors"]].estimator
 
 
 def check_needs(scenario: Scenario) -> None:
@@ -146,18 +146,18 @@ def check_needs(scenario: Scenario) -> None:
             fit what stands beside it.
     """
     named = list(named_components(scenario))
-    made = {n.place: component(n.section, n.kind, scenario.sources) for n in named}
-    provided = {SURFACES} if scenario.surfaces else set()
-    provided = provided.union(*(kind.provides for kind in made.values()))
+    components = {n.place: component(n.section, n.kind, scenario.sources) for n in named}
+    available = {SURFACES} if scenario.surfaces else set()
+    available = available.union(*(kind.provides for kind in components.values()))
     for place, _, name in named:
-        for need in sorted(made[place].needs):
-            if need not in provided and not need.places & made.keys():
+        for need in sorted(components[place].needs):
+            if need not in available and not need.places & components.keys():
                 raise InputError(
                     f"key {place}: found {name} without {need.name}, expected {need.expected}"
                 )
-    for place, kind in made.items():
+    for place, kind in components.items():
         kind.check(place, scenario)
-    _check_null_space(scenario, made["controller"])
+    _check_null_space(scenario, components["controller"])
 
 
 def _check_null_space(scenario: Scenario, controller: Any) -> None:
@@ -200,12 +200,12 @@ def measured(
         parts: Parts of a scenario.
         sources: Python files of the scenario.
     """
-    found = {name: MEASURED[name] for name in KINDS["sensors"][sensors].measured}
+    fields = {name: MEASURED[name] for name in KINDS["sensors"][sensors].measured}
     for part in parts:
         if part.section == "sensor":
             unit = component(part.section, part.kind, sources).unit
-            found[part.name] = (unit, "1/s" if unit == "1" else f"{unit}/s")
-    return found
+            fields[part.name] = (unit, "1/s" if unit == "1" else f"{unit}/s")
+    return fields
 
 
 def user_event_keys(kind: str, sources: tuple[Source, ...]) -> dict[str, Key]:

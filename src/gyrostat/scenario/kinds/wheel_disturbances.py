@@ -1,6 +1,6 @@
 """Imbalance of the wheels of a scenario, with harmonics and structural modes."""
 
-from typing import Any
+from functools import partial
 
 from gyrostat.core.jax64 import jnp
 from gyrostat.scenario.build_spacecraft import has_section, of_wheels
@@ -22,23 +22,20 @@ def imbalance_of(
     """
     if not has_section(structure, "static_imbalance"):
         return None
-
-    def each(name: str) -> Any:
-        return of_wheels(structure, values, name)
-
+    per_wheel = partial(of_wheels, structure, values)
     modes = None
     if has_section(structure, "rocking_frequency"):
         modes = WheelStructure(
-            2.0 * jnp.pi * each("radial_frequency"),
-            each("radial_damping"),
-            2.0 * jnp.pi * each("rocking_frequency"),
-            each("rocking_damping"),
-            each("inertia_ratio"),
+            2.0 * jnp.pi * per_wheel("radial_frequency"),
+            per_wheel("radial_damping"),
+            2.0 * jnp.pi * per_wheel("rocking_frequency"),
+            per_wheel("rocking_damping"),
+            per_wheel("inertia_ratio"),
         )
     return Imbalance(
-        each("static_imbalance"),
-        each("dynamic_imbalance"),
-        jnp.stack([each(f"position.{axis}") for axis in AXES]),
+        per_wheel("static_imbalance"),
+        per_wheel("dynamic_imbalance"),
+        jnp.stack([per_wheel(f"position.{axis}") for axis in AXES]),
         WheelHarmonics.joined(*harmonics) if harmonics else None,
         modes,
     )

@@ -50,15 +50,15 @@ class Budget(eqx.Module):
     ) -> dict[str, Vector3]:
         """Integrals one control period later, N·m·s; nothing comes after the last sample."""
         period = jnp.where(is_last, 0.0, self.period)
-        every: dict[str, Any] = dict(self.torques)
+        torques: dict[str, Any] = dict(self.torques)
         states = getattr(sample.state, "actuators", None)
-        commanded = commanded_torques(self.actuators, sample.command, states, sample.time)
-        every |= {f"actuator.{item.name}": item for item in commanded}
+        actuator_torques = commanded_torques(self.actuators, sample.command, states, sample.time)
+        torques |= {f"actuator.{item.name}": item for item in actuator_torques}
         attitude = sample.state.attitude
         return {
             name: memory[name]
             + period * to_inertial(attitude, torque(self.spacecraft, attitude, sample.time))
-            for name, torque in every.items()
+            for name, torque in torques.items()
         }
 
     @classmethod

@@ -54,8 +54,8 @@ def exposed(
     """
     stride = jnp.ceil(periods / EXPOSURES)
     held, since = jnp.where(inside, seen.held, 0.0), seen.since + 1.0
-    away = seen.first - direction
-    chord = jnp.maximum(seen.chord, jnp.sum(away**2, axis=1))
+    difference = seen.first - direction
+    chord = jnp.maximum(seen.chord, jnp.sum(difference**2, axis=1))
     number = jnp.arange(EXPOSURES)
     ends = (since + stride * number == periods) & (number < held)
     largest = jnp.max(jnp.where(ends, chord, -jnp.inf))

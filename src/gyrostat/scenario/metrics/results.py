@@ -29,13 +29,13 @@ def metrics_of(scenario: Scenario) -> dict[str, Metric]:
     columns = dict.fromkeys(percentiles, PERCENTILE)
     for kind in RUN_METRICS:
         columns |= kind.columns
-    found = {name: Metric(column.unit, column.meaning) for name, column in columns.items()}
+    metrics = {name: Metric(column.unit, column.meaning) for name, column in columns.items()}
     for window in scenario.windows:
-        metrics = {name: Metric(*WINDOW_PERCENTILE[:2], window.name) for name in percentiles}
-        metrics |= window_metrics(window_start(scenario, window))
-        found |= {f"{window.name}.{name}": metric for name, metric in metrics.items()}
-    found |= {each.metric: Metric(each.unit, each.meaning) for each in scenario.requirements}
-    return found | _user_metrics(scenario) | _budget(scenario)
+        entries = {name: Metric(*WINDOW_PERCENTILE[:2], window.name) for name in percentiles}
+        entries |= window_metrics(window_start(scenario, window))
+        metrics |= {f"{window.name}.{name}": metric for name, metric in entries.items()}
+    metrics |= {each.metric: Metric(each.unit, each.meaning) for each in scenario.requirements}
+    return metrics | _user_metrics(scenario) | _budget(scenario)
 
 
 def _budget(scenario: Scenario) -> dict[str, Metric]:
@@ -57,8 +57,8 @@ def _user_metrics(scenario: Scenario) -> dict[str, Metric]:
         return {}
     from gyrostat.scenario.kinds.registry import component  # imports JAX, which takes long
 
-    made = {part.name: component(part.section, part.kind, scenario.sources) for part in parts}
-    return {name: Metric(metric.unit, metric.meaning()) for name, metric in made.items()}
+    components = {part.name: component(part.section, part.kind, scenario.sources) for part in parts}
+    return {name: Metric(metric.unit, metric.meaning()) for name, metric in components.items()}
 
 
 def percentile_name(percent: float) -> str:
@@ -77,10 +77,10 @@ def window_metrics(window: WindowStart) -> dict[str, Metric]:
 
 def kinds_of_window(window: WindowStart) -> list[type[WindowMetric]]:
     """Metrics that a window asks for."""
-    asked = {"", *window.values}
-    asked |= {"boresight"} if window.boresight is not None else set()
-    asked |= {"propellant"} if window.window.propellant is not None else set()
-    return [kind for kind in WINDOW_METRICS if kind.asked_by in asked]
+    keys = {"", *window.values}
+    keys |= {"boresight"} if window.boresight is not None else set()
+    keys |= {"propellant"} if window.window.propellant is not None else set()
+    return [kind for kind in WINDOW_METRICS if kind.asked_by in keys]
 
 
 def window_start(scenario: Scenario, window: Window) -> WindowStart:

@@ -60,22 +60,21 @@ class UserControl(UserWrapper):
         """Part whose field `reference`, if it has one, is the reference as a function of time."""
         if not self.takes_reference:
             return self
-        inner = dataclasses.replace(self.inner, reference=guide.at)
-        return dataclasses.replace(self, inner=inner)
+        return dataclasses.replace(self, inner=dataclasses.replace(self.inner, reference=guide.at))
 
     def in_orbit(self, orbit: OrbitEnvironment) -> "UserControl":
         """Part whose field `orbit`, if it has one, is the orbit of the run."""
-        if not self._has("orbit"):
+        if not self._has_field("orbit"):
             return self
         return dataclasses.replace(self, inner=dataclasses.replace(self.inner, orbit=orbit))
 
-    def _has(self, name: str) -> bool:
+    def _has_field(self, name: str) -> bool:
         return name in {field.name for field in dataclasses.fields(self.inner)}
 
     @property
     def takes_reference(self) -> bool:
         """Whether the part has a field `reference`."""
-        return self._has("reference")
+        return self._has_field("reference")
 
     def start(self, period: Scalar) -> UserMemory:
         """Memory before the first sample."""
@@ -98,13 +97,13 @@ class UserControl(UserWrapper):
                 and a command.
         """
         sample = timed(measurement, memory)
-        made = self.called("__call__", memory.inner, sample)
-        if not isinstance(made, tuple) or len(made) != 2 or hasattr(made, "_fields"):
+        result = self.called("__call__", memory.inner, sample)
+        if not isinstance(result, tuple) or len(result) != 2 or hasattr(result, "_fields"):
             raise UserPartError(
-                f"{self.name}: found {described(made)} as result, expected (memory, command)"
+                f"{self.name}: found {described(result)} as result, expected (memory, command)"
             )
-        inner = same_memory(self.name, memory.inner, made[0])
-        command = self._command(made[1])
+        inner = same_memory(self.name, memory.inner, result[0])
+        command = self._command(result[1])
         if hasattr(self.inner, "predicted"):
             # flight code always predicts after a rejected sample
             self.tried("predicted", inner, sample, command, simulated=False)

@@ -91,8 +91,8 @@ class UserControllerKind(UserKind):
 
     def controller(self, design: Spacecraft, beginning: Beginning) -> UserControl:
         """See `ControllerKind.controller`."""
-        made = self.part.build(self.values, spacecraft=design, reference=None, orbit=None)
-        return UserControl(made, self.part.name, design.wheels.count)
+        inner = self.part.build(self.values, spacecraft=design, reference=None, orbit=None)
+        return UserControl(inner, self.part.name, design.wheels.count)
 
     def body(self, plant: Any) -> Any:
         """See `ControllerKind.body`."""
@@ -104,11 +104,11 @@ class UserWrappingKind(UserKind):
 
     def make(self, context: Context) -> UserControl:
         """Part around the controller."""
-        known = context.spacecraft
-        assert known is not None
-        given = {"controller": context.controller, "spacecraft": known, "orbit": None}
-        made = self.part.build(self.values, **given)
-        return UserControl(made, self.part.name, known.wheels.count)
+        spacecraft = context.spacecraft
+        assert spacecraft is not None
+        fields = {"controller": context.controller, "spacecraft": spacecraft, "orbit": None}
+        inner = self.part.build(self.values, **fields)
+        return UserControl(inner, self.part.name, spacecraft.wheels.count)
 
 
 @dataclass(frozen=True)
@@ -149,10 +149,6 @@ class UserAttitudeKind(UserKind):
 TORQUE = "which returns a torque in body axes (3,), N·m"
 
 
-def _controller(part: UserPart) -> UserControllerKind:
-    return UserControllerKind(part.with_methods(**CONTROL))
-
-
 def _wrapping(part: UserPart) -> UserWrappingKind:
     """Compensator or estimator."""
     part = part.with_methods(**CONTROL)
@@ -189,13 +185,13 @@ def _actuator(part: UserPart) -> UserWorldKind:
     """Actuator, with a state if its class has a method `start`."""
     if not hasattr(part.made, "start"):
         return _in_world(UserTorque, f"(value, attitude, time), {TORQUE}")(part)
-    made = _in_world(
+    make = _in_world(
         UserActuator,
         f"(state, value, attitude, time), {TORQUE}",
         start="(), which returns the state",
         advanced="(state, value, elapsed), which returns the state",
     )
-    return made(part)
+    return make(part)
 
 
 def _attitude(part: UserPart) -> UserAttitudeKind:
@@ -205,7 +201,7 @@ def _attitude(part: UserPart) -> UserAttitudeKind:
 
 
 USER_KINDS: dict[str, Callable[[UserPart], Any]] = {
-    "controller": _controller,
+    "controller": lambda part: UserControllerKind(part.with_methods(**CONTROL)),
     "compensator": _wrapping,
     "estimator": _wrapping,
     "reference": _attitude,

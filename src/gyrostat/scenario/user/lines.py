@@ -60,8 +60,8 @@ def line_in(equation: Any) -> Line | None:
     Args:
         equation: Equation of a jaxpr, or None.
     """
-    found = None if equation is None else equation.source_info.traceback
-    lines = (line_at(f.file_name, f.line_num) for f in (found.frames if found else ()))
+    traceback = None if equation is None else equation.source_info.traceback
+    lines = (line_at(f.file_name, f.line_num) for f in (traceback.frames if traceback else ()))
     return next((line for line in lines if line is not None), None)
 
 
@@ -73,11 +73,10 @@ def line_that_differs(one: Callable[[], Any], other: Callable[[], Any]) -> Line 
         names = {n: v for n, v in frame.f_locals.items() if not n.startswith("__")}
         return content([names, result], package)
 
-    pairs = zip_longest(_events(one, values), _events(other, values))
-    for first, second in pairs:
+    for first, second in zip_longest(_events(one, values), _events(other, values)):
         event: Event = second if first is None else first
         if first is None or second is None or first[:2] != second[:2]:
-            return line_at(event.culprit[0], event.culprit[1])
+            return line_at(*event.culprit)
     return None
 
 
@@ -101,10 +100,7 @@ def silent() -> Iterator[None]:
 
 
 def _events(
-    run: Callable[[], Any],
-    probe: Callable[[FrameType, Any], Any],
-    *,
-    while_loading: bool = True,
+    run: Callable[[], Any], probe: Callable[[FrameType, Any], Any], *, while_loading: bool = True
 ) -> list[Event]:
     """Events of an execution in a user's files, until its end or an exception."""
     events: list[Event] = []
@@ -114,8 +110,8 @@ def _events(
         file, number = frame.f_code.co_filename, frame.f_lineno
         if event in ("line", "return") and (while_loading or not _is_loading(frame)):
             result = argument if event == "return" else None
-            here = file, number
-            culprit = here if event == "return" else last.get(id(frame), here)
+            position = file, number
+            culprit = position if event == "return" else last.get(id(frame), position)
             place = file.partition("/")[2], number, event
             events.append(Event(place, probe(frame, result), culprit))
         last[id(frame)] = file, number
@@ -123,16 +119,16 @@ def _events(
             del last[id(frame)]
         return local
 
-    def every(frame: FrameType, event: str, argument: Any) -> Any:
+    def trace_frame(frame: FrameType, event: str, argument: Any) -> Any:
         return local if frame.f_code.co_filename.startswith(PREFIX) else None
 
-    before = sys.gettrace()
+    old_trace = sys.gettrace()
     with silent(), contextlib.suppress(Exception):
-        sys.settrace(every)
+        sys.settrace(trace_frame)
         try:
             run()
         finally:
-            sys.settrace(before)
+            sys.settrace(old_trace)
     return events
 
 

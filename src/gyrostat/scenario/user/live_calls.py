@@ -55,17 +55,17 @@ def compare_live(
         UserPartError: Their operations or constants differ.
     """
     kind = part.rpartition(" ")[2]
-    given = (_live.get() or {}).get(kind)
-    if given is None:
+    live = (_live.get() or {}).get(kind)
+    if live is None:
         return
     with comparing({}), silent():
-        one = traced(call)
+        loaded_trace = traced(call)
         try:
-            twin = _twin(given, inner)
+            twin = _twin(live, inner)
         except TypeError:
             return  # a class that only its own constructor can fill; the objects were compared
         try:
-            other = traced(lambda: getattr(twin, method)(*arguments))
+            live_trace = traced(lambda: getattr(twin, method)(*arguments))
         except Exception as error:
             if UNREGISTERED in str(error):
                 return  # JAX knows only the class from the text; the objects were compared
@@ -74,9 +74,9 @@ def compare_live(
                 f"{part}: found {type(error).__name__} ({message}) from {method} in memory, and a "
                 "result from the text, expected the same: execute the definitions again"
             ) from None
-    difference = first_difference(one, other, same_run=True)
+    difference = first_difference(loaded_trace, live_trace, same_run=True)
     if difference is not None:
-        raise _differing(part, difference)
+        raise _difference_error(part, difference)
 
 
 def compare_live_law(part: str, live: Law, loaded: Law) -> None:
@@ -93,7 +93,7 @@ def compare_live_law(part: str, live: Law, loaded: Law) -> None:
     with silent():
         difference = first_difference(traced_law(loaded), traced_law(live))
     if difference is not None:
-        raise _differing(part, difference)
+        raise _difference_error(part, difference)
 
 
 def traced_law(law: Law) -> Any:
@@ -105,35 +105,34 @@ def traced_law(law: Law) -> Any:
         return [*torques, friction.viscous_torque(speed, direction), friction.speed_scale()]
 
     number = jax.ShapeDtypeStruct((), float)
-    return jax.make_jaxpr(lambda *given: [jnp.asarray(each) for each in curve(*given)])(
+    return jax.make_jaxpr(lambda *arguments: [jnp.asarray(each) for each in curve(*arguments)])(
         [number] * len(law.dimensions()), number, number
     )
 
 
-def _differing(part: str, difference: Difference) -> UserPartError:
+def _difference_error(part: str, difference: Difference) -> UserPartError:
     line = line_in(difference.equation)
-    place, code = ("", "a call") if line is None else (f", line {line.number}", f"`{line.text}`")
+    location, code = ("", "a call") if line is None else (f", line {line.number}", f"`{line.text}`")
     if line is not None and f" {line.file}:" not in part:
-        place = f", {line.file} line {line.number}"
+        location = f", {line.file} line {line.number}"
     return UserPartError(
-        f"{part}{place}: found {code}, which gives {difference.found} from the text and "
+        f"{part}{location}: found {code}, which gives {difference.found} from the text and "
         f"{difference.other} in memory, expected the same: execute the definitions again, because "
         "jax.jit, jax.lax and functools.cache keep what they computed before a change; and compare "
         "equal objects by ==, not by `is`"
     )
 
 
-def _twin(given: Any, inner: Any) -> Any:
+def _twin(live: Any, inner: Any) -> Any:
     """Object in memory with the values that the part has in the trial."""
     if isinstance(inner, jax.tree_util.Partial):
-        return given
-    is_class = inspect.isclass(given)
-    twin = object.__new__(given if is_class else type(given))
-    fields = {field.name: field for field in dataclasses.fields(inner)}
-    entries = {} if is_class else dict(getattr(given, "__dict__", {}))
-    for name, field in fields.items():
+        return live
+    is_class = inspect.isclass(live)
+    twin = object.__new__(live if is_class else type(live))
+    entries = {} if is_class else dict(getattr(live, "__dict__", {}))
+    for field in dataclasses.fields(inner):
         if is_class or not field.metadata.get("static"):
-            entries[name] = getattr(inner, name)
+            entries[field.name] = getattr(inner, field.name)
     for name, value in entries.items():
         object.__setattr__(twin, name, value)
     return twin

@@ -94,17 +94,17 @@ def user_part(section: str, kind: str, sources: tuple[Source, ...]) -> UserPart:
     """
     part = UserPart(f"{section} {kind}", None, (), {})
     with reported(part.name, package_of(sources)):
-        found = load(sources, kind)
-    if not inspect.isclass(found):
-        if not callable(found):
-            raise part.refuse(type(found).__name__, "a class or function")
-        return replace(part, made=found)
-    made = as_tree(part, found)
+        definition = load(sources, kind)
+    if not inspect.isclass(definition):
+        if not callable(definition):
+            raise part.refuse(type(definition).__name__, "a class or function")
+        return replace(part, made=definition)
+    tree_class = as_tree(part, definition)
     with reported(part.name):
-        hints = typing.get_type_hints(made, include_extras=True)
-    fields = [f for f in dataclasses.fields(made) if f.init and not f.metadata.get("static")]
+        hints = typing.get_type_hints(tree_class, include_extras=True)
+    fields = [f for f in dataclasses.fields(tree_class) if f.init and not f.metadata.get("static")]
     keys = {f.name: _key(part, f, hints[f.name]) for f in fields if f.name not in RESERVED}
-    return replace(part, made=made, fields=tuple(f.name for f in fields), keys=keys)
+    return replace(part, made=tree_class, fields=tuple(f.name for f in fields), keys=keys)
 
 
 def as_tree(part: UserPart, found: type) -> type:
@@ -121,16 +121,16 @@ def as_tree(part: UserPart, found: type) -> type:
             raise part.refuse("a method __init__", "annotated fields such as `gain: float` instead")
     elif not found.__dataclass_params__.frozen:  # pyright: ignore[reportAttributeAccessIssue]
         raise part.refuse("a dataclass that can change", "@dataclass(frozen=True)")
-    return _registered(found)
+    return _register(found)
 
 
 @cache  # JAX keeps every class, and takes it once
-def _registered(found: type) -> type:
+def _register(kind: type) -> type:
     """The class as a frozen dataclass, registered as a tree once."""
-    is_made = any("__dataclass_params__" in vars(base) for base in found.__mro__)
-    made = found if is_made else dataclass(frozen=True)(found)
-    names = [field.name for field in dataclasses.fields(made)]
-    return jax.tree_util.register_dataclass(made, names, [])
+    is_dataclass = any("__dataclass_params__" in vars(base) for base in kind.__mro__)
+    data_class = kind if is_dataclass else dataclass(frozen=True)(kind)
+    names = [field.name for field in dataclasses.fields(data_class)]
+    return jax.tree_util.register_dataclass(data_class, names, [])
 
 
 def _key(part: UserPart, field: Any, hint: Any) -> Key:

@@ -92,16 +92,16 @@ def record(
     token = _calls.set(None)
     try:
         with silent():
-            one, before = traced(call), state_of(package)
-            other, after = traced(call), state_of(package)
+            first, before = traced(call), state_of(package)
+            second, after = traced(call), state_of(package)
         refuse_changed(part, before, after)
-        difference = first_difference(one, other, same_run=True)
+        difference = first_difference(first, second, same_run=True)
         if difference is not None:
             traces = [lambda: traced(call)] * 2
             raise differing(part, difference, line_that_differs(*traces))
     finally:
         _calls.reset(token)
-    calls.append(Call(part, method, one, simulated))
+    calls.append(Call(part, method, first, simulated))
 
 
 def refuse_kept(part: str, package: str) -> None:
@@ -110,10 +110,10 @@ def refuse_kept(part: str, package: str) -> None:
     Raises:
         ImpureError: There is one.
     """
-    kept = kept_tracers(package)
-    if kept:
+    names = kept_tracers(package)
+    if names:
         raise ImpureError(
-            lambda line: _placed(part, line, f"keeps a value of the run in {kept[0]}", RETURNED)
+            lambda line: _error_at(part, line, f"keeps a value of the run in {names[0]}", RETURNED)
         )
 
 
@@ -123,41 +123,41 @@ def refuse_changed(part: str, before: dict[str, Any], after: dict[str, Any]) -> 
     Raises:
         ImpureError: One has.
     """
-    changed = [name for name in after if after[name] != before.get(name)]
-    if changed:
-        expected = FROZEN if changed[0] == SHARED else RETURNED
-        raise ImpureError(lambda line: _placed(part, line, f"changes {changed[0]}", expected))
+    names = [name for name in after if after[name] != before.get(name)]
+    if names:
+        expected = FROZEN if names[0] == SHARED else RETURNED
+        raise ImpureError(lambda line: _error_at(part, line, f"changes {names[0]}", expected))
 
 
 def differing(part: str, difference: Difference, line: Line | None) -> UserPartError:
     """Error for two traces that differ."""
     line = line or line_in(difference.equation)
-    what = f"gives {difference.found} in one trace and {difference.other} in another"
-    return _placed(part, line, what, FROZEN)
+    effect = f"gives {difference.found} in one trace and {difference.other} in another"
+    return _error_at(part, line, effect, FROZEN)
 
 
 def differing_elsewhere(part: str, difference: Difference) -> UserPartError:
     """Error for a trace of another process that differs."""
-    what = f"gives {difference.found} here and {difference.other} in another process"
-    return _placed(part, line_in(difference.equation), what, OF_NO_PROCESS)
+    effect = f"gives {difference.found} here and {difference.other} in another process"
+    return _error_at(part, line_in(difference.equation), effect, OF_NO_PROCESS)
 
 
-def _placed(part: str, line: Line | None, found: str, expected: str) -> UserPartError:
+def _error_at(part: str, line: Line | None, found: str, expected: str) -> UserPartError:
     if line is None:
         return UserPartError(f"{part}: found a line that {found}, expected {expected}")
     # of several parts, the one whose file it is
     part = next((each for each in part.split(", ") if f" {line.file}:" in each), part)
     file = "" if f" {line.file}:" in part else f" {line.file}"
-    place = f"{part},{file} line {line.number}"
-    return UserPartError(f"{place}: found `{line.text}`, which {found}, expected {expected}")
+    label = f"{part},{file} line {line.number}"
+    return UserPartError(f"{label}: found `{line.text}`, which {found}, expected {expected}")
 
 
 def traced(call: Callable[[], Any]) -> Any:
     """Closed jaxpr of a call without arguments; its results are the numbers among them."""
 
     def numbers() -> list[Any]:
-        found = jax.tree.leaves(call())
+        leaves = jax.tree.leaves(call())
         kinds = jax.Array | np.ndarray | np.generic | bool | int | float | complex
-        return [jnp.asarray(leaf) for leaf in found if isinstance(leaf, kinds)]
+        return [jnp.asarray(leaf) for leaf in leaves if isinstance(leaf, kinds)]
 
     return jax.make_jaxpr(numbers)()

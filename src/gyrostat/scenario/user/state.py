@@ -31,14 +31,14 @@ def state_of(package: str) -> dict[str, Any]:
     Args:
         package: Name of the private package of the modules.
     """
-    found = {
+    contents = {
         name: content(value, package)
         for module in _modules(package)
         for name, value in vars(module).items()
         if not name.startswith("__") and not isinstance(value, ModuleType)
     }
-    shared = np.random.get_state(legacy=False), random.getstate()
-    return found | {SHARED: repr(shared)}
+    generators = np.random.get_state(legacy=False), random.getstate()
+    return contents | {SHARED: repr(generators)}
 
 
 def kept_tracers(package: str) -> tuple[str, ...]:
@@ -80,13 +80,13 @@ def _content(value: Any, package: str, depth: int, outer: frozenset[int]) -> Any
     if depth > DEEPEST or id(value) in outer:
         return type(value).__qualname__
     inner = ((key, part) for key, part in _parts(value, package))
-    within = outer | {id(value)}
-    found = [(key, _content(part, package, depth + 1, within)) for key, part in inner]
+    ids = outer | {id(value)}
+    parts = [(key, _content(part, package, depth + 1, ids)) for key, part in inner]
     if isinstance(value, set | frozenset):
-        found.sort(key=repr)
+        parts.sort(key=repr)
     # counters of itertools show their state
-    shown = repr(value) if type(value).__module__ == "itertools" else type(value).__qualname__
-    return shown, tuple(found)
+    label = repr(value) if type(value).__module__ == "itertools" else type(value).__qualname__
+    return label, tuple(parts)
 
 
 def _has_tracer(
@@ -96,8 +96,8 @@ def _has_tracer(
         return True
     if isinstance(value, (*_NUMBERS, np.ndarray)) or depth > DEEPEST or id(value) in outer:
         return False
-    within = outer | {id(value)}
-    return any(_has_tracer(part, package, depth + 1, within) for _, part in _parts(value, package))
+    ids = outer | {id(value)}
+    return any(_has_tracer(part, package, depth + 1, ids) for _, part in _parts(value, package))
 
 
 def _parts(value: Any, package: str) -> Iterator[tuple[str, Any]]:

@@ -53,8 +53,7 @@ class UserActuator(UserWrapper):
 
     def advanced(self, state: Any, value: Any, elapsed: Scalar) -> Any:
         """State after a time of constant command."""
-        after = self.called("advanced", state, value, elapsed)
-        return same_memory(self.name, state, after)
+        return same_memory(self.name, state, self.called("advanced", state, value, elapsed))
 
     def __call__(self, state: Any, value: Any, attitude: Quaternion, time: Scalar) -> Vector3:
         """Torque in body axes, (3,), N·m."""
@@ -98,9 +97,9 @@ class UserSensor(UserWrapper):
             InputError: The part raised an exception, or returned something else than its memory
                 and a value.
         """
-        made = self.called("__call__", memory, state, key)
-        if not isinstance(made, tuple) or len(made) != 2:
-            found = "an array" if isinstance(made, jax.Array) else type(made).__name__
+        result = self.called("__call__", memory, state, key)
+        if not isinstance(result, tuple) or len(result) != 2:
+            found = "an array" if isinstance(result, jax.Array) else type(result).__name__
             raise UserPartError(f"{self.name}: found {found} as result, expected (memory, value)")
-        after = same_memory(self.name, memory, made[0])
-        return after, numbers(self.name, "value", made[1])
+        after = same_memory(self.name, memory, result[0])
+        return after, numbers(self.name, "value", result[1])

@@ -46,11 +46,11 @@ def user_list(scenario: Scenario, argument: str, given: Any) -> dict[str, UserOb
     elif isinstance(given, Mapping):
         rows = [({"name": name}, part) for name, part in given.items()]
     else:
-        shown = type(given).__name__
-        forms = '{"name": (time, object)}' if argument == "event" else f"a tuple, ({shown}(...),)"
+        kind = type(given).__name__
+        forms = '{"name": (time, object)}' if argument == "event" else f"a tuple, ({kind}(...),)"
         kinds = f", or one of {', '.join(KINDS[argument])}" if argument in KINDS else ""
-        raise InputError(f"{scenario.name}: {argument}: found {shown}, expected {forms}{kinds}")
-    found: dict[str, UserObject] = {}
+        raise InputError(f"{scenario.name}: {argument}: found {kind}, expected {forms}{kinds}")
+    objects: dict[str, UserObject] = {}
     for number, (row, part) in enumerate(rows):
         table = Table(Path(scenario.name), f"{section}[{number}].", row)
         time: dict[str, float] = {}
@@ -59,10 +59,10 @@ def user_list(scenario: Scenario, argument: str, given: Any) -> dict[str, UserOb
                 raise table.refuse("time", part, "(time, object)")
             time["time"] = table.allowed("time", part[0], EVENT_TIME)
             part = part[1]
-        made = user_object(section, part)
-        name = part_name(section, table, made.kind, found)
-        found[name] = made._replace(values={**made.values, **time})
-    return found
+        entry = user_object(section, part)
+        name = part_name(section, table, entry.kind, objects)
+        objects[name] = entry._replace(values={**entry.values, **time})
+    return objects
 
 
 def with_list(scenario: Scenario, argument: str, found: Mapping[str, UserObject]) -> Scenario:
@@ -76,13 +76,13 @@ def with_list(scenario: Scenario, argument: str, found: Mapping[str, UserObject]
         found: Own parts by name.
     """
     section = LISTS[argument]
-    old = [part.name for part in scenario.parts if part.section == section]
+    names = [part.name for part in scenario.parts if part.section == section]
     if argument == "event":
-        old = [event.name for event in scenario.events if is_user_kind(event.kind)]
-    gone = tuple(f"{section}.{name}." for name in old)
+        names = [event.name for event in scenario.events if is_user_kind(event.kind)]
+    starts = tuple(f"{section}.{name}." for name in names)
     ends = ("lower", "upper", "change")
-    gone += tuple(f"guard.{name}_{end}" for name in old for end in ends if section == "sensor")
-    values = {key: value for key, value in scenario.values.items() if not key.startswith(gone)}
+    starts += tuple(f"guard.{name}_{end}" for name in names for end in ends if section == "sensor")
+    values = {key: value for key, value in scenario.values.items() if not key.startswith(starts)}
     new = tuple(Part(section, name, part.kind) for name, part in found.items())
     for name, part in found.items():
         values |= {f"{section}.{name}.{key}": value for key, value in part.values.items()}
@@ -102,5 +102,5 @@ def with_list(scenario: Scenario, argument: str, found: Mapping[str, UserObject]
             events.append(Event(name, part.kind))
         events.sort(key=lambda event: values[f"event.{event.name}.time"])
         return dataclasses.replace(scenario, events=tuple(events), values=values)
-    kept = tuple(part for part in scenario.parts if part.section != section)
-    return dataclasses.replace(scenario, parts=(*kept, *new), values=values)
+    parts = tuple(part for part in scenario.parts if part.section != section)
+    return dataclasses.replace(scenario, parts=(*parts, *new), values=values)

@@ -53,7 +53,7 @@ def same_code(one: CodeType, other: CodeType) -> bool:
         return False
     if one.co_code != other.co_code and _steps(one) != _steps(other):
         return False
-    return _same_constant(one.co_consts, other.co_consts)
+    return _equal_constants(one.co_consts, other.co_consts)
 
 
 def _steps(code: CodeType) -> list[Any]:
@@ -67,31 +67,31 @@ def _steps(code: CodeType) -> list[Any]:
     def number_at(offset: int) -> int:
         return bisect.bisect_left(offsets, offset)
 
-    found: list[Any] = []
+    operations: list[Any] = []
     for step in steps:
         operand: Any = step.arg
         if step.opcode in dis.hasjrel or step.opcode in dis.hasjabs:
             operand = number_at(step.argval)
         elif step.opcode in dis.hasname:
             operand = step.argval
-        found.append((step.opname.replace("LOAD_METHOD", "LOAD_ATTR"), operand))
+        operations.append((step.opname.replace("LOAD_METHOD", "LOAD_ATTR"), operand))
     bytecode: Any = dis.Bytecode(code)
     for entry in bytecode.exception_entries:
-        places = [number_at(each) for each in (entry.start, entry.end, entry.target)]
-        found.append((*places, entry.depth, entry.lasti))
-    return found
+        numbers = [number_at(each) for each in (entry.start, entry.end, entry.target)]
+        operations.append((*numbers, entry.depth, entry.lasti))
+    return operations
 
 
-def _same_constant(one: Any, other: Any) -> bool:
-    if isinstance(one, CodeType) and isinstance(other, CodeType):
-        return same_code(one, other)
-    if type(one) is not type(other):
+def _equal_constants(left: Any, right: Any) -> bool:
+    if isinstance(left, CodeType) and isinstance(right, CodeType):
+        return same_code(left, right)
+    if type(left) is not type(right):
         return False
-    if isinstance(one, tuple):
-        return len(one) == len(other) and all(map(_same_constant, one, other))
-    if isinstance(one, frozenset):
-        return sorted(map(repr, one)) == sorted(map(repr, other))
-    return repr(one) == repr(other)  # tells 0.0 from -0.0, and finds NaN equal to NaN
+    if isinstance(left, tuple):
+        return len(left) == len(right) and all(map(_equal_constants, left, right))
+    if isinstance(left, frozenset):
+        return sorted(map(repr, left)) == sorted(map(repr, right))
+    return repr(left) == repr(right)  # tells 0.0 from -0.0, and finds NaN equal to NaN
 
 
 @lru_cache(maxsize=4096)

@@ -6,12 +6,14 @@ not known counts as different.
 """
 
 import builtins
+import dataclasses
 import functools
 import sys
 import types
 import typing
 from collections.abc import Mapping
 from dataclasses import dataclass, field
+from enum import Enum
 from typing import Any
 
 from gyrostat.core.file_readers import real
@@ -50,9 +52,12 @@ _PARTS: tuple[tuple[Any, tuple[str, ...]], ...] = (
     (functools._lru_cache_wrapper, ("__wrapped__",)),
     (types.BuiltinFunctionType, ("__name__", "__self__")),
     (types.CellType, ("cell_contents",)),
+    (Enum, ("name", "value")),
+    # the annotation of a field is compared with those of its class
+    (dataclasses.Field, ("name", "default", "default_factory", "init", "kw_only", "metadata")),
     (type(jax.jit(lambda: None)), ("__wrapped__",)),
 )
-"""Kinds of wrappers -> the parts that determine what they do."""
+"""Kinds of wrappers and records -> the parts that determine what they do."""
 _OF_DISPATCH = ("cache_token", "dispatch_cache")
 """What functools.singledispatch keeps of earlier calls."""
 _NOTHING = "nothing"
@@ -81,14 +86,14 @@ class Comparison:
         count = -1
         while count != len(self._mentioned) + len(self._modules):  # modules lead to further code
             count = len(self._mentioned) + len(self._modules)
-            for place, one, other in list(self._modules):
-                self._module(place, one, other)
+            for place, live_module, loaded_module in list(self._modules):
+                self._module(place, live_module, loaded_module)
 
     def text(self, live: str) -> str:
         """Text in another process for a text in memory: names of modules and paths differ."""
-        for one, other in self.texts.items():
-            if live == one or live.startswith((f"{one}/", f"{one}.")):
-                return other + live[len(one) :]
+        for name, replacement in self.texts.items():
+            if live == name or live.startswith((f"{name}/", f"{name}.")):
+                return replacement + live[len(name) :]
         return live
 
     def compare(self, place: Place, live: Any, loaded: Any) -> None:
@@ -101,17 +106,17 @@ class Comparison:
         if isinstance(live, types.ModuleType) and isinstance(loaded, types.ModuleType):
             self._modules.append((place, live, loaded))
         elif live is loaded:
-            self._shared(place, live)
+            self._check_shared(place, live)
         elif isinstance(live, type) and isinstance(loaded, type):
             self._class(place, live, loaded)
-        elif type(live) is not type(loaded) and not self._same_kind(place, live, loaded):
+        elif type(live) is not type(loaded) and not self._compare_classes(place, live, loaded):
             raise DifferentError(place, shown(live), shown(loaded))
         elif isinstance(live, types.FunctionType):
             self._function(place, live, loaded)
         elif not self._wrapper(place, live, loaded):
             rule_of(live)(self, place, live, loaded)
 
-    def _same_kind(self, place: Place, live: Any, loaded: Any) -> bool:
+    def _compare_classes(self, place: Place, live: Any, loaded: Any) -> bool:
         if not is_local(type(live).__module__) and not is_local(type(loaded).__module__):
             return False
         self.compare(place.inside(".__class__"), type(live), type(loaded))
@@ -122,17 +127,15 @@ class Comparison:
         for kind, parts in _PARTS:
             if isinstance(live, kind):
                 for part in parts:
-                    one, other = (getattr(each, part, None) for each in (live, loaded))
-                    self.compare(
-                        place if part == "__wrapped__" else place.inside(f".{part}"), one, other
-                    )
+                    inner = place if part == "__wrapped__" else place.inside(f".{part}")
+                    self.compare(inner, *(getattr(each, part, None) for each in (live, loaded)))
                 for part in ("cache_parameters", "_jit_info"):
-                    one, other = (_options(each, part) for each in (live, loaded))
-                    self.compare(place.inside(".options"), one, other)
+                    options = (_options(each, part) for each in (live, loaded))
+                    self.compare(place.inside(".options"), *options)
                 return True
         return False
 
-    def _shared(self, place: Place, value: Any) -> None:
+    def _check_shared(self, place: Place, value: Any) -> None:
         """Check an object that is in memory once: other processes have their own."""
         kind = value if isinstance(value, type) else type(value)
         scope = getattr(value, "__globals__", {}).get("__name__")
@@ -184,18 +187,18 @@ class Comparison:
         parts = [
             {k: v for k, v in vars(each).items() if k not in _OF_CLASS} for each in (live, loaded)
         ]
-        self._named(place, parts[0], parts[1])
+        self._entries(place, *parts)
         hints = [_hints(each) for each in (live, loaded)]
         if list(hints[0]) != list(hints[1]):
             raise DifferentError(place, f"the fields {', '.join(hints[0])}", ", ".join(hints[1]))
-        self._named(place.inside(" annotation"), hints[0], hints[1])
+        self._entries(place.inside(" annotation"), *hints)
 
-    def _named(self, place: Place, live: Mapping[str, Any], loaded: Mapping[str, Any]) -> None:
+    def _entries(self, place: Place, live: Mapping[str, Any], loaded: Mapping[str, Any]) -> None:
         for name in sorted({*live, *loaded}):
             inner = place.inside(f".{name}")
             if name not in live or name not in loaded:
-                one, other = (shown(e[name]) if name in e else _NOTHING for e in (live, loaded))
-                raise DifferentError(inner, one, other)
+                texts = (shown(e[name]) if name in e else _NOTHING for e in (live, loaded))
+                raise DifferentError(inner, *texts)
             self.compare(inner, live[name], loaded[name])
 
     def _function(self, place: Place, live: Any, loaded: Any) -> None:
@@ -210,14 +213,14 @@ class Comparison:
         cells = zip(
             live.__code__.co_freevars, live.__closure__ or (), loaded.__closure__ or (), strict=True
         )
-        for name, one, other in cells:
+        for name, live_cell, loaded_cell in cells:
             if live.__module__ == "functools" and name in _OF_DISPATCH:
                 continue
-            self.compare(place.inside(f" with {name}"), *map(_content, (one, other)))
+            self.compare(place.inside(f" with {name}"), *map(_content, (live_cell, loaded_cell)))
         parts = [
             {k: v for k, v in vars(f).items() if k not in _OF_FUNCTION} for f in (live, loaded)
         ]
-        self._named(place, parts[0], parts[1])
+        self._entries(place, *parts)
         if live.__globals__ is not loaded.__globals__:
             self._globals(place, live, loaded)
         elif is_local(live.__globals__.get("__name__")):
@@ -227,27 +230,27 @@ class Comparison:
         """Values of the global names that a function refers to."""
         names, scopes = names_of(live.__code__), (live.__globals__, loaded.__globals__)
         self._mentioned |= names.mentioned
-        wanted = set(names.global_names)
+        global_names = set(names.global_names)
         if not EVALUATING.isdisjoint(names.mentioned):
-            wanted |= {name for name in names.mentioned if name in scopes[0]} - _OF_MODULE
+            global_names |= {name for name in names.mentioned if name in scopes[0]} - _OF_MODULE
         if "__main__" in names.mentioned:
             raise DifferentError(
                 place, "a use of __main__", "nothing: other processes have another"
             )
-        for name in sorted(wanted - {"__name__"}):
-            one, other = (scope.get(name, _NOTHING) for scope in scopes)
-            if one is _NOTHING and other is _NOTHING:
+        for name in sorted(global_names - {"__name__"}):
+            values = [scope.get(name, _NOTHING) for scope in scopes]
+            missing = [value is _NOTHING for value in values]
+            if all(missing):
                 self._builtin(place.used(name), name)
-            elif one is _NOTHING or other is _NOTHING:
-                raise DifferentError(
-                    place.used(name), *(e if e is _NOTHING else shown(e) for e in (one, other))
-                )
+            elif any(missing):
+                texts = (each if each is _NOTHING else shown(each) for each in values)
+                raise DifferentError(place.used(name), *texts)
             else:
-                self.compare(place.used(name), one, other)
+                self.compare(place.used(name), *values)
         for name in sorted(names.imports):
-            one, other = sys.modules.get(name), sys.modules.get(self.text(name))
-            if one is not None and other is not None:
-                self.compare(place.used(name), one, other)
+            live_module, loaded_module = sys.modules.get(name), sys.modules.get(self.text(name))
+            if live_module is not None and loaded_module is not None:
+                self.compare(place.used(name), live_module, loaded_module)
 
     def _module(self, place: Place, live: Any, loaded: Any) -> None:
         """Compare the attributes of a module that code mentions."""
@@ -255,24 +258,21 @@ class Comparison:
             raise DifferentError(
                 place, f"the module {live.__name__}", "nothing: it is not part of the scenario"
             )
-        everything = live is not loaded and not READING.isdisjoint(self._mentioned)
+        compares_all = live is not loaded and not READING.isdisjoint(self._mentioned)
         names = {*vars(live), *vars(loaded)} - _OF_MODULE
-        for name in sorted(names if everything else names & self._mentioned):
-            one, other = vars(live).get(name, _NOTHING), vars(loaded).get(name, _NOTHING)
+        for name in sorted(names if compares_all else names & self._mentioned):
+            live_value, loaded_value = (vars(e).get(name, _NOTHING) for e in (live, loaded))
             if live is loaded:
                 self.library_name(place.inside(f".{name}"), live, name)
             elif (
-                isinstance(one, types.ModuleType)
-                and one.__name__.startswith(f"{live.__name__}.")
-                and other is _NOTHING
+                isinstance(live_value, types.ModuleType)
+                and live_value.__name__.startswith(f"{live.__name__}.")
+                and loaded_value is _NOTHING
             ):
                 continue  # a module below it, imported elsewhere
             else:
-                self._named(
-                    place,
-                    {name: one} if one is not _NOTHING else {},
-                    {name: other} if other is not _NOTHING else {},
-                )
+                values = (live_value, loaded_value)
+                self._entries(place, *({} if e is _NOTHING else {name: e} for e in values))
 
 
 def _content(cell: Any) -> Any:
@@ -284,10 +284,10 @@ def _content(cell: Any) -> Any:
 
 def _options(value: Any, part: str) -> Any:
     """Options of a cached or compiled function."""
-    found = getattr(value, part, None)
-    if callable(found):
-        return found()
-    return tuple(repr(getattr(found, name, None)) for name in ("static_argnums", "static_argnames"))
+    info = getattr(value, part, None)
+    if callable(info):
+        return info()
+    return tuple(repr(getattr(info, name, None)) for name in ("static_argnums", "static_argnames"))
 
 
 def _hints(kind: type) -> dict[str, Any]:

@@ -56,7 +56,7 @@ class Definitions:
             tree = ast.parse(text)
         except (SyntaxError, ValueError):
             return
-        for node in _statements(tree.body):
+        for node in statements(tree.body):
             if isinstance(node, ast.ImportFrom) and node.module == "__future__":
                 self.future = [ast.unparse(node)]
             for inner in _magic_cells(node):
@@ -70,16 +70,18 @@ class Definitions:
         codes = [*_codes(value, self._known)]
         for file in {code.co_filename for code in codes}:  # also files that were executed here
             self._add("".join(linecache.getlines(file)))
-        found = self._found.get(name, [])
-        if any(_is_import(each, name, value) for each in found):
-            return [each for each in reversed(found) if _is_import(each, name, value)]
-        found = [each for each in found if not isinstance(each.node, ast.Import | ast.ImportFrom)]
+        definitions = self._found.get(name, [])
+        if any(_is_import(each, name, value) for each in definitions):
+            return [each for each in reversed(definitions) if _is_import(each, name, value)]
+        definitions = [
+            each for each in definitions if not isinstance(each.node, ast.Import | ast.ImportFrom)
+        ]
 
         def likelihood(each: tuple[int, Definition]) -> tuple[int, int, int]:
             number, definition = each  # of equal ones the last
             return *_likelihood(definition, codes), number
 
-        return [each for _, each in sorted(enumerate(found), key=likelihood, reverse=True)]
+        return [each for _, each in sorted(enumerate(definitions), key=likelihood, reverse=True)]
 
 
 def _is_import(definition: Definition, name: str, value: Any) -> bool:
@@ -92,8 +94,8 @@ def _is_import(definition: Definition, name: str, value: Any) -> bool:
         module = alias.name if alias.asname else alias.name.partition(".")[0]
         return sys.modules.get(module) is value
     home = sys.modules.get(node.module or "")
-    below = sys.modules.get(f"{node.module}.{alias.name}")
-    return value is not None and (getattr(home, alias.name, None) is value or below is value)
+    submodule = sys.modules.get(f"{node.module}.{alias.name}")
+    return value is not None and (getattr(home, alias.name, None) is value or submodule is value)
 
 
 def bound(node: ast.stmt) -> list[str]:
@@ -115,23 +117,23 @@ def text_of(definition: Definition) -> str:
     """
     text = _lines(definition)
     bare = _without_comments(text)
-    return bare if _same_tree(bare, definition.node) else text
+    return bare if _parses_to(bare, definition.node) else text
 
 
 def _without_comments(text: str) -> str:
     """Text without comments and blank lines, which multi-line texts in it keep."""
     lines = text.splitlines()
-    filled: set[int] = set()
+    line_numbers: set[int] = set()
     try:
         for token in tokenize.generate_tokens(io.StringIO(text).readline):
             (first, column), (last, _) = token.start, token.end
             if token.type == tokenize.COMMENT:
                 lines[first - 1] = lines[first - 1][:column].rstrip()
             elif token.type not in (tokenize.NL, tokenize.NEWLINE):
-                filled.update(range(first, last + 1))
+                line_numbers.update(range(first, last + 1))
     except (tokenize.TokenError, SyntaxError):
         return text
-    return "\n".join(line for k, line in enumerate(lines, 1) if k in filled)
+    return "\n".join(line for k, line in enumerate(lines, 1) if k in line_numbers)
 
 
 def _lines(definition: Definition) -> str:
@@ -140,43 +142,43 @@ def _lines(definition: Definition) -> str:
     first = min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", []))])
     lines = "\n".join(definition.text.splitlines()[first - 1 : node.end_lineno])
     plain = textwrap.dedent(lines)
-    if _same_tree(plain, node):
+    if _parses_to(plain, node):
         return plain
     inside = f"if True:\n{lines}"  # texts of several lines keep their indentation
-    return inside if _same_tree(inside, node) else ast.unparse(node)
+    return inside if _parses_to(inside, node) else ast.unparse(node)
 
 
-def _same_tree(text: str, node: ast.stmt) -> bool:
+def _parses_to(text: str, node: ast.stmt) -> bool:
     try:
-        (found,) = ast.parse(text).body
+        (statement,) = ast.parse(text).body
     except (SyntaxError, ValueError):
         return False
-    if isinstance(found, ast.If) and not isinstance(node, ast.If):
-        (found,) = found.body
-    return ast.dump(found) == ast.dump(node)
+    if isinstance(statement, ast.If) and not isinstance(node, ast.If):
+        (statement,) = statement.body
+    return ast.dump(statement) == ast.dump(node)
 
 
-def _texts(known: Mapping[str, Any]) -> list[str]:
+def _texts(namespace: Mapping[str, Any]) -> list[str]:
     """Source of a module: the cells of a notebook, or the file of a script."""
-    if "In" in known:
-        return [*map(str, known["In"])]
-    file = known.get("__file__")
+    if "In" in namespace:
+        return [*map(str, namespace["In"])]
+    file = namespace.get("__file__")
     try:
         return [Path(file).read_text(encoding="utf-8")] if file else []
     except (OSError, UnicodeDecodeError):
         return []
 
 
-def _statements(body: list[ast.stmt]) -> Iterator[ast.stmt]:
-    """Statements of a module, also those inside others, but for definitions."""
+def statements(body: list[ast.stmt]) -> Iterator[ast.stmt]:
+    """Statements that are executed when a module is imported, also those inside others."""
     for node in body:
         yield node
         if isinstance(node, ast.FunctionDef | ast.ClassDef | ast.AsyncFunctionDef):
             continue
         for name in ("body", "orelse", "finalbody"):
-            yield from _statements(getattr(node, name, []))
+            yield from statements(getattr(node, name, []))
         for part in (*getattr(node, "handlers", ()), *getattr(node, "cases", ())):
-            yield from _statements(part.body)
+            yield from statements(part.body)
 
 
 def _magic_cells(node: ast.stmt) -> Iterator[str]:
@@ -193,30 +195,30 @@ def _magic_cells(node: ast.stmt) -> Iterator[str]:
                 yield TransformerManager().transform_cell(last.value)
 
 
-def _codes(value: Any, known: Mapping[str, Any]) -> Iterator[CodeType]:
+def _codes(value: Any, namespace: Mapping[str, Any]) -> Iterator[CodeType]:
     """Code of the functions of a module that a value consists of."""
-    waiting, passed = [value], set()
-    while waiting and len(passed) < 1000:
-        each = waiting.pop()
-        if id(each) in passed:
+    stack, ids = [value], set()
+    while stack and len(ids) < 1000:
+        each = stack.pop()
+        if id(each) in ids:
             continue
-        passed.add(id(each))
+        ids.add(id(each))
         if isinstance(each, FunctionType):
-            if each.__globals__ is known:
+            if each.__globals__ is namespace:
                 yield each.__code__
             for cell in each.__closure__ or ():
                 with contextlib.suppress(ValueError):
-                    waiting.append(cell.cell_contents)
-            waiting.append(getattr(each, "__wrapped__", None))
+                    stack.append(cell.cell_contents)
+            stack.append(getattr(each, "__wrapped__", None))
         elif isinstance(each, type):
             if each.__module__ == "__main__":
-                waiting.extend(vars(each).values())
+                stack.extend(vars(each).values())
         else:
             for name in ("__wrapped__", "__func__", "func", "fget", "fset"):
-                waiting.append(inspect.getattr_static(each, name, None))
+                stack.append(inspect.getattr_static(each, name, None))
 
 
-def _compiled(definition: Definition) -> list[CodeType]:
+def _compile(definition: Definition) -> list[CodeType]:
     """Code objects of a statement."""
     module = ast.Module([definition.node], [])
     flag = __future__.annotations.compiler_flag
@@ -228,12 +230,12 @@ def _likelihood(definition: Definition, codes: Sequence[CodeType]) -> tuple[int,
     node, lines = definition.node, definition.text.splitlines()
     first = min([node.lineno, *(d.lineno for d in getattr(node, "decorator_list", []))])
     inside = range(first, (node.end_lineno or first) + 1)
-    placed = [
+    at_lines = [
         code.co_firstlineno in inside
         and linecache.getline(code.co_filename, code.co_firstlineno).rstrip("\n")
         == lines[code.co_firstlineno - 1].rstrip("\n")
         for code in codes
     ]
-    compiled = _compiled(definition) if codes else []
-    equal = [any(same_code(code, each) for each in compiled) for code in codes]
-    return sum(map(int.__and__, map(int, placed), map(int, equal))), sum(equal)
+    statement_codes = _compile(definition) if codes else []
+    equal = [any(same_code(code, each) for each in statement_codes) for code in codes]
+    return sum(map(all, zip(at_lines, equal, strict=True))), sum(equal)

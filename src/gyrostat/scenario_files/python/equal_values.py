@@ -1,11 +1,9 @@
 """Comparison of values: numbers, texts, arrays, containers and instances."""
 
-import dataclasses
 import inspect
 import types
 import typing
 from collections.abc import Callable, Iterable
-from enum import Enum
 from pathlib import PurePath
 from typing import Any, Protocol
 
@@ -46,8 +44,8 @@ def rule_of(value: Any) -> Rule:
 def refuse_unequal(place: Place, live: Any, loaded: Any, *, equal: bool) -> None:
     """Raise `DifferentError` unless two values are equal."""
     if not equal:
-        one, other = shown(live), shown(loaded)
-        raise DifferentError(place, one, f"another {other}" if one == other else other)
+        left, right = shown(live), shown(loaded)
+        raise DifferentError(place, left, f"another {right}" if left == right else right)
 
 
 def _plain(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
@@ -56,8 +54,8 @@ def _plain(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
 
 
 def _text(comparer: Comparer, place: Place, live: str, loaded: str) -> None:
-    same = str.__eq__(live, loaded) or comparer.text(str(live)) == str(loaded)
-    refuse_unequal(place, live, loaded, equal=same)
+    equal = str.__eq__(live, loaded) or comparer.text(str(live)) == str(loaded)
+    refuse_unequal(place, live, loaded, equal=equal)
 
 
 def _path(comparer: Comparer, place: Place, live: PurePath, loaded: PurePath) -> None:
@@ -69,25 +67,25 @@ def _array(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
         live, loaded = jax.random.key_data(live), jax.random.key_data(loaded)
     alike = (live.dtype, live.shape) == (loaded.dtype, loaded.shape)
     alike &= getattr(live, "weak_type", False) == getattr(loaded, "weak_type", False)
-    one, other = np.asarray(live), np.asarray(loaded)
-    if alike and one.dtype.hasobject:
-        comparer.compare(place, one.tolist(), other.tolist())
+    left, right = np.asarray(live), np.asarray(loaded)
+    if alike and left.dtype.hasobject:
+        comparer.compare(place, left.tolist(), right.tolist())
         return
     if not alike:
         raise DifferentError(
-            place, *(f"an array {each.dtype}{each.shape}" for each in (one, other))
+            place, *(f"an array {each.dtype}{each.shape}" for each in (left, right))
         )
-    if one.tobytes() != other.tobytes():
+    if left.tobytes() != right.tobytes():
         limit = f" (of more than {LARGEST} numbers, the statement is copied and not the numbers)"
-        first = f"an array {one.dtype}{one.shape}{limit if one.size > LARGEST else ''}"
+        first = f"an array {left.dtype}{left.shape}{limit if left.size > LARGEST else ''}"
         raise DifferentError(place, first, "other numbers")
 
 
 def _sequence(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
-    one, other = list(_elements(live)), list(_elements(loaded))
-    if len(one) != len(other):
-        raise DifferentError(place, f"{len(one)} elements", f"{len(other)}")
-    for k, pair in enumerate(zip(one, other, strict=True)):
+    live_elements, loaded_elements = list(_elements(live)), list(_elements(loaded))
+    if len(live_elements) != len(loaded_elements):
+        raise DifferentError(place, f"{len(live_elements)} elements", f"{len(loaded_elements)}")
+    for k, pair in enumerate(zip(live_elements, loaded_elements, strict=True)):
         comparer.compare(place.inside(f"[{k}]"), *pair)
     _state(comparer, place, live, loaded)
 
@@ -99,8 +97,7 @@ def _elements(value: Iterable[Any]) -> Iterable[Any]:
 
 
 def _set(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
-    one, other = sorted(live, key=repr), sorted(loaded, key=repr)
-    comparer.compare(place, one, other)
+    comparer.compare(place, sorted(live, key=repr), sorted(loaded, key=repr))
     _state(comparer, place, live, loaded)
 
 
@@ -108,19 +105,14 @@ def _mapping(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
     pairs = list(dict.items(live)), list(dict.items(loaded))
     if [str(key) for key, _ in pairs[0]] != [str(key) for key, _ in pairs[1]]:
         raise DifferentError(place, f"the keys {[*live]}"[:60], f"{[*loaded]}"[:60])
-    for (key, one), (other_key, other) in zip(*pairs, strict=True):
-        comparer.compare(place.inside(f" key {key!r}"), key, other_key)
-        comparer.compare(place.inside(f"[{key!r}]"), one, other)
+    for (key, entry), (loaded_key, loaded_entry) in zip(*pairs, strict=True):
+        comparer.compare(place.inside(f" key {key!r}"), key, loaded_key)
+        comparer.compare(place.inside(f"[{key!r}]"), entry, loaded_entry)
     _state(comparer, place, live, loaded)
 
 
 def _proxy(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
     comparer.compare(place, dict(live), dict(loaded))
-
-
-def _member(comparer: Comparer, place: Place, live: Enum, loaded: Enum) -> None:
-    comparer.compare(place.inside(".name"), live.name, loaded.name)
-    comparer.compare(place.inside(".value"), live.value, loaded.value)
 
 
 def _signature(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
@@ -141,19 +133,12 @@ def _type_variable(comparer: Comparer, place: Place, live: Any, loaded: Any) -> 
         comparer.compare(place, getattr(live, name), getattr(loaded, name))
 
 
-def _field(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
-    """Fields of data classes; their annotations are compared with those of the class."""
-    for name in ("name", "default", "default_factory", "init", "kw_only", "metadata"):
-        comparer.compare(place.inside(f".{name}"), getattr(live, name), getattr(loaded, name))
-
-
 def _slot(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
     """Descriptors of slots: the names in `__slots__` say all about them."""
     comparer.compare(place, live.__name__, loaded.__name__)
 
 
 _RULES: tuple[tuple[Any, Rule], ...] = (
-    (Enum, _member),
     (PLAIN, _plain),
     (str, _text),
     (PurePath, _path),
@@ -163,7 +148,6 @@ _RULES: tuple[tuple[Any, Rule], ...] = (
     (dict, _mapping),
     (types.MappingProxyType, _proxy),
     (inspect.Signature, _signature),
-    (dataclasses.Field, _field),
     (jax.tree_util.PyTreeDef, _tree),
     ((typing.TypeVar, typing.ParamSpec), _type_variable),
     ((types.MemberDescriptorType, types.GetSetDescriptorType), _slot),
@@ -174,24 +158,24 @@ _RULES: tuple[tuple[Any, Rule], ...] = (
 def _instance(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
     """Instances: by their fields; those of a library by what they give to be copied."""
     if not is_local(type(live).__module__):
-        one, other = _reduced(live), _reduced(loaded)
-        if one is not None and other is not None:
-            comparer.compare(place, one, other)
+        live_parts, loaded_parts = _reduction(live), _reduction(loaded)
+        if live_parts is not None and loaded_parts is not None:
+            comparer.compare(place, live_parts, loaded_parts)
             return
     if _is_compiled(type(live)):
         raise DifferentError(place, shown(live), "it is not known whether it is the same")
     _state(comparer, place, live, loaded)
 
 
-def _reduced(value: Any) -> tuple[Any, ...] | None:
+def _reduction(value: Any) -> tuple[Any, ...] | None:
     """What a value gives to be copied: function, arguments, state, elements; None: nothing."""
     try:
-        reduced = value.__reduce_ex__(4)
+        reduction = value.__reduce_ex__(4)
     except Exception:
         return None
-    if not isinstance(reduced, tuple):
+    if not isinstance(reduction, tuple):
         return None
-    parts: Any = (*reduced, None, None, None)[:5]
+    parts: Any = (*reduction, None, None, None)[:5]
     make, arguments, state, *elements = parts
     if isinstance(state, dict):
         state = {name: entry for name, entry in state.items() if name not in NAMES}
@@ -200,8 +184,8 @@ def _reduced(value: Any) -> tuple[Any, ...] | None:
 
 def _is_compiled(kind: type) -> bool:
     """Whether instances have a state that Python does not show."""
-    known = (object, *CONTAINERS, *PLAIN[:4], bytes, str)
-    return any(base not in known and _is_in_c(base) for base in kind.__mro__)
+    plain_kinds = (object, *CONTAINERS, *PLAIN[:4], bytes, str)
+    return any(base not in plain_kinds and _is_in_c(base) for base in kind.__mro__)
 
 
 def _is_in_c(kind: type) -> bool:
@@ -219,13 +203,13 @@ def _is_in_c(kind: type) -> bool:
 def _state(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
     """Attributes of instances."""
     for name in sorted({*_fields(live), *_fields(loaded)}):
-        one, other = (_fields(each).get(name, _NONE) for each in (live, loaded))
-        if one is not _NONE and other is not _NONE:
-            comparer.compare(place.inside(f".{name}"), one, other)
-        elif one is not other:
+        left, right = (_fields(each).get(name, _NONE) for each in (live, loaded))
+        if left is not _NONE and right is not _NONE:
+            comparer.compare(place.inside(f".{name}"), left, right)
+        elif left is not right:
             raise DifferentError(
                 place.inside(f".{name}"),
-                *("nothing" if each is _NONE else shown(each) for each in (one, other)),
+                *("nothing" if each is _NONE else shown(each) for each in (left, right)),
             )
 
 
@@ -235,14 +219,14 @@ _NONE: Any = object()
 
 def _fields(value: Any) -> dict[str, Any]:
     """Attributes of an instance, in its dictionary and its slots."""
-    found = dict(getattr(value, "__dict__", {}))
+    fields = dict(getattr(value, "__dict__", {}))
     for base in type(value).__mro__:
         slots = vars(base).get("__slots__", ())
         for slot in (slots,) if isinstance(slots, str) else slots:
             descriptor = vars(base).get(slot)
             if isinstance(descriptor, types.MemberDescriptorType):
                 try:
-                    found[slot] = descriptor.__get__(value)
+                    fields[slot] = descriptor.__get__(value)
                 except AttributeError:
-                    found[slot] = _NONE
-    return found
+                    fields[slot] = _NONE
+    return fields

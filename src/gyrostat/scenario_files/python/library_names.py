@@ -17,6 +17,7 @@ from types import ModuleType
 from typing import Any, NamedTuple
 
 from gyrostat.core.local_modules import is_local
+from gyrostat.scenario_files.python.definitions import statements
 
 _COMPILED = ("math", "cmath")
 """Modules without a text of which a second copy can be made."""
@@ -63,15 +64,15 @@ def is_original(module: ModuleType, name: str) -> bool:
     if name.startswith("__") or isinstance(value, ModuleType):
         return True
     if module.__name__ in _COMPILED:
-        again = vars(_second_copy(module.__name__)).get(name, _NOTHING)
-        return type(value) is type(again) and repr(value) == repr(again)
+        original = vars(_second_copy(module.__name__)).get(name, _NOTHING)
+        return type(value) is type(original) and repr(value) == repr(original)
     text = _text(module.__name__, getattr(module, "__file__", None) or "")
     if text is None:
         return True
-    found = text.bindings.get(name)
-    if found is not None:
-        return any(_gives(each, value) for each in found)
-    if any(_imported(star, name) is value for star in text.stars):
+    bindings = text.bindings.get(name)
+    if bindings is not None:
+        return any(_gives(each, value) for each in bindings)
+    if any(_imported_value(star, name) is value for star in text.stars):
         return True
     # names of enumerations are set by their classes, and those of classes by generators of classes
     if isinstance(value, Enum | type) or (text.dynamic and type(value) not in (float, complex)):
@@ -86,9 +87,9 @@ def is_original(module: ModuleType, name: str) -> bool:
 def is_original_builtin(name: str) -> bool:
     """Whether a built-in name has the value that Python gives to it."""
     value = getattr(builtins, name, None)
-    own_name = getattr(value, "__name__", name)
+    original_name = getattr(value, "__name__", name)
     return getattr(value, "__module__", "builtins") in _OF_BUILTINS and (
-        own_name == name or value is OSError
+        original_name == name or value is OSError
     )
 
 
@@ -102,21 +103,21 @@ def imported_names(text: str) -> Iterator[tuple[ModuleType, str]]:
         if isinstance(node, ast.ImportFrom) and not node.level:
             module = sys.modules.get(node.module or "")
             if module is not None and not is_local(module):
-                known = vars(module)
-                yield from ((module, each.name) for each in node.names if each.name in known)
+                yield from ((module, each.name) for each in node.names if each.name in vars(module))
 
 
 @lru_cache(maxsize=8)
 def _second_copy(name: str) -> ModuleType:
     spec: Any = importlib.util.find_spec(name)
-    made = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(made)
-    return made
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
 
 
 def _gives(binding: _Binding, value: Any) -> bool:
     if binding.module:
-        original, home = _imported(binding.module, binding.value), sys.modules.get(binding.module)
+        original = _imported_value(binding.module, binding.value)
+        home = sys.modules.get(binding.module)
         if original is _NOTHING or original is value:
             return True
         # the change can be in the module that the name was imported from
@@ -126,11 +127,11 @@ def _gives(binding: _Binding, value: Any) -> bool:
     return binding.value is _NOTHING or repr(binding.value) == repr(value)
 
 
-def _imported(module: str, name: str) -> Any:
+def _imported_value(module: str, name: str) -> Any:
     """Value of a name of an imported module; `_NOTHING` if it is not known."""
-    below = sys.modules.get(f"{module}.{name}", _NOTHING)
+    submodule = sys.modules.get(f"{module}.{name}", _NOTHING)
     home = sys.modules.get(module)
-    return below if home is None else vars(home).get(name, below)
+    return submodule if home is None else vars(home).get(name, submodule)
 
 
 @lru_cache(maxsize=256)
@@ -146,28 +147,17 @@ def _text(module: str, file: str) -> _Text | None:
     package = module if Path(file).stem == "__init__" else module.rpartition(".")[0]
     bindings: dict[str, list[_Binding]] = {}
     stars = []
-    for node in _outer(tree.body):
+    for node in statements(tree.body):
         if isinstance(node, ast.ImportFrom):
             home = _absolute(package, node)
             stars += [home for alias in node.names if alias.name == "*"]
-        for name, binding in _bound(node, package):
+        for name, binding in _bindings(node, package):
             bindings.setdefault(name, []).append(binding)
     for node in ast.walk(tree):
         if isinstance(node, ast.Global):
             for name in node.names:
                 bindings.setdefault(name, []).append(_Binding(""))
     return _Text(bindings, tuple(stars), any(each in text for each in _DYNAMIC))
-
-
-def _outer(body: list[ast.stmt]) -> Iterator[ast.stmt]:
-    """Statements that are executed when a module is imported."""
-    for node in body:
-        yield node
-        if not isinstance(node, ast.FunctionDef | ast.AsyncFunctionDef | ast.ClassDef):
-            for name in ("body", "orelse", "finalbody"):
-                yield from _outer(getattr(node, name, []))
-            for part in (*getattr(node, "handlers", ()), *getattr(node, "cases", ())):
-                yield from _outer(part.body)
 
 
 def _absolute(package: str, node: ast.ImportFrom) -> str:
@@ -178,7 +168,7 @@ def _absolute(package: str, node: ast.ImportFrom) -> str:
     return ".".join((*parts[: len(parts) - node.level + 1], *filter(None, [node.module])))
 
 
-def _bound(node: ast.stmt, package: str) -> Iterator[tuple[str, _Binding]]:
+def _bindings(node: ast.stmt, package: str) -> Iterator[tuple[str, _Binding]]:
     """Names that a statement binds, and to what."""
     if isinstance(node, ast.ImportFrom):
         for alias in node.names:

@@ -85,35 +85,35 @@ def _array(value: Any, module: Module) -> str:
 def _object(value: Any, module: Module) -> str:
     """Expression of a class, a function, or an instance by its fields."""
     if isinstance(value, type | types.FunctionType):
-        return _named(value, module)
+        return _qualified_name(value, module)
     kind = type(value)
     if isinstance(value, Enum):
-        return f"{_named(kind, module)}[{value.name!r}]"
+        return f"{_qualified_name(kind, module)}[{value.name!r}]"
     if kind is functools.partial:
         module.import_module("functools")
-        given = [literal(each, module) for each in (value.func, *value.args)]
-        given += [f"{name}={literal(each, module)}" for name, each in value.keywords.items()]
-        return f"functools.partial({', '.join(given)})"
+        arguments = [literal(each, module) for each in (value.func, *value.args)]
+        arguments += [f"{name}={literal(each, module)}" for name, each in value.keywords.items()]
+        return f"functools.partial({', '.join(arguments)})"
     if isinstance(value, tuple) and hasattr(kind, "_fields"):
         fields = dict(zip(kind._fields, value, strict=True))
     elif dataclasses.is_dataclass(kind):
         fields = {f.name: getattr(value, f.name, None) for f in dataclasses.fields(kind) if f.init}
     else:
         raise NoLiteralError
-    name = _named(kind, module)
+    name = _qualified_name(kind, module)
     return f"{name}({', '.join(f'{n}={literal(v, module)}' for n, v in fields.items())})"
 
 
-def _named(value: Any, module: Module) -> str:
+def _qualified_name(value: Any, module: Module) -> str:
     """Name of a class or function, of the script or of a module that can be imported."""
     name = module.global_name(value)
     if name is not None:
         return name
     home = inspect.getmodule(value)
-    found = home
+    target = home
     for part in value.__qualname__.split("."):
-        found = getattr(found, part, None)
-    if home is None or found is not value or home is sys.modules["__main__"]:
+        target = getattr(target, part, None)
+    if home is None or target is not value or home is sys.modules["__main__"]:
         raise NoLiteralError
     module.import_module(home.__name__)
     return (

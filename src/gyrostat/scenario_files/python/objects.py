@@ -76,122 +76,123 @@ def user_object(section: str, given: Any) -> UserObject:
         InputError: The class cannot be found in a file or extracted from a script, is not the one
             of its text, or a field is not a number.
     """
-    is_made = inspect.isclass(given) or inspect.isroutine(given) or hasattr(given, "__wrapped__")
-    made = given if is_made else type(given)
-    place = f"{section} {getattr(made, '__qualname__', type(made).__name__)}"
-    with reported(place):  # comparing asks objects of the user for their attributes
-        kind, sources = _source(section, place, made, given)
+    is_kind = inspect.isclass(given) or inspect.isroutine(given) or hasattr(given, "__wrapped__")
+    definition = given if is_kind else type(given)
+    label = f"{section} {getattr(definition, '__qualname__', type(definition).__name__)}"
+    with reported(label):  # comparing asks objects of the user for their attributes
+        kind, sources = _source(section, label, definition, given)
     part = user_part(section, kind, sources)
     values: dict[str, float] = {}
     for name, key in part.keys.items():
-        if given is made and key.default is None:
-            raise UserPartError(f"{place}: found no value of {name}, expected an object with one")
-        if given is made:
-            value = key.defaults()
+        if given is not definition:
+            value = _numbers(label, name, getattr(given, name), key.shape)
+        elif key.default is None:
+            raise UserPartError(f"{label}: found no value of {name}, expected an object with one")
         else:
-            value = _numbers(place, name, getattr(given, name), key.shape)
+            value = key.defaults()
         values |= dict(zip(key.ends(name), value, strict=True))
     for name in RESERVED:
-        if given is not made and getattr(given, name, None) is not None:
+        if given is not definition and getattr(given, name, None) is not None:
             raise UserPartError(
-                f"{place}: found a value of {name}, expected None: the scenario gives it"
+                f"{label}: found a value of {name}, expected None: the scenario gives it"
             )
     return UserObject(kind, sources, values, given)
 
 
-def _numbers(place: str, name: str, value: Any, shape: tuple[int, ...]) -> tuple[float, ...]:
+def _numbers(label: str, name: str, value: Any, shape: tuple[int, ...]) -> tuple[float, ...]:
     try:
-        found = np.asarray(value, dtype=float)
+        array = np.asarray(value, dtype=float)
     except (TypeError, ValueError):
-        found = None
-    if found is None or found.shape != shape:
+        array = None
+    if array is None or array.shape != shape:
         expected = "a number" if shape == () else f"numbers of shape {shape}"
-        raise UserPartError(f"{place}: found {name} = {value!r}, expected {expected}")
-    return tuple(found.ravel().tolist())
+        raise UserPartError(f"{label}: found {name} = {value!r}, expected {expected}")
+    return tuple(array.ravel().tolist())
 
 
-def _source(section: str, place: str, made: Any, given: Any) -> tuple[str, tuple[Source, ...]]:
+def _source(section: str, label: str, definition: Any, live: Any) -> tuple[str, tuple[Source, ...]]:
     """Kind and sources of a class or function, which were compared with the object."""
-    if "." in made.__qualname__ or not made.__name__.isidentifier():
+    if "." in definition.__qualname__ or not definition.__name__.isidentifier():
         raise UserPartError(
-            f"{place}: found a lambda, or a definition inside another, expected a class or "
+            f"{label}: found a lambda, or a definition inside another, expected a class or "
             "function of a module"
         )
-    if getattr(sys.modules.get(made.__module__), made.__name__, made) is not made:
+    module = sys.modules.get(definition.__module__)
+    if getattr(module, definition.__name__, definition) is not definition:
         raise UserPartError(
-            f"{place}: found an earlier definition of {made.__name__}, expected an object of the "
-            "present one"
+            f"{label}: found an earlier definition of {definition.__name__}, expected an object of "
+            "the present one"
         )
-    packed = packaged(made.__module__)
-    if packed is not None:
-        path, sources = packed
-        return f"{path}:{made.__name__}", sources
-    if made.__module__ != "__main__":
-        text = _of_file(place, made)
+    package = packaged(definition.__module__)
+    if package is not None:
+        path, sources = package
+        return f"{path}:{definition.__name__}", sources
+    if definition.__module__ != "__main__":
+        text = _file_text(label, definition)
         remedy = "import the module again in a new process, or write the change into its file"
         try:
-            _require_equal(section, place, text, made, given)
+            _require_equal(section, text, definition, live)
         except DifferentError as different:
-            raise _refused(place, text, different, remedy) from None
+            raise _refusal(label, text, different, remedy) from None
         return text.kind, text.sources
-    chosen: Mapping[str, int] | None = {}
+    choice: Mapping[str, int] | None = {}
     first: tuple[_Text, DifferentError] | None = None
     for _ in range(MOST_CHOICES):
-        extract = extracted(place, made, chosen)
-        kind = f"{extract.file}:{made.__name__}"
+        extract = extracted(label, definition, choice)
+        kind = f"{extract.file}:{definition.__name__}"
         sources = sources_below(extract.folder, {}, {extract.file: extract.text})
         sources = with_data(extract.folder, sources, [kind], {})
         text = _Text(kind, sources, extract.folder, "__main__")
         try:
-            _require_equal(section, place, text, made, given)
+            _require_equal(section, text, definition, live)
         except DifferentError as different:
             first = first or (text, different)
-            chosen = extract.other(different.place.names)
+            choice = extract.other(different.place.names)
         else:
             return text.kind, text.sources
-        if chosen is None:
+        if choice is None:
             break
     assert first is not None
     remedy = "execute its definition again, or move it into a module file and import it"
-    raise _refused(place, *first, remedy)
+    raise _refusal(label, *first, remedy)
 
 
-def _refused(place: str, text: _Text, different: DifferentError, remedy: str) -> UserPartError:
+def _refusal(label: str, text: _Text, different: DifferentError, remedy: str) -> UserPartError:
     file = text.kind.partition(":")[0]
     if isinstance(different, PatchedError):
         return UserPartError(
-            f"{place}: found {different.place.text}: {different.live} in memory, expected "
+            f"{label}: found {different.place.text}: {different.live} in memory, expected "
             f"{different.loaded}: other processes do not have the change; restore it, and give the "
             "value a name of your own"
         )
     return UserPartError(
-        f"{place}: found {different.place.text}: {different.live} in memory, {different.loaded} "
+        f"{label}: found {different.place.text}: {different.live} in memory, {different.loaded} "
         f"from the text of {file}, expected the same: {remedy}"
     )
 
 
-def _of_file(place: str, made: Any) -> _Text:
+def _file_text(label: str, definition: Any) -> _Text:
     """Text of a class or function of a local module."""
-    module = sys.modules.get(made.__module__)
+    module = sys.modules.get(definition.__module__)
     path = Path(getattr(module, "__file__", None) or "")
-    if made.__module__.partition(".")[0] == "gyrostat":
+    if definition.__module__.partition(".")[0] == "gyrostat":
         raise UserPartError(
-            f"{place}: found a class of gyrostat, expected a class of yours, or a kind by its name"
+            f"{label}: found a class of gyrostat, expected a class of yours, or a kind by its name"
         )
     if path.suffix != ".py" or is_library_file(str(path.resolve())):
         raise UserPartError(
-            f"{place}: found {made.__qualname__} of {made.__module__}, which is no local file, "
-            "expected an object of a class of your own"
+            f"{label}: found {definition.__qualname__} of {definition.__module__}, which is no "
+            "local file, expected an object of a class of your own"
         )
-    depth = made.__module__.count(".") + (path.name == "__init__.py")
+    depth = definition.__module__.count(".") + (path.name == "__init__.py")
     folder = path.resolve().parents[depth]
-    inside = path.resolve().relative_to(folder).as_posix()
-    kind = f"{inside}:{made.__name__}"
-    sources = with_data(folder, sources_below(folder, {inside: place}), [kind], {})
-    return _Text(kind, sources, folder, made.__module__)
+    relative_path = path.resolve().relative_to(folder).as_posix()
+    kind = f"{relative_path}:{definition.__name__}"
+    sources = with_data(folder, sources_below(folder, {relative_path: label}), [kind], {})
+    return _Text(kind, sources, folder, definition.__module__)
 
 
-def _require_equal(section: str, place: str, text: _Text, made: Any, given: Any) -> None:
+def _require_equal(section: str, text: _Text, definition: Any, live: Any) -> None:
     """Compare an object in memory with the one that its text gives.
 
     Raises:
@@ -201,27 +202,27 @@ def _require_equal(section: str, place: str, text: _Text, made: Any, given: Any)
     part = UserPart(f"{section} {text.kind}", None, (), {})
     with contextlib.ExitStack() as stack:
         with reported(part.name, package_of(text.sources)):
-            again = stack.enter_context(loaded_again(text.sources, text.kind))
-        package, _, path = again.__module__.partition(".")
+            loaded = stack.enter_context(loaded_again(text.sources, text.kind))
+        package, _, path = loaded.__module__.partition(".")
         names = [module_name(source.path) for source in text.sources if source.is_module]
         texts = {name: f"{package}.{name}" for name in names}
-        root = str(Path(sys.modules[again.__module__].__file__ or "").parents[path.count(".")])
-        texts |= {text.module: again.__module__, str(text.folder): root}
+        root = str(Path(sys.modules[loaded.__module__].__file__ or "").parents[path.count(".")])
+        texts |= {text.module: loaded.__module__, str(text.folder): root}
         comparison = Comparison(texts)
-        comparison.require_equal(made.__name__, made, again)
+        comparison.require_equal(definition.__name__, definition, loaded)
         for source in text.sources:
             for module, name in imported_names(source.text):
                 comparison.library_name(Place(f"{module.__name__}.{name}"), module, name)
-        if given is not made:
-            kind = as_tree(part, again)
-            with reported(part.name, again.__module__):
-                remade = _remade(kind, given)
-            for name in sorted({*vars(given), *vars(remade)}):
-                one, other = (getattr(each, name, "nothing") for each in (given, remade))
-                comparison.compare(Place(f"{made.__name__}.{name}"), one, other)
+        if live is not definition:
+            kind = as_tree(part, loaded)
+            with reported(part.name, loaded.__module__):
+                copy = _remake(kind, live)
+            for name in sorted({*vars(live), *vars(copy)}):
+                live_value, loaded_value = (getattr(each, name, "nothing") for each in (live, copy))
+                comparison.compare(Place(f"{definition.__name__}.{name}"), live_value, loaded_value)
 
 
-def _remade(kind: type, given: Any) -> Any:
+def _remake(kind: type, live: Any) -> Any:
     """Instance of a class with the fields of another one that the scenario passes on."""
     fields = [f.name for f in dataclasses.fields(kind) if f.init and not f.metadata.get("static")]
-    return kind(**{name: getattr(given, name, None) for name in fields})
+    return kind(**{name: getattr(live, name, None) for name in fields})

@@ -44,9 +44,9 @@ class Extract(NamedTuple):
     def other(self, names: tuple[str, ...]) -> Mapping[str, int] | None:
         """Next choice of definitions if one of these names, the last first, has another one."""
         for name in reversed(names):
-            following = self.chosen.get(name, 0) + 1
-            if following < self.counts.get(name, 0):
-                return {**self.chosen, name: following}
+            number = self.chosen.get(name, 0) + 1
+            if number < self.counts.get(name, 0):
+                return {**self.chosen, name: number}
         return None
 
 
@@ -86,11 +86,11 @@ class _Script:
         counts: See `Extract`.
     """
 
-    def __init__(self, place: str, known: dict[str, Any], chosen: Mapping[str, int]) -> None:
-        self.known, self.definitions, self.chosen = known, Definitions(known), chosen
+    def __init__(self, label: str, namespace: dict[str, Any], chosen: Mapping[str, int]) -> None:
+        self.known, self.definitions, self.chosen = namespace, Definitions(namespace), chosen
         self.lines: list[str] = []
         self.counts: dict[str, int] = {}
-        self._place, self._taken = place, set()
+        self._place, self._taken = label, set()
 
     def take(self, name: str) -> None:
         """Add a name, after the names that it needs.
@@ -115,14 +115,12 @@ class _Script:
             self.lines.append(ast.unparse(names))
         elif type(value) in DATA or isinstance(value, np.ndarray | np.generic | jax.Array):
             self._assign(name, value, definition)
-        elif self._import(name, value):
-            pass
-        elif isinstance(node, ast.FunctionDef | ast.ClassDef):
+        elif not self._import(name, value):
             self.counts[name] = len(definitions)
-            self._copy(definition)
-        else:
-            self.counts[name] = len(definitions)
-            self._assign(name, value, definition)
+            if isinstance(node, ast.FunctionDef | ast.ClassDef):
+                self._copy(definition)
+            else:
+                self._assign(name, value, definition)
 
     def _import(self, name: str, value: Any) -> bool:
         """Add an import of what is of another module; returns whether it is."""
@@ -163,9 +161,9 @@ class _Script:
     def _copy(self, definition: Definition | None) -> None:
         """Add the text of a definition, after the names that it needs."""
         assert definition is not None
-        for needed in _needed(definition.node):
-            if needed in self.known:
-                self.take(needed)
+        for dependency in _dependencies(definition.node):
+            if dependency in self.known:
+                self.take(dependency)
         self.lines.append(text_of(definition))
 
     def import_module(self, name: str) -> None:
@@ -183,20 +181,19 @@ class _Script:
 
 def _refers_to(node: ast.stmt, name: str) -> bool:
     """Whether an assignment to a name needs the earlier value of this name."""
-    is_assignment = isinstance(node, ast.Assign | ast.AnnAssign)
-    return is_assignment and name in _needed(node)
+    return isinstance(node, ast.Assign | ast.AnnAssign) and name in _dependencies(node)
 
 
-def _needed(node: ast.stmt) -> list[str]:
+def _dependencies(node: ast.stmt) -> list[str]:
     """Global names that a definition refers to, also in its annotations."""
     text = ast.unparse(node)
-    found: dict[str, None] = {}
+    names: dict[str, None] = {}
 
     def visit(table: symtable.SymbolTable) -> None:
         top = table.get_type() == "module"
         for symbol in table.get_symbols():
             if symbol.is_referenced() and (symbol.is_global() or top):
-                found[symbol.get_name()] = None
+                names[symbol.get_name()] = None
         for inner in table.get_children():
             visit(inner)
 
@@ -206,6 +203,6 @@ def _needed(node: ast.stmt) -> list[str]:
             hint = getattr(inner, name, None)
             for part in ast.walk(hint) if hint is not None else ():
                 if isinstance(part, ast.Name):
-                    found[part.id] = None
-    defined = {getattr(node, "name", "")}
-    return [name for name in found if name not in defined and not name.startswith("__")]
+                    names[part.id] = None
+    own_names = {getattr(node, "name", "")}
+    return [name for name in names if name not in own_names and not name.startswith("__")]

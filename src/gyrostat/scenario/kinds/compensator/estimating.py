@@ -82,24 +82,30 @@ class Estimating(Kind):
 
     def make(self, context: Context) -> EstimatingFeedForward:
         """Compensator."""
-        known, period = context.spacecraft, context.period
-        assert known is not None
+        spacecraft, period = context.spacecraft, context.period
+        assert spacecraft is not None
         assert period is not None
         sensors = {"wheel_sigma": 0.0, "rate_sigma": 0.0, "angle_walk": 0.0, **context.sensors}
-        counted = jnp.asarray(sensors["tachometer_pulses"])
-        pulse = 2.0 * jnp.pi / (jnp.where(counted > 0.0, counted, jnp.inf) * period)
-        older = jnp.max(sensors["wheel_sigma"] / jnp.asarray(known.wheels.inertia))
-        speed = jnp.sqrt(sensors["speed_sigma"] ** 2 + older**2 + (PULSE_SHARE * pulse) ** 2)
-        rate = jnp.sqrt(sensors["rate_sigma"] ** 2 + sensors["angle_walk"] ** 2 / period)
-        given, known_rate = self.speed_sigma, self.rate_sigma
-        made = EstimatingFeedForward.tune(
+        pulses = jnp.asarray(sensors["tachometer_pulses"])
+        pulse = 2.0 * jnp.pi / (jnp.where(pulses > 0.0, pulses, jnp.inf) * period)
+        older_sigma = jnp.max(sensors["wheel_sigma"] / jnp.asarray(spacecraft.wheels.inertia))
+        speed_noise = jnp.sqrt(
+            sensors["speed_sigma"] ** 2 + older_sigma**2 + (PULSE_SHARE * pulse) ** 2
+        )
+        rate_noise = jnp.sqrt(sensors["rate_sigma"] ** 2 + sensors["angle_walk"] ** 2 / period)
+        speed_sigma, rate_sigma = self.speed_sigma, self.rate_sigma
+        compensator = EstimatingFeedForward.tune(
             context.controller,
-            known,
-            speed_sigma=jnp.maximum(jnp.where(given > 0.0, given, speed), LEAST_NOISE),
-            rate_sigma=jnp.maximum(jnp.where(known_rate > 0.0, known_rate, rate), LEAST_RATE_NOISE),
+            spacecraft,
+            speed_sigma=jnp.maximum(
+                jnp.where(speed_sigma > 0.0, speed_sigma, speed_noise), LEAST_NOISE
+            ),
+            rate_sigma=jnp.maximum(
+                jnp.where(rate_sigma > 0.0, rate_sigma, rate_noise), LEAST_RATE_NOISE
+            ),
             period=period,
             bandwidth=self.bandwidth,
             delay=context.delay,
         )
-        own_numbers = ("gain", "band", "softness", "doubt", "largest")
-        return replace(made, **{name: getattr(self, name) for name in own_numbers})
+        names = ("gain", "band", "softness", "doubt", "largest")
+        return replace(compensator, **{name: getattr(self, name) for name in names})

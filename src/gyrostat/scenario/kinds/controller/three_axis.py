@@ -44,15 +44,15 @@ class ThreeAxis(ControllerKind):
     @classmethod
     def plan(cls, case: DesignCase) -> MomentumRecovery:
         """See `ControllerKind.plan`."""
-        found = MomentumRecovery.plan(
+        design = MomentumRecovery.plan(
             case.spacecraft,
             case.working,
             seized=case.seized,
             target=case.target,
             total_momentum=np.zeros(3),
         )
-        wheels = replace(found.law.wheels, delay=case.delay)
-        return eqx.tree_at(lambda f: f.law.wheels, found, wheels)
+        wheels = replace(design.law.wheels, delay=case.delay)
+        return eqx.tree_at(lambda f: f.law.wheels, design, wheels)
 
     def controller(self, design: MomentumRecovery, beginning: Beginning) -> MomentumRecovery:
         """See `ControllerKind.controller`."""

@@ -209,8 +209,8 @@ class WheelArrayDetecting(WheelArray):
 
     def controller(self, design: WheelArrayControl, beginning: Beginning) -> WheelArrayControl:
         """See `ControllerKind.controller`."""
-        found = super().controller(design, beginning)
+        control = super().controller(design, beginning)
         detector = replace(
-            found.detector, failure_torque=self.failure_torque, failure_time=self.failure_time
+            control.detector, failure_torque=self.failure_torque, failure_time=self.failure_time
         )
-        return replace(found, detector=detector)
+        return replace(control, detector=detector)

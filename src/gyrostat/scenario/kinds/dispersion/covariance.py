@@ -6,7 +6,7 @@ from typing import Self
 
 import numpy as np
 
-from gyrostat.core.orthonormal import HERMITE, Family
+from gyrostat.core.orthonormal import HERMITE
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.scenario.distribution import Distribution
 
@@ -21,6 +21,7 @@ class Covariance(Distribution):
     """
 
     name = "covariance"
+    family = HERMITE
     root: Matrix
 
     @classmethod
@@ -38,10 +39,6 @@ class Covariance(Distribution):
         parts = (normal[:, k, None] * column for k, column in enumerate(self.root.T))
         return self.nominal + sum(parts)
 
-    def families(self) -> list[Family]:
-        """See `Distribution.families`."""
-        return [HERMITE] * len(self.nominal)
-
     def faults(self) -> Iterator[tuple[str, str]]:
         """See `Distribution.faults`."""
         if self.root.shape != (len(self.nominal),) * 2:
@@ -53,8 +50,8 @@ class Covariance(Distribution):
 
     def extremes(self, sigmas: float) -> tuple[Vector, Vector]:
         """See `Distribution.extremes`."""
-        away = sigmas * self.deviation()
-        return self.nominal - away, self.nominal + away
+        deviation = sigmas * self.deviation()
+        return self.nominal - deviation, self.nominal + deviation
 
     def is_joint(self) -> bool:
         """See `Distribution.is_joint`."""

@@ -6,7 +6,7 @@ from typing import Annotated
 
 import numpy as np
 
-from gyrostat.core.orthonormal import HERMITE, Family
+from gyrostat.core.orthonormal import HERMITE
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.scenario.distribution import DEVIATION, Distribution, Parameter
 
@@ -16,6 +16,7 @@ class Normal(Distribution):
     """The nominal value is the mean."""
 
     name = "normal"
+    family = HERMITE
     sigma: Annotated[Vector, Parameter(DEVIATION, "Standard deviation.")]
 
     def quantile(self, share: Matrix) -> Matrix:
@@ -23,10 +24,6 @@ class Normal(Distribution):
         from scipy.special import ndtri  # slow to import
 
         return self.nominal + self.sigma * ndtri(share)
-
-    def families(self) -> list[Family]:
-        """See `Distribution.families`."""
-        return [HERMITE] * len(self.nominal)
 
     def faults(self) -> Iterator[tuple[str, str]]:
         """See `Distribution.faults`."""

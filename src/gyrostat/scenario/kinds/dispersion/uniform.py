@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from gyrostat.core.orthonormal import LEGENDRE, Family
+from gyrostat.core.orthonormal import LEGENDRE
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.scenario.distribution import VALUE, Limited, Parameter
 
@@ -13,13 +13,10 @@ class Uniform(Limited):
     """All values from `low` to `high` are equally likely."""
 
     name = "uniform"
+    family = LEGENDRE
     low: Annotated[Vector, Parameter(VALUE, "Smallest value.")]
     high: Annotated[Vector, Parameter(VALUE, "Largest value.")]
 
     def quantile(self, share: Matrix) -> Matrix:
         """See `Distribution.quantile`."""
         return self.low + share * (self.high - self.low)
-
-    def families(self) -> list[Family]:
-        """See `Distribution.families`."""
-        return [LEGENDRE] * len(self.nominal)

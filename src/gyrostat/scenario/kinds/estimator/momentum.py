@@ -41,13 +41,13 @@ class Momentum(Kind):
 
     def make(self, context: Context) -> OutputFeedback:
         """Controller with the estimator."""
-        known, sensors = context.spacecraft, context.sensors
-        assert known is not None
+        spacecraft, sensors = context.spacecraft, context.sensors
+        assert spacecraft is not None
         estimator = MomentumAttitudeFilter(
-            known,
+            spacecraft,
             sensors["attitude_sigma"],
             jnp.round(sensors["tracker_periods"]),
-            speed_sigma_of(sensors["speed_sigma"], sensors["wheel_sigma"], known),
+            speed_sigma_of(sensors["speed_sigma"], sensors["wheel_sigma"], spacecraft),
             **self.options(),
         )
         return OutputFeedback(estimator, context.controller)

@@ -36,8 +36,8 @@ class NadirKind(EitherOrbit, ProfileKind):
     def row(cls, row: Mapping[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
         """See `Kind.row`: the elements of the environment `orbit`."""
         keys = HasOrbit.keys()
-        places = {name: f"environment.{name}" for name in keys}
-        defaults = {name: values[place] for name, place in places.items() if place in values}
+        full_keys = {name: f"environment.{name}" for name in keys}
+        defaults = {name: values[key] for name, key in full_keys.items() if key in values}
         return {**defaults, **row}
 
     def profile(self, planned: PlannedReference, place: str) -> Profile:

@@ -4,10 +4,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from gyrostat.core.arrays import Scalar, Vector3
-from gyrostat.scenario.component import Options
 from gyrostat.scenario.sampled_kind import SampledKind
 from gyrostat.scenario.schema import size, vector
-from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.sensors.magnetometer import Magnetometer
 
 
@@ -16,6 +14,7 @@ class MagnetometerKind(SampledKind):
     """Magnetic flux density in body axes, (3,) (`gyrostat.spacecraft.Magnetometer`)."""
 
     name = "magnetometer"
+    sensor = Magnetometer
     unit = "T"
     sigma: Annotated[
         Scalar, size("flux_density", 0.0, "Standard deviation of the noise of each axis.")
@@ -25,7 +24,3 @@ class MagnetometerKind(SampledKind):
     misalignment: Annotated[
         Vector3, vector("angle", "Rotation vector from body to magnetometer axes.")
     ]
-
-    def sensor(self, orbit: OrbitEnvironment, options: Options) -> Magnetometer:
-        """See `SampledKind.sensor`."""
-        return Magnetometer(orbit, **options)

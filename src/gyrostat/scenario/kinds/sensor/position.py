@@ -4,10 +4,8 @@ from dataclasses import dataclass
 from typing import Annotated
 
 from gyrostat.core.arrays import Scalar, Vector3
-from gyrostat.scenario.component import Options
 from gyrostat.scenario.sampled_kind import SampledKind
 from gyrostat.scenario.schema import size, vector
-from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.sensors.position_sensor import PositionSensor
 
 
@@ -16,10 +14,7 @@ class Position(SampledKind):
     """Position from satellite navigation, GCRS, (3,) (`gyrostat.spacecraft.PositionSensor`)."""
 
     name = "position"
+    sensor = PositionSensor
     unit = "m"
     sigma: Annotated[Scalar, size("length", 0.0, "Standard deviation of the noise of each axis.")]
     bias: Annotated[Vector3, vector("length", "Bias, GCRS.")]
-
-    def sensor(self, orbit: OrbitEnvironment, options: Options) -> PositionSensor:
-        """See `SampledKind.sensor`."""
-        return PositionSensor(orbit, **options)

@@ -7,10 +7,8 @@ from typing import Annotated
 from jaxtyping import Array, Float
 
 from gyrostat.core.arrays import Scalar, Vector3
-from gyrostat.scenario.component import Options
 from gyrostat.scenario.sampled_kind import SampledKind
 from gyrostat.scenario.schema import Key, positive, size, vector
-from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.sensors.sun_sensor import FACES, CoarseSunSensors, SunSensor
 
 
@@ -22,6 +20,7 @@ class SunSensorKind(SampledKind):
     """
 
     name = "sun_sensor"
+    sensor = SunSensor
     sigma: Annotated[Scalar, size("angle", 0.0, "Standard deviation of the error about each axis.")]
     misalignment: Annotated[Vector3, vector("angle", "Rotation vector from body to sensor axes.")]
     boresight: Annotated[
@@ -30,10 +29,6 @@ class SunSensorKind(SampledKind):
     field_of_view: Annotated[
         Scalar, positive("angle", pi, "Largest angle between boresight and Sun.", most=pi)
     ]
-
-    def sensor(self, orbit: OrbitEnvironment, options: Options) -> SunSensor:
-        """See `SampledKind.sensor`."""
-        return SunSensor(orbit, **options)
 
 
 @dataclass(frozen=True, eq=False)
@@ -44,12 +39,9 @@ class CoarseSunSensorsKind(SampledKind):
     """
 
     name = "coarse_sun_sensors"
+    sensor = CoarseSunSensors
     sigma: Annotated[Scalar, size("1", 0.0, "Standard deviation of the noise of each cell.")]
     scale_factor: Annotated[
         Float[Array, "6"],
         Key("1", 0.0, "Relative error of the current of each cell.", shape=(len(FACES),)),
     ]
-
-    def sensor(self, orbit: OrbitEnvironment, options: Options) -> CoarseSunSensors:
-        """See `SampledKind.sensor`."""
-        return CoarseSunSensors(orbit, **options)

@@ -54,9 +54,9 @@ class Settling(Metric):
 
     def __call__(self, memory: Scalar, sample: Sample, is_last: Bool[Array, ""]) -> Scalar:
         """See `Metric.__call__`."""
-        settled = sample.error < self.angle
-        settled &= sample.rate_error @ sample.rate_error < self.rate**2
-        return jnp.where(settled, jnp.minimum(memory, sample.time), jnp.inf)
+        is_settled = sample.error < self.angle
+        is_settled &= sample.rate_error @ sample.rate_error < self.rate**2
+        return jnp.where(is_settled, jnp.minimum(memory, sample.time), jnp.inf)
 
     @classmethod
     def results(cls, memory: Any, end: RunEnd) -> dict[str, Vector]:

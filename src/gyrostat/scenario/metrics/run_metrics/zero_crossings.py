@@ -75,11 +75,11 @@ class ZeroCrossings(Metric):
         time, error = sample.time, sample.error
         counts = time + TOLERANCE >= self.after
         sense = jnp.sign(sample.state.wheel_speed)
-        crossing = jnp.sum(counts & (sense != memory.sense) & (memory.sense != 0.0))
-        crossed = jnp.where(crossing > 0, time, memory.time)
-        near = counts & (time - crossed <= self.window + TOLERANCE)
+        crossings = jnp.sum(counts & (sense != memory.sense) & (memory.sense != 0.0))
+        crossing_time = jnp.where(crossings > 0, time, memory.time)
+        near = counts & (time - crossing_time <= self.window + TOLERANCE)
         peak = jnp.where(near, jnp.maximum(memory.peak, error), memory.peak)
-        return Crossings(sense, crossed, memory.number + crossing, peak)
+        return Crossings(sense, crossing_time, memory.number + crossings, peak)
 
     @classmethod
     def results(cls, memory: Any, end: RunEnd) -> dict[str, Vector]:

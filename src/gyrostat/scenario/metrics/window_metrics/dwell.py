@@ -70,6 +70,6 @@ class Dwell(WindowMetric):
     def signals(self, memory: Any, sample: WindowSample) -> tuple[Any, dict[str, Any]]:
         """See `WindowMetric.signals`."""
         speed = jnp.abs(sample.run.state.wheel_speed)
-        within = (speed >= self.above) & (speed <= self.below)
-        each = {f"dwell.{wheel}": within[i] for i, wheel in enumerate(self.wheels)}
-        return memory, {"dwell": jnp.any(within), **each}
+        in_band = (speed >= self.above) & (speed <= self.below)
+        each = {f"dwell.{wheel}": in_band[i] for i, wheel in enumerate(self.wheels)}
+        return memory, {"dwell": jnp.any(in_band), **each}

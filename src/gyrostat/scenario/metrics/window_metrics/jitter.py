@@ -50,10 +50,10 @@ class Jitter(WindowMetric):
     @classmethod
     def check(cls, window: WindowStart, length: float, table: WindowTable) -> None:
         """See `WindowMetric.check`."""
-        half = 0.5 / window.period
+        nyquist = 0.5 / window.period
         for end in cls.keys:
-            if window.values.get(end, 0.0) >= half:
-                expected = f"below {half:g} Hz, half of the sample frequency"
+            if window.values.get(end, 0.0) >= nyquist:
+                expected = f"below {nyquist:g} Hz, half of the sample frequency"
                 raise table.refuse(end, window.values[end], expected)
         if "jitter_below" in window.values and "jitter_above" not in window.values:
             raise table.refuse("jitter_above", None, "the lower end of the band")

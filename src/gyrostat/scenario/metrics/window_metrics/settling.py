@@ -58,14 +58,14 @@ class Settling(WindowMetric):
     def __call__(self, memory: SettlingTimes, sample: WindowSample) -> SettlingTimes:
         """See `WindowMetric.__call__`."""
         entered = sample.entered
-        settled = (sample.angle < self.angle) & (sample.rate < self.rate)
+        is_settled = (sample.angle < self.angle) & (sample.rate < self.rate)
         before = jnp.where(entered, jnp.inf, memory.settled_from)
-        settled_from = jnp.where(settled, jnp.minimum(before, sample.run.time), jnp.inf)
-        ended = jnp.maximum(memory.longest, memory.settled_from - memory.since)
+        settled_from = jnp.where(is_settled, jnp.minimum(before, sample.run.time), jnp.inf)
+        settling_time = jnp.maximum(memory.longest, memory.settled_from - memory.since)
         return SettlingTimes(
             jnp.where(entered, sample.begin, memory.since),
             jnp.where(sample.inside, settled_from, memory.settled_from),
-            jnp.where(entered, ended, memory.longest),
+            jnp.where(entered, settling_time, memory.longest),
         )
 
     @classmethod
