@@ -46,8 +46,8 @@ def check_law_files(law: type[Friction], out: Path, *, force: bool) -> None:
     if texts is not None:
         check_law_elsewhere(*texts)
     # a law may stand in the folder itself
-    other = [s.path for s in sources if digest_of(out / s.path) != digest(s)]
-    check_outputs(out, other, by="identify", force=force)
+    paths = [s.path for s in sources if digest_of(out / s.path) != digest(s)]
+    check_outputs(out, paths, by="identify", force=force)
 
 
 FILES = ("fit.json", "model.toml", "report.html")
