@@ -130,9 +130,9 @@ def program_of(
         libraries = [stored_library(part.library) for part in (stored.begin, stored.chunk)]
         if None not in libraries:
             return _load(structure, stored, *libraries)
-    traces, seen, records = _trace(structure, plans, parts)
+    traces, metrics, records = _trace(structure, plans, parts)
     begin, chunk = map(_part, traces)
-    entry = Stored(begin, chunk, seen, records)
+    entry = Stored(begin, chunk, metrics, records)
     if verify and stored is not None and [*stored[:2]] != [*entry[:2]]:
         raise InputError(
             f"{cache and cache.path}: found a stored program {name} that differs from a new trace, "
@@ -190,8 +190,8 @@ def _trace(
     traced_chunk = traced(
         chunk, (True, False, *OWN), (carry, 0, *arguments), on_demand=(False, ON_DEMAND)
     )
-    (_, seen), records = (_places(results) for results in traced_chunk.results)
-    return (traced_begin, traced_chunk), seen, records
+    (_, metrics), records = (_places(results) for results in traced_chunk.results)
+    return (traced_begin, traced_chunk), metrics, records
 
 
 def _places(tree: Any) -> Any:

@@ -48,17 +48,17 @@ def measurement_limits(what: str, ranges: Named, rates: Named) -> "dict[str, Fie
     return limits
 
 
-def _entries(option: str, form: str, values: Named, what: str) -> Iterator[tuple[str, Any, str]]:
+def _entries(option: str, form: str, values: Named, part: str) -> Iterator[tuple[str, Any, str]]:
     """Field, value and text of each limit."""
     if isinstance(values, Mapping):
         entries = [(name, value, f"{name}={value}") for name, value in values.items()]
     else:
         texts = [values] if isinstance(values, str) else values or ()
         entries = [(*text.partition("=")[::2], text) for text in texts]
-    fields, names = PARTS[what].fields, set()
+    fields, names = PARTS[part].fields, set()
     for name, value, text in entries:
         if not fields:
-            raise InputError(f"{option}: found {text!r}, expected none with --what {what}")
+            raise InputError(f"{option}: found {text!r}, expected none with --what {part}")
         if name not in fields or value == "":
             raise InputError(
                 f"{option}: found {text!r}, expected FIELD={form} with FIELD one of "

@@ -197,10 +197,7 @@ def evaluate(candidate: Candidate, runs: int) -> dict[str, float]:
     def fly_with(plant: AirBearingTable, sensors: TableSensors) -> "xr.Dataset":
         return fly(controller, DURATION, plant=plant, sensors=sensors, start=start, **options)
 
-    white, hall = (
-        fly_with(setup.TABLE, candidate.white),
-        fly_with(setup.TABLE, candidate.hall),
-    )
+    white, hall = fly_with(setup.TABLE, candidate.white), fly_with(setup.TABLE, candidate.hall)
     plants = _stepped(1.0 - STEP), _stepped(1.0 + STEP), presliding()
     *stepped, lugre = [fly_with(plant, candidate.white) for plant in plants]
     worse = max(stepped, key=lambda flight: _ninety_five(peaks(flight, "measured_attitude", 5.0)))

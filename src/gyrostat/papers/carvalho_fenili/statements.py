@@ -218,12 +218,11 @@ def conclusion(run: Run) -> Part:
     turned = float(np.max(np.abs(np.asarray(still(jnp.stack(setup.START)))[:, [1, 2]])))
     entries = int(np.count_nonzero(np.abs(_by_torques()) > 1e-6))
     rates = np.linalg.norm(by_law["lqr"]["none"].body_rate[[0, -1]], axis=1)
-    initial_momentum, final_momentum = (float(setup.INERTIA * rate) for rate in rates)
+    initial, final = (float(setup.INERTIA * rate) for rate in rates)
     values: dict[str, Value] = {
         "conclusion.every_variable_moves_the_others": turned > 0.0,
         "conclusion.torques_are_coupled": entries > 3,
-        "conclusion.actuators_are_momentum_wheels": abs(final_momentum - initial_momentum)
-        < 1e-3 * initial_momentum,
+        "conclusion.actuators_are_momentum_wheels": abs(final - initial) < 1e-3 * initial,
         "conclusion.one_or_two_actuators_fail": {len(f) for f in setup.CASES.values()} == {0, 1, 2},
         "conclusion.controlled_if_and_only_if_x_works": agree,
         "conclusion.euler_angles_explain_it": agree,
@@ -232,7 +231,7 @@ def conclusion(run: Run) -> Part:
     facts = {
         "turned": turned,
         "entries": entries,
-        "momenta": (initial_momentum, final_momentum),
+        "momenta": (initial, final),
         "held": f"{len(cases)} of {len(runs)} runs (case {', '.join(sorted(set(cases)))})",
         "better": f"{len(better)} of {len(setup.FAILING)} failures ({', '.join(better)})",
     }

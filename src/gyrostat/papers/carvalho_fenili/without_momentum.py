@@ -82,11 +82,9 @@ def draw(random: np.random.Generator, one: Requirement, *, tilted: bool) -> Disp
     turn = Rotation.random(rng=random).as_matrix() if tilted else np.eye(3)
     inertia = turn @ np.diag((8.0, 12.0, 16.0) if tilted else (12.0,) * 3) @ turn.T
     inertia = 0.5 * (inertia + inertia.T)
-    perturbation = random.normal(size=(3, 3))
-    perturbation = (perturbation + perturbation.T) / np.linalg.norm(
-        perturbation + perturbation.T, 2
-    )
-    model_inertia = inertia + one.error * np.linalg.norm(inertia, 2) * perturbation
+    deviation = random.normal(size=(3, 3))
+    deviation = (deviation + deviation.T) / np.linalg.norm(deviation + deviation.T, 2)
+    model_inertia = inertia + one.error * np.linalg.norm(inertia, 2) * deviation
     failed = int(random.integers(3))
     normal, working = np.eye(3)[failed], np.arange(3) != failed
     attitude, goal = Rotation.random(2, rng=random)
