@@ -184,12 +184,7 @@ def fly_given(
 
 
 def _group(
-    ready: _Ready,
-    runs: NDArray[np.int64],
-    seed: int,
-    keep: Sequence[int],
-    *,
-    nominal: bool = False,
+    ready: _Ready, runs: NDArray[np.int64], seed: int, keep: Sequence[int], *, nominal: bool = False
 ) -> Flown:
     """Simulate the requested runs of a group of 64; `nominal`: run 0 with the nominal values."""
     scenario, native = ready.scenario, ready.program is not None

@@ -32,11 +32,7 @@ def parts_of(scenario: Scenario) -> int:
 
 
 def noise_of(
-    numbers: NDArray[np.int64],
-    parents: NDArray[np.int64],
-    shares: Vector,
-    seed: int,
-    parts: int,
+    numbers: NDArray[np.int64], parents: NDArray[np.int64], shares: Vector, seed: int, parts: int
 ) -> Words:
     """Random keys of the noise of flights, (n, parts).
 

@@ -20,15 +20,12 @@ if TYPE_CHECKING:
 
 Device = Annotated[str, typer.Option(help="cpu, or gpu if JAX finds one.")]
 Engine = Annotated[
-    str,
-    typer.Option(help="native (compiled C), jax, or auto: native if there is a C compiler."),
+    str, typer.Option(help="native (compiled C), jax, or auto: native if there is a C compiler.")
 ]
 Workers = Annotated[
     int | None,
     typer.Option(
-        min=1,
-        max=1024,
-        help="Processes [default: one per core, threads for a small campaign].",
+        min=1, max=1024, help="Processes [default: one per core, threads for a small campaign]."
     ),
 ]
 Verify = Annotated[

@@ -144,10 +144,7 @@ def rows_of(
                 "error at the end" if found.drift is None else "error to what is feasible then",
                 degrees(float(flight["error"][-1])),
             ),
-            (
-                "criterion for settled",
-                f"below {degrees(ANGLE)} and {RATE:g} rad/s{beyond}",
-            ),
+            ("criterion for settled", f"below {degrees(ANGLE)} and {RATE:g} rad/s{beyond}"),
             ("largest wheel torque", f"{float(np.max(np.abs(flight['torque']))):.3g} N·m"),
             (
                 "largest wheel momentum",

@@ -8,19 +8,9 @@ from markupsafe import Markup
 
 from gyrostat.campaigns import Store
 from gyrostat.campaigns.blocks import list_parts
-from gyrostat.campaigns.pointing.campaign import (
-    ERROR_PROFILE,
-    PROFILED,
-    counts_name,
-    profile_name,
-)
+from gyrostat.campaigns.pointing.campaign import ERROR_PROFILE, PROFILED, counts_name, profile_name
 from gyrostat.campaigns.pointing.collected import instants
-from gyrostat.campaigns.pointing.text import (
-    ARCSECOND,
-    angle_text,
-    is_of_error,
-    requirement_text,
-)
+from gyrostat.campaigns.pointing.text import ARCSECOND, angle_text, is_of_error, requirement_text
 from gyrostat.campaigns.pointing.verdicts import Verdict, judged
 from gyrostat.campaigns.summary import Estimate
 from gyrostat.core.text import or_none

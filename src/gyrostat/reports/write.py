@@ -54,12 +54,7 @@ FILES = ("fit.json", "model.toml", "report.html")
 
 
 def write_fit(
-    fit: Fit,
-    out: Path,
-    *,
-    command: str,
-    say: Callable[[str], None],
-    force: bool = False,
+    fit: Fit, out: Path, *, command: str, say: Callable[[str], None], force: bool = False
 ) -> str:
     """Write fit.json, report.html and, if there is a wheel model, model.toml; print a summary.
 

@@ -5,14 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError
-from gyrostat.verbs.arguments import (
-    Named,
-    Quantity,
-    Say,
-    one_of,
-    refuse_given,
-    silent,
-)
+from gyrostat.verbs.arguments import Named, Quantity, Say, one_of, refuse_given, silent
 from gyrostat.verbs.exported_parts import Choice, c_files, flight_target, name_of
 from gyrostat.verbs.part_kinds import PARTS, part_kind
 from gyrostat.verbs.required_options import missing_of_part, names_scenario, require_given

@@ -27,11 +27,7 @@ class CheckedScenario(dict[str, str]):
 
 
 def check(
-    scenario: "Scenario | str | Path",
-    *,
-    force: bool = False,
-    say: Say = silent,
-    **changes: Any,
+    scenario: "Scenario | str | Path", *, force: bool = False, say: Say = silent, **changes: Any
 ) -> CheckedScenario:
     """Check a scenario without simulating it: keys, controller designs, and calls of every part.
 

@@ -47,11 +47,7 @@ class Compensator(ExportedPart):
 
     @classmethod
     def module(
-        cls,
-        part: Any,
-        period: float,
-        limits: "Mapping[str, FieldLimits]",
-        on_bad: str,
+        cls, part: Any, period: float, limits: "Mapping[str, FieldLimits]", on_bad: str
     ) -> "Target":
         """See `ExportedPart.module`."""
         from gyrostat.exports.targets import compensator
@@ -80,11 +76,7 @@ class CompensatedWheelPart(Compensator):
 
     @classmethod
     def module(
-        cls,
-        part: Any,
-        period: float,
-        limits: "Mapping[str, FieldLimits]",
-        on_bad: str,
+        cls, part: Any, period: float, limits: "Mapping[str, FieldLimits]", on_bad: str
     ) -> "Target":
         """See `ExportedPart.module`."""
         from gyrostat.exports.targets import compensated_wheel
