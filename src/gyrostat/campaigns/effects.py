@@ -88,8 +88,7 @@ def inputs_of(scenario: Scenario, seed: int, columns: "Mapping[str, Vector]") ->
     missing = [key for key in keys if key not in columns]
     if missing:
         return f"the table of runs has no column {missing[0]}"
-    run = np.asarray(columns["run"])[:MOST_RUNS]
-    share = shares(scenario, seed, run)
+    share = shares(scenario, seed, np.asarray(columns["run"])[:MOST_RUNS])
     values = np.stack([columns[key][:MOST_RUNS] for key in keys], axis=1)
     # the distribution of each value is known, and with it the variable that it was made of
     size = np.max(np.abs(values), axis=0)
@@ -119,19 +118,15 @@ def find_effects(inputs: Inputs, metrics: Matrix) -> list[Effects]:
     effects: dict[int, Effects] = {}
     for pattern, columns in alike(metrics):
         values = metrics[np.ix_(pattern, columns)]
-        why = _unfit(pattern, inputs)
+        why, missing = _unfit(pattern, inputs), int(np.sum(~pattern))
         varies = np.zeros(len(columns), bool)
         if not why:
             varies = np.ptp(values, axis=0) > 1e-9 * np.max(np.abs(values), axis=0)
-            subset = inputs._replace(share=inputs.share[pattern])
-            results = _expand(subset, values[:, varies]) if np.any(varies) else []
-            effects |= dict(zip(columns[varies].tolist(), results, strict=True))
-        for column in columns[~varies].tolist():
-            effects[column] = _none(inputs, pattern, why or "it is the same in all runs")
-        missing = int(np.sum(~pattern))
-        effects |= {
-            int(column): effects[int(column)]._replace(without=missing) for column in columns
-        }
+        subset = inputs._replace(share=inputs.share[pattern])
+        results = iter(_expand(subset, values[:, varies]) if np.any(varies) else ())
+        none = _none(inputs, pattern, why or "it is the same in all runs")
+        for column, is_varying in zip(columns.tolist(), varies, strict=True):
+            effects[column] = (next(results) if is_varying else none)._replace(without=missing)
     return [effects[column] for column in range(metrics.shape[1])]
 
 
@@ -252,8 +247,7 @@ class _Fits:
         for c, cut in enumerate(self._cuts):
             coefficients[:cut, c] = inverse[:cut, :cut].T @ forward[:cut]
         if slot is not None:
-            cuts = np.array(self._cuts)
-            residual = (squares - np.cumsum(forward**2, axis=0))[cuts - 1]
+            residual = (squares - np.cumsum(forward**2, axis=0))[np.array(self._cuts) - 1]
             # the distributions of the inputs are known: their variances are not estimated
             variance = np.sum(coefficients[1:] ** 2, axis=0) + residual / count
             for indices, members in zip(self.indices, self._members, strict=True):

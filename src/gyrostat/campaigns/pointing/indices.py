@@ -15,7 +15,7 @@ windowed variance of ESSB-HB-E-003 gives. Means are integrals by the trapezoidal
 error that is linear between samples. A window lies within one observation period as a whole.
 """
 
-from collections.abc import Iterator
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -146,17 +146,11 @@ class ReproducibilityIndex:
 
 def differences(means: list[list[NDArray[np.float64]]]) -> Part:
     """Sizes of the differences of all pairs of means of each run."""
-    pairs = [[float(_length(value)) for value in _pairs(run_means)] for run_means in means]
+    pairs = [[float(_length(b - a)) for a, b in combinations(each, 2)] for each in means]
     sizes = np.full((len(pairs), max(map(len, pairs))), np.inf)
     for row, row_pairs in zip(sizes, pairs, strict=True):
         row[: len(row_pairs)] = row_pairs
     return Part(0, sizes)
-
-
-def _pairs(means: list[NDArray[np.float64]]) -> Iterator[NDArray[np.float64]]:
-    for later, mean in enumerate(means):
-        for before in means[:later]:
-            yield mean - before
 
 
 def _length(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
