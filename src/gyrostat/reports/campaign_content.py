@@ -161,10 +161,11 @@ def named_inputs(metric: dict[str, Any]) -> list[dict[str, Any]]:
     Args:
         metric: Entry of a metric in report.json.
     """
-    inputs = metric["effects"].get("inputs", [])
-    totals = [each["total"] for each in inputs]
-    is_named = [total["value"] >= LEAST_SHOWN and total["low"] > 0.0 for total in totals]
-    return [each for each, flag in zip(inputs, is_named, strict=True) if flag]
+    return [
+        each
+        for each in metric["effects"].get("inputs", [])
+        if each["total"]["value"] >= LEAST_SHOWN and each["total"]["low"] > 0.0
+    ]
 
 
 def driver_rows(metric: dict[str, Any]) -> list[dict[str, Any]]:
@@ -177,22 +178,20 @@ def driver_rows(metric: dict[str, Any]) -> list[dict[str, Any]]:
         metric: Entry of a metric in report.json.
     """
     rho = {each["key"]: each["rank_correlation"] for each in metric["drivers"]}
-    inputs = metric["effects"].get("inputs", [])
-    alike = {key: each for each in inputs for key in each["keys"]}
+    indices = {tuple(each["keys"]): each for each in metric["effects"].get("inputs", [])}
     input_keys = [each["keys"] for each in named_inputs(metric)]
     listed = {key for keys in input_keys for key in keys}
     beyond = [each["key"] for each in metric["drivers"] if each["beyond_chance"]]
     rows = []
     for keys in [*input_keys, *([key] for key in beyond if key not in listed)][:SHOWN]:
-        driver = alike.get(keys[0])
-        is_same = driver is not None and driver["keys"] == keys
+        driver = indices.get(tuple(keys))
         rows.append(
             {
                 "keys": keys,
                 "rank_correlation": rho.get(keys[0]) if len(keys) == 1 else None,
                 "beyond_chance": keys[0] in beyond,
-                "first": driver["first"] if driver is not None and is_same else None,
-                "total": driver["total"] if driver is not None and is_same else None,
+                "first": driver and driver["first"],
+                "total": driver and driver["total"],
             }
         )
     return rows
@@ -233,11 +232,10 @@ def campaign_lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
     )
     lines = [f"{content['runs']} runs of {scenario.name}: {ended}"]
     lines += [requirements.line(entry) for entry in content["requirements"]]
-    required = len(content["requirements"]) > 0
     for name in content["headline"]:
-        lines += ([] if required else percentile_lines(content, name)) + _driver_lines(
-            content, name
-        )
+        if not content["requirements"]:
+            lines += percentile_lines(content, name)
+        lines += _driver_lines(content, name)
     if content["worst_by"] not in content["headline"]:
         line = percentile_lines(content, content["worst_by"])[-1]
         lines.append(f"{line}; whole run, with the acquisition")

@@ -100,12 +100,7 @@ def _content(scenario: Scenario, campaign: Campaign, search: Found, store: Store
 
 
 def _closest(value: Vector, response: Vector) -> dict[str, Any] | None:
-    """Run that comes closest to the failure, and its value; None if no run has the metric.
-
-    Args:
-        value: Metric of every run.
-        response: Response of every run.
-    """
+    """Run that comes closest to the failure, and its value; None if no run has the metric."""
     run = int(np.argmax(response))
     if response[run] == -np.inf:
         return None
