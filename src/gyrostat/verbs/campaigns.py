@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
 from gyrostat.core.instructions import check_instructions
+from gyrostat.verbs import searches
 from gyrostat.verbs.arguments import (
     Say,
     check_device,
@@ -113,8 +114,6 @@ def campaign(
     say_unlikely(definition, say)
     question = None
     if rare is not None or worst_case is not None:
-        from gyrostat.verbs import searches
-
         campaign_options = {"--scheduler": scheduler, "--keep": keep, "--worst-by": worst_by}
         is_rare = rare is not None
         campaign_options |= {"--worst-case": worst_case if is_rare else None}
@@ -131,7 +130,6 @@ def campaign(
         (to_stderr if say is silent else say)(f"the files of the campaign are written to {folder}")
     if question is not None:
         from gyrostat.search.execute import Options
-        from gyrostat.verbs import searches
 
         options = Options(runs, seed, workers, worst, force, verify)
         return searches.search(question, definition, folder, options, say, on_progress, command)

@@ -95,7 +95,7 @@ def after_feasible(
         if query.telemetry.is_given:
             as_measured = {**query.failed, **dict.fromkeys(frozen, "frozen")}
             words = [
-                *_failed_options(as_measured),
+                *_repeat("--failed", as_measured),
                 *query.state_words(),
                 *_recovery_target(query, answer),
             ]
@@ -113,7 +113,7 @@ def after_feasible(
             )
     elif any(kept.values()):
         words = [
-            *_failed_options(dict.fromkeys(kept, "seized")),
+            *_repeat("--failed", dict.fromkeys(kept, "seized")),
             *query.state_words(),
             *query.target_words(),
         ]
@@ -152,7 +152,7 @@ def after_recover(
     if recovery.is_too_short and math.isfinite(latest):
         # the wheel must have slowed down, and the slew still takes as long as this one
         periods = math.ceil(max(2.0 * duration, latest + duration) / period)
-        words = [*_failed_options(query.failed), *_repeated_option("--brake", query.brake)]
+        words = [*_repeat("--failed", query.failed), *_repeat("--brake", query.brake)]
         words += [*query.state_words(), *query.target_words()]
         words += _option("--external-torque", query.external_torque)
         words += ["--duration", f"{periods * period:.12g}"]
@@ -174,7 +174,7 @@ def _after_unloading(
         return []
     momentum_text = ",".join(f"{value:.12g}" for value in momentum - answer.unload + 0.0)
     failures = {name: f"{value:.12g}" if value else "seized" for name, value in momenta.items()}
-    words = [*_failed_options(failures), "--momentum", momentum_text, *query.target_words()]
+    words = [*_repeat("--failed", failures), "--momentum", momentum_text, *query.target_words()]
     why = "verify the target with that momentum unloaded"
     return [NextStep(why, query.command("feasible", words, "unloaded"))]
 
@@ -190,11 +190,7 @@ def _recovery_target(query: Query, answer: "Holdable") -> list[str]:
     return [*_option("--target", quaternion), *query.order()]
 
 
-def _failed_options(failures: Mapping[str, Any]) -> list[str]:
-    return _repeated_option("--failed", failures)
-
-
-def _repeated_option(option: str, values: Mapping[str, Any]) -> list[str]:
+def _repeat(option: str, values: Mapping[str, Any]) -> list[str]:
     """Repeated option with NAME or NAME=VALUE."""
     return [
         word

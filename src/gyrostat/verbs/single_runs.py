@@ -56,8 +56,7 @@ def simulate(
             replaced.
     """
     options = {"seed": seed, "device": device, "engine": engine, "force": force, "verify": verify}
-    histories = simulated(scenario, out, **options, say=say, command=command, changes=changes)
-    return histories.dataset()
+    return simulated(scenario, out, **options, say=say, command=command, changes=changes).dataset()
 
 
 def simulated(

@@ -102,8 +102,7 @@ def _write(
     trial = folder / f".{TUNED}"
     try:
         trial.write_text(text, encoding="utf-8")
-        trial_scenario = read_scenario(trial, force=True)
-        matches = dict(trial_scenario.values) == dict(expected.values)
+        matches = dict(read_scenario(trial, force=True).values) == dict(expected.values)
     except InputError:
         matches = False
     finally:
