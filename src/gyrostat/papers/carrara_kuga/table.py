@@ -107,8 +107,7 @@ def wander(attitude: "xr.DataArray") -> Vector:
 
 def limit_cycle(friction: Friction) -> float:
     """Largest deviation from the mean attitude at rest, compensator with this friction, deg."""
-    histories = settled(compensator(friction))
-    return float(wander(histories.attitude)[0])
+    return float(wander(settled(compensator(friction)).attitude)[0])
 
 
 def stick_time(flown: "xr.Dataset") -> float:

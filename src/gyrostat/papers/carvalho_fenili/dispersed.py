@@ -85,5 +85,4 @@ def settling_times(flown: "xr.Dataset", slowest: float = np.inf) -> Vector:
     # comparisons with NaN are false
     out = ~((flown.error.values < ANGLE) & (turns < slowest))
     index = np.where(out.any(axis=1), out.shape[1] - np.argmax(out[:, ::-1], axis=1), 0)
-    times = np.append(flown.time.values, np.inf)
-    return times[index]
+    return np.append(flown.time.values, np.inf)[index]

@@ -50,11 +50,6 @@ def _thin(count: int) -> np.ndarray:
     return np.unique(np.append(np.arange(0, count, EVERY), count - 1))
 
 
-def _resolved(flight: Flight) -> np.ndarray:
-    """Indices of drawn samples for which the steps resolve the motion."""
-    return _thin(int(np.sum(flight.time <= flight.resolved_until + 1e-9)))
-
-
 def _histories(axes: Axes, flight: Flight, values: np.ndarray, threshold: float) -> None:
     """Plot three signals on a scale that shows both settling and diverging ones."""
     if np.max(np.abs(values)) > 8.0 * threshold:
@@ -99,7 +94,7 @@ def frozen_rates(flights: Flights) -> Drawing:
             for k, law in enumerate(setup.LAWS):
                 axes = grid[number // 2, 2 * (number % 2) + k]
                 flight = flights[law][case]
-                span = _resolved(flight)
+                span = _thin(int(np.sum(flight.time <= flight.resolved_until + 1e-9)))
                 for axis, colour in enumerate(COLOURS):
                     width = 2.2 if axis in flight.failed else 0.9
                     line = {"color": colour, "lw": width, "label": f"about {setup.AXES[axis]}"}

@@ -5,10 +5,10 @@ component of the total momentum orthogonal to the failed axis is 0.1 to 2.9 N·m
 momentum of the failed wheel is uniform in +-2.9 N·m·s. The target is a feasible attitude (uniform
 phase and roll, up to 180 deg away). The initial states, in turn:
 
-        frozen    at rest with the momentum in all three wheels; the failed wheel keeps its own
-        emptied   the same; the failed wheel stops at once, and the body takes its momentum (total
-        <= 2.9) drifting  any attitude; the working wheels stop the body as far as possible tumbling
-        any attitude; momenta of the working wheels between zero and those of the target
+    frozen    at rest with the momentum in all three wheels; the failed wheel keeps its momentum
+    emptied   the same; the failed wheel stops at once and the body takes its momentum, total <= 2.9
+    drifting  any attitude; the working wheels stop the body as far as possible
+    tumbling  any attitude; momenta of the working wheels between zero and those of the target
 """
 
 import numpy as np
@@ -46,7 +46,7 @@ def _start(
     """Attitudes at the start and at the target, total momentum (inertial), rotor momenta, and rho.
 
     Momenta in N·m·s, those of rotors about their axes; rho is the momentum orthogonal to the failed
-        axis.
+    axis.
     """
     works = np.arange(3) != failed
     rho, failed_momentum = (

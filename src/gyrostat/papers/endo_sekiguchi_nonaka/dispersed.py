@@ -41,10 +41,8 @@ def claimed(cases: Sequence[Case], found: Mapping[str, Outcome]) -> Part:
     """
     paper_settled = float(found[OURS.key].settled[-1])
     found = {key: Outcome(*(x[:-1] for x in outcome)) for key, outcome in found.items()}
-    ours, share = (
-        found[OURS.key],
-        {key: float(np.mean(outcome.holds)) for key, outcome in found.items()},
-    )
+    ours = found[OURS.key]
+    share = {key: float(np.mean(outcome.holds)) for key, outcome in found.items()}
     quickest = np.array([case.quickest for case in cases[:-1]])
     values: dict[str, Value] = {
         "dispersed.cases": float(len(quickest)),
