@@ -212,7 +212,7 @@ class _Fits:
             zip(np.array_split(design, GROUPS), np.array_split(values, GROUPS), strict=True)
         )
         self._moments = [(x.T @ x, x.T @ y, len(y), np.sum(y**2, axis=0)) for x, y in self._parts]
-        self._whole = [sum(each) for each in zip(*self._moments, strict=True)]
+        self._totals = [sum(each) for each in zip(*self._moments, strict=True)]
         shape = len(basis.cuts), 1 + GROUPS, len(members[0]), values.shape[1]
         self.indices = np.zeros(shape), np.zeros(shape)
         self.errors = self._errors([[k] for k in range(GROUPS)], keep=True)
@@ -228,7 +228,7 @@ class _Fits:
                 # one product for all sizes: many small ones wait for each other's threads
                 predicted = (x @ fitted.reshape(x.shape[1], -1)).reshape(len(x), -1, y.shape[1])
                 errors += np.sum((y[:, None] - predicted) ** 2, axis=0)
-        return errors / self._whole[3]
+        return errors / self._totals[3]
 
     def _fit(self, groups: "Sequence[int]", slot: int | None) -> NDArray[np.float64]:
         """Coefficients of each size without some groups, (terms, cuts, metrics).
@@ -237,7 +237,7 @@ class _Fits:
         """
         gram, projection, count, squares = (
             total - sum(self._moments[group][k] for group in groups)
-            for k, total in enumerate(self._whole)
+            for k, total in enumerate(self._totals)
         )
         ridge = _RIDGE * count * np.eye(self._cuts[-1])
         # the leading blocks of the inverse of a triangular matrix are those of smaller expansions

@@ -244,10 +244,10 @@ class _Progress:
 
         now = time.monotonic()
         if self._task is None:
-            self._begun, self._before, self._last_report = now, complete_runs, now
+            self._start_time, self._start_runs, self._last_report = now, complete_runs, now
             self._task = self._bar.add_task("runs", total=total, completed=complete_runs, rate="")
             return
-        rate = (complete_runs - self._before) / max(now - self._begun, 1e-9)
+        rate = (complete_runs - self._start_runs) / max(now - self._start_time, 1e-9)
         self._bar.update(self._task, completed=complete_runs, rate=f"{rate:.1f} per second")
         if self._bar.disable and (now - self._last_report > 10.0 or complete_runs == total):
             self._last_report = now
