@@ -59,7 +59,8 @@ def compare(
     if wheels is not None:
         one_of(wheels, WHEELS, "--wheels")
     stored_fits = [stored_fit(_file(fit), force=force) for fit in fits]
-    stored_fits = stored_fits if dates is None else _with_dates(stored_fits, dates)
+    if dates is not None:
+        stored_fits = _with_dates(stored_fits, dates)
     same_wheel = _same_wheel(stored_fits) if wheels is None else wheels == "same"
     result = compare_fits(
         stored_fits, _labels(stored_fits, same_wheel), same_wheel=same_wheel, same_bench=same_bench
@@ -105,8 +106,9 @@ def _same_wheel(fits: "list[StoredFit]") -> bool:
     """Whether the serial numbers say that all fits are of one wheel."""
     serials = [fit.serial for fit in fits]
     if all(serials):
-        if len(set(serials)) == 1 or len(set(serials)) == len(fits):
-            return len(set(serials)) == 1
+        distinct = len(set(serials))
+        if distinct in (1, len(fits)):
+            return distinct == 1
         raise InputError(
             f"compare: found serial numbers {', '.join(serials)}, expected one wheel or one fit of "
             "each wheel: compare the fits of one wheel first, or give --wheels"
