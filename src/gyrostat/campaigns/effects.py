@@ -179,10 +179,8 @@ def _unexplained(q2: float, of_half: float) -> str:
 
 def _importance(inputs: Inputs, values: Matrix) -> NDArray[np.int64]:
     """Variables in the order of their largest effect on any metric, without interactions."""
-    univariate = Basis([((v, n),) for n in (1, 2) for v in range(len(inputs.families))], [])
-    explained = (
-        design_matrix(univariate, inputs.share, inputs.families).T @ values / len(values)
-    ) ** 2
+    basis = Basis([((v, n),) for n in (1, 2) for v in range(len(inputs.families))], [])
+    explained = (design_matrix(basis, inputs.share, inputs.families).T @ values / len(values)) ** 2
     return np.argsort(-np.max(np.sum(np.split(explained, 2), axis=0), axis=1), kind="stable")
 
 

@@ -81,10 +81,10 @@ class _Ready:
         """Simulate 64 runs by JAX; see `gyrostat.campaigns.native.Program.chunks`."""
         arguments = (nominal, drawn, plans, random_keys(keys))
         carry = _begin(structure_of(self.scenario))(*arguments)
-        for (_, observations), (errors, rows) in self.runner.chunks(
+        for (_, metrics), (errors, rows) in self.runner.chunks(
             *arguments, carry=carry, asked=asked
         ):
-            yield observations, errors, rows
+            yield metrics, errors, rows
 
 
 @lru_cache(maxsize=8)
@@ -257,13 +257,10 @@ def _simulate(
     )
     histories = labelled(rows, period)
     coordinates = {"run": runs[is_kept], "wheel": np.array(scenario.wheels)}
-    coordinate_signals = {name: Signal((name,), values) for name, values in coordinates.items()}
+    axes = {name: Signal((name,), values) for name, values in coordinates.items()}
     fine = rows.status == Status.COMPLETE
     error_signal = Signal(("run", "time"), np.where(fine, error, np.nan), ERROR)
     return Flown(
         columns,
-        Labelled(
-            {**histories.variables, "error": error_signal},
-            {**histories.coordinates, **coordinate_signals},
-        ),
+        Labelled({**histories.variables, "error": error_signal}, {**histories.coordinates, **axes}),
     )

@@ -80,7 +80,7 @@ def _campaign_page(folder: Path, command: str) -> tuple[dict[str, Any], str, lis
     scenario, columns = Scenario.from_text(campaign.scenario), columns_of(store.read_table())
     content = campaign_content(scenario, campaign, columns, store)
     names = shown_metrics(scenario, columns)
-    strong = {metric: strongest(content["metrics"][metric]) for metric in names}
+    strong = {name: strongest(content["metrics"][name]) for name in names}
     runs = [entry["run"] for entry in content["worst"] if entry["kept"]]
     runs += sorted(store.histories(campaign) - set(runs))
     run_sections = kept_runs(scenario, columns, store, runs, content["headline"][0])
@@ -93,9 +93,7 @@ def _campaign_page(folder: Path, command: str) -> tuple[dict[str, Any], str, lis
         parts=_parts(scenario, columns, names, strong),
         scatter=scatter_plots(scenario, columns, strong),
         headline=[
-            line.strip()
-            for metric in content["headline"]
-            for line in percentile_lines(content, metric)
+            line.strip() for name in content["headline"] for line in percentile_lines(content, name)
         ],
         over_time=requirements.over_time_charts(scenario, store),
         kept=run_sections,

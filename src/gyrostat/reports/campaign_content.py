@@ -119,15 +119,12 @@ def headline(scenario: Scenario) -> list[str]:
 
 def _effects(inputs: Inputs, effects: Effects) -> dict[str, Any]:
     """Sobol indices of a metric, the largest total index first."""
-    content = {
-        "q2": or_none(effects.q2),
-        "runs": effects.runs,
-        "runs_without_values": effects.without,
-    }
     order = [] if effects.why else np.argsort(-effects.total[:, 0], kind="stable").tolist()
     names = ("value", "low", "high")
     return {
-        **content,
+        "q2": or_none(effects.q2),
+        "runs": effects.runs,
+        "runs_without_values": effects.without,
         "why": effects.why or None,
         "inputs": [
             {

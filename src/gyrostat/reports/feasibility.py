@@ -153,10 +153,8 @@ def rows_of(question: Question, answer: Holdable) -> list[Row]:
         ("total momentum", f"{triple(question.momentum)} N·m·s, inertial"),
     ]
     if answer.dimension is not None:
-        freedom = (
-            "" if answer.dimension == 3 else ": rotation about the total momentum is always free"
-        )
-        rows.append(("feasible attitudes", f"a set of dimension {answer.dimension}{freedom}"))
+        note = "" if answer.dimension == 3 else ": rotation about the total momentum is always free"
+        rows.append(("feasible attitudes", f"a set of dimension {answer.dimension}{note}"))
     if answer.attitude is not None:
         rows.append(("nearest attitude (scalar first)", triple(answer.attitude, 9)))
         rows.append(("nearest attitude in words", turn_and_angles(answer.attitude)))

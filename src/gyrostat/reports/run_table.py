@@ -63,9 +63,7 @@ def run_table(
     metrics, numbers = metrics_of(scenario), numbers_of(scenario)
     descriptions, parts = [], []
     count = len(columns["status"])
-    selection = _selected_runs(
-        columns, names, MOST_BYTES // (4 * max(len(names) + len(driving), 1))
-    )
+    selection = _pick(columns, names, MOST_BYTES // (4 * max(len(names) + len(driving), 1)))
     for name in (*names, *driving):
         is_metric = name in metrics
         si_unit = metrics[name].unit if is_metric else numbers[name].unit
@@ -76,9 +74,7 @@ def run_table(
     return {"columns": descriptions, "runs": runs, "count": count, "values": "".join(parts)}
 
 
-def _selected_runs(
-    columns: Mapping[str, Vector], names: Sequence[str], most: int
-) -> NDArray[np.int64]:
+def _pick(columns: Mapping[str, Vector], names: Sequence[str], most: int) -> NDArray[np.int64]:
     """Runs whose values are kept: those with the extreme values of each metric, then the first."""
     count = len(columns["status"])
     if count <= most:

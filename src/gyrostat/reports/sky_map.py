@@ -129,12 +129,10 @@ def _areas(sky: SkyMap) -> str:
 
 def _circle(pole: Vector, angle: float) -> str:
     """Path through the directions at a given angle, rad, from a pole."""
-    perpendicular = np.cross(pole, np.eye(3)[int(np.argmin(np.abs(pole)))])
-    perpendicular = perpendicular / np.linalg.norm(perpendicular)
+    normal = np.cross(pole, np.eye(3)[int(np.argmin(np.abs(pole)))])
+    normal = normal / np.linalg.norm(normal)
     around = np.linspace(0.0, 2.0 * np.pi, 361)
-    ring = np.outer(np.cos(around), perpendicular) + np.outer(
-        np.sin(around), np.cross(pole, perpendicular)
-    )
+    ring = np.outer(np.cos(around), normal) + np.outer(np.sin(around), np.cross(pole, normal))
     longitude, latitude = _angles(np.cos(angle) * pole + np.sin(angle) * ring)
     # no line across the map where the circle crosses its edge
     jumps = np.flatnonzero(np.abs(np.diff(longitude)) > np.pi) + 1

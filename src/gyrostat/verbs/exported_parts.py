@@ -86,10 +86,8 @@ def flight_target(part: Any, model: "WheelModel | None", choice: Choice) -> Any:
         refuse_given(options, name_of(part), "a wheel or its model")
     else:
         option_names = (*kind.needs, *kind.takes)
-        inapplicable = {
-            option: value for option, value in options.items() if option not in option_names
-        }
-        refuse_given(inapplicable, f"--what {part_name}", "another --what")
+        unused = {option: value for option, value in options.items() if option not in option_names}
+        refuse_given(unused, f"--what {part_name}", "another --what")
     period = in_si(choice.period, "time", "--period")
     require_period("--period", period)
     if model is not None:

@@ -196,10 +196,8 @@ def identify(
         }
         refuse_given(batch_only, f"--method {method}", "--method batch")
         common["speed_sigma"] = sigmas[0] if sigmas else None
-        friction = None if model is None else choice
-        fit = stage.identify_dedicated(
-            method, measured, model=friction, tolerance=tolerance, **common
-        )
+        kind = None if model is None else choice
+        fit = stage.identify_dedicated(method, measured, model=kind, tolerance=tolerance, **common)
     if out is not None:
         write_fit(fit, Path(out), command=command, say=say, force=force)
     return fit

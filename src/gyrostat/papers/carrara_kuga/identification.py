@@ -99,8 +99,8 @@ def recovery(run: Run) -> Part:
     static_sigma = np.mean(
         [np.sqrt(contrast @ covariance @ contrast) for covariance in covariances]
     )
-    validation = [trial.profile1 for trial in results]
-    estimation = [trial.profile2 for trial in results]
+    sines = [trial.profile1 for trial in results]
+    steps = [trial.profile2 for trial in results]
     values: dict[str, Value] = {
         **{
             f"recovery.{name}_std": float(std)
@@ -109,11 +109,11 @@ def recovery(run: Run) -> Part:
         "recovery.efficiency_min": float(np.min(efficiency)),
         "convergence.fraction": float(np.mean([trial.recovered for trial in results])),
         "convergence.iterations_max": float(max(iterations)),
-        "rms.profile2_rpm": _mean_rpm([p.residual for p in estimation]),
-        "rms.profile1_rpm": _mean_rpm([p.residual for p in validation]),
-        "rms.deterministic_profile2_rpm": _mean_rpm([p.deterministic_residual for p in estimation]),
-        "crossings.profile2": float(np.median([p.crossings for p in estimation])),
-        "crossings.profile1": float(np.median([p.crossings for p in validation])),
+        "rms.profile2_rpm": _mean_rpm([p.residual for p in steps]),
+        "rms.profile1_rpm": _mean_rpm([p.residual for p in sines]),
+        "rms.deterministic_profile2_rpm": _mean_rpm([p.deterministic_residual for p in steps]),
+        "crossings.profile2": float(np.median([p.crossings for p in steps])),
+        "crossings.profile1": float(np.median([p.crossings for p in sines])),
     }
     facts = {
         "records": len(results),
@@ -123,9 +123,8 @@ def recovery(run: Run) -> Part:
         "largest_efficiency": float(np.max(efficiency)),
         "median_iterations": np.median(iterations),
         "significance": (setup.STATISTICAL.static - setup.STATISTICAL.coulomb) / static_sigma,
-        "deterministic_profile1": _mean_rpm([p.deterministic_residual for p in validation]),
-        "wins": 100.0
-        * np.mean([rms(p.residual) < rms(p.deterministic_residual) for p in estimation]),
+        "deterministic_profile1": _mean_rpm([p.deterministic_residual for p in sines]),
+        "wins": 100.0 * np.mean([rms(p.residual) < rms(p.deterministic_residual) for p in steps]),
     }
     drawings = (
         figures.profiles(results[0]),

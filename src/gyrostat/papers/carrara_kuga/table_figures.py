@@ -64,14 +64,12 @@ def crossing(lines: Mapping[str, tuple[str, str]], flights: Mapping[str, "xr.Dat
     with panels(3, height=5.6, sharex=True, height_ratios=heights) as (figure, rows):
         wide, close, current = rows
         for key, (name, colour) in lines.items():
-            window = flights[key].isel(run=0).sel(time=slice(*SPAN))
+            span = flights[key].isel(run=0).sel(time=slice(*SPAN))
             for axes in (wide, close):
-                axes.plot(
-                    window.time, np.degrees(window.attitude), color=colour, lw=1.3, label=name
-                )
+                axes.plot(span.time, np.degrees(span.attitude), color=colour, lw=1.3, label=name)
                 axes.set_ylabel("attitude\nerror (deg)")
             if key in ("dmc_raw", "compensator"):
-                current.plot(window.time, 1e3 * window.commanded_current, color=colour, lw=0.9)
+                current.plot(span.time, 1e3 * span.commanded_current, color=colour, lw=0.9)
         close.set_ylim(-0.25, 0.25)
         wide.legend(loc="upper right")
         current.set(xlabel="time from the crossing (s)", ylabel="current (mA)")

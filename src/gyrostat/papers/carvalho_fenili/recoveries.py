@@ -131,9 +131,7 @@ def fly_on_wheels(
         begin: Initial state; None for that of Table 2.
     """
     every: Any = stack(plants)
-    controller: Any = (
-        stack([WheelsOnAngles(law_of_run) for law_of_run in law]) if each else WheelsOnAngles(law)
-    )
+    controller: Any = stack([WheelsOnAngles(item) for item in law]) if each else WheelsOnAngles(law)
     return simulate(
         every,
         controller,

@@ -49,10 +49,8 @@ def _start(
     axis.
     """
     works = np.arange(3) != failed
-    rho, failed_momentum = (
-        np.exp(random.uniform(np.log(0.1), np.log(MOST))),
-        random.uniform(-MOST, MOST),
-    )
+    rho = np.exp(random.uniform(np.log(0.1), np.log(MOST)))
+    failed_momentum = random.uniform(-MOST, MOST)
 
     def on_circle() -> Vector:
         phase = random.uniform(-np.pi, np.pi)
@@ -130,11 +128,9 @@ def ratios(shape: str, error: float, cases: int, say: Say) -> Vector:
     draws = [draw(random, KINDS[k % len(KINDS)], shape, error) for k in range(cases)]
     draws.sort(key=lambda case: case.allowed)
 
-    def block(block_cases: list[Dispersed]) -> Vector:
-        histories = fly(
-            block_cases, ReducedSensor, duration=_duration(block_cases[-1].allowed), period=PERIOD
-        )
-        return settling_times(histories) / np.array([case.allowed for case in block_cases])
+    def block(chunk: list[Dispersed]) -> Vector:
+        flights = fly(chunk, ReducedSensor, duration=_duration(chunk[-1].allowed), period=PERIOD)
+        return settling_times(flights) / np.array([case.allowed for case in chunk])
 
     name = f"with momentum, {shape}, inertia {error:.0%} wrong"
     return np.concatenate(list(in_blocks(draws, BLOCK, block, say=say, name=name)))

@@ -131,8 +131,8 @@ def times(one: Requirement, cases: int, say: Say) -> Vector:
     random = np.random.default_rng(1)
     draws = [draw(random, one, tilted=k % 2 == 1) for k in range(cases)]
 
-    def block(block_cases: list[Dispersed]) -> Vector:
-        histories = fly(block_cases, SpacecraftSensor, duration=one.duration, period=PERIOD)
-        return settling_times(histories, RATE)
+    def block(chunk: list[Dispersed]) -> Vector:
+        flights = fly(chunk, SpacecraftSensor, duration=one.duration, period=PERIOD)
+        return settling_times(flights, RATE)
 
     return np.concatenate(list(in_blocks(draws, BLOCK, block, say=say, name=one.key)))

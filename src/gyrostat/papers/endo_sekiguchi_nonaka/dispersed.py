@@ -27,9 +27,7 @@ def dispersed_runs(run: Run) -> Part:
     """Simulate the dispersed cases and the paper's own."""
     cases = [*draw(CASES, SEED), paper_case()]
     every = (OURS, SAFE_FRIT, UNCOMPENSATED, *SLOW)
-    return claimed(
-        cases, {candidate.key: evaluate(candidate, cases, say=run.say) for candidate in every}
-    )
+    return claimed(cases, {each.key: evaluate(each, cases, say=run.say) for each in every})
 
 
 def claimed(cases: Sequence[Case], found: Mapping[str, Outcome]) -> Part:

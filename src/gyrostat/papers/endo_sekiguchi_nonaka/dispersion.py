@@ -160,11 +160,9 @@ def axes_of(random: np.random.Generator, tilt: float) -> Matrix:
     """
     columns = []
     for axis in np.eye(3)[:2]:
-        orthogonal = random.normal(size=3)
-        orthogonal -= orthogonal @ axis * axis
-        columns.append(
-            np.cos(tilt) * axis + np.sin(tilt) * (orthogonal / np.linalg.norm(orthogonal))
-        )
+        normal = random.normal(size=3)
+        normal -= normal @ axis * axis
+        columns.append(np.cos(tilt) * axis + np.sin(tilt) * (normal / np.linalg.norm(normal)))
     return np.stack(columns, axis=1)
 
 

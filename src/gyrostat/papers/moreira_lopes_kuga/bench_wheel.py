@@ -113,10 +113,8 @@ class BenchWheel(Checked):
             drive = command.torque + command.fading_torque
             direction = jnp.sign(state.speed)
             sense = jnp.sign(drive)
-            friction_at_rest = sense * jnp.minimum(jnp.abs(drive), friction.breakaway_torque(sense))
-            torque = jnp.where(
-                direction == 0.0, friction_at_rest, friction.torque(state.speed, direction)
-            )
+            stiction = sense * jnp.minimum(jnp.abs(drive), friction.breakaway_torque(sense))
+            torque = jnp.where(direction == 0.0, stiction, friction.torque(state.speed, direction))
         return BenchRecord(self.wheel.inertia * state.speed, torque)
 
 
