@@ -36,14 +36,14 @@ def packed(campaign: Campaign, number: int, columns: Mapping[str, "Vector"]) -> 
     import pyarrow.parquet as pq
 
     runs = columns["run"]
-    told = {
+    metadata = {
         "campaign": campaign.identity,
         "seed": str(campaign.seed),
         "runs": f"{runs[0]} to {runs[-1]}",
     }
     buffer = io.BytesIO()
     table = pa.table({name: _column(values) for name, values in columns.items()})
-    pq.write_table(table.replace_schema_metadata(told), buffer)
+    pq.write_table(table.replace_schema_metadata(metadata), buffer)
     content = buffer.getvalue()
     return name_of(campaign, number, content), content
 
@@ -86,9 +86,9 @@ def list_parts(file: "pq.ParquetFile", name: str, runs: int) -> "Iterator[Matrix
         return
     for part in file.iter_batches(batch_size=4096, columns=[name]):
         rows: Any = part.column(0)[:runs]
-        found = len(rows) - rows.null_count
-        if found:
-            yield array_of(rows.flatten()).reshape(found, -1).astype(np.float64)
+        count = len(rows) - rows.null_count
+        if count:
+            yield array_of(rows.flatten()).reshape(count, -1).astype(np.float64)
         runs -= len(rows)
         if runs <= 0:
             return

@@ -40,11 +40,11 @@ class Basis(NamedTuple):
 
 def _patterns() -> list[tuple[int, ...]]:
     """Degrees of the variables of a term, falling, by their norm."""
-    found = [(first,) for first in range(1, max(BOUNDED, UNBOUNDED) + 1)]
+    patterns = [(first,) for first in range(1, max(BOUNDED, UNBOUNDED) + 1)]
     for count in range(2, _TOGETHER + 1):
-        grown = [(*each, n) for each in found for n in range(1, each[-1] + 1)]
-        found += [each for each in grown if len(each) == count]
-    return sorted(found, key=lambda degrees: (sum(d**_NORM for d in degrees), degrees))
+        grown = [(*each, n) for each in patterns for n in range(1, each[-1] + 1)]
+        patterns += [each for each in grown if len(each) == count]
+    return sorted(patterns, key=lambda degrees: (sum(d**_NORM for d in degrees), degrees))
 
 
 def basis_of(families: Sequence[Family], order: NDArray[np.int64], most: int) -> Basis:
@@ -59,14 +59,14 @@ def basis_of(families: Sequence[Family], order: NDArray[np.int64], most: int) ->
     cuts = []
     for pattern in _patterns():
         places = sorted(set(permutations(pattern)))
-        kept = len(order)
-        while kept >= len(pattern):
-            chosen = (c for c in combinations(order[:kept].tolist(), len(pattern)))
-            new = [tuple(zip(c, p, strict=True)) for c in chosen for p in places]
+        count = len(order)
+        while count >= len(pattern):
+            subsets = (c for c in combinations(order[:count].tolist(), len(pattern)))
+            new = [tuple(zip(c, p, strict=True)) for c in subsets for p in places]
             new = [term for term in new if all(n <= families[v].highest for v, n in term)]
             if len(terms) + len(new) <= most:
                 break
-            kept -= 1
+            count -= 1
         else:
             break
         if new:
@@ -88,8 +88,8 @@ def design_matrix(basis: Basis, share: Matrix, families: Sequence[Family]) -> Ma
         for variable, degree in term:
             highest[variable] = max(highest[variable], degree)
     single = [each.values(share[:, v], int(highest[v])) for v, each in enumerate(families)]
-    found = np.ones((len(share), len(basis.terms)))
-    for column, term in zip(found.T, basis.terms, strict=True):
+    matrix = np.ones((len(share), len(basis.terms)))
+    for column, term in zip(matrix.T, basis.terms, strict=True):
         for variable, degree in term:
             column *= single[variable][:, degree]
-    return found
+    return matrix

@@ -92,15 +92,15 @@ def read_campaign(file: Path) -> Campaign | None:
     """
     if not os.path.lexists(file):
         return None
-    written = read_regular(file)
+    data = read_regular(file)
     number: Any = None
     try:
-        content: Any = None if written is None else json.loads(written)
+        content: Any = None if data is None else json.loads(data)
         number = content.pop("format")
         del content["sha256"]
         campaign = Campaign(**content)
         if (
-            campaign.text().encode() == written
+            campaign.text().encode() == data
             and hashlib.sha256(campaign.scenario.encode()).hexdigest() == campaign.digest
         ):
             return campaign
@@ -120,9 +120,9 @@ def read_campaign(file: Path) -> Campaign | None:
 def refuse_different(known: Campaign, asked: Campaign, folder: Path) -> None:
     """Validate that the campaign of a folder is the requested one; raises `InputError`."""
     for name, label in LABELS.items():
-        found, wanted = getattr(asked, name), getattr(known, name)
-        if found != wanted:
+        expected, found = getattr(asked, name), getattr(known, name)
+        if expected != found:
             raise InputError(
-                f"{folder}: found a campaign with another {label}, {wanted}, expected "
-                f"{found}: give another folder"
+                f"{folder}: found a campaign with another {label}, {found}, expected "
+                f"{expected}: give another folder"
             )

@@ -56,14 +56,14 @@ def shares(scenario: Scenario, seed: int, runs: ArrayLike) -> Matrix:
     dispersions = scenario.dispersions
     size = max((len(d.keys) for d in dispersions), default=1)
     keys = threefry(seed, runs)
-    named = np.repeat(threefry(keys, _VALUES)[:, None], len(dispersions), axis=1)
+    dispersion_keys = np.repeat(threefry(keys, _VALUES)[:, None], len(dispersions), axis=1)
     for word in np.array([_code(d.keys[0]) for d in dispersions]).reshape(-1, 4).T:
-        named = threefry(named, word)
-    bits = threefry(named[..., None], np.arange(size))
+        dispersion_keys = threefry(dispersion_keys, word)
+    bits = threefry(dispersion_keys[..., None], np.arange(size))
     # midpoints of 2^53 equal intervals of [0, 1], so that neither 0 nor 1 is drawn
     share: Matrix = ((bits >> np.uint64(11)).astype(np.float64) + 0.5) * 2.0**-53
-    drawn = [share[:, k, : len(dispersion.keys)] for k, dispersion in enumerate(dispersions)]
-    return np.concatenate([np.zeros((len(keys), 0)), *drawn], axis=1)
+    columns = [share[:, k, : len(dispersion.keys)] for k, dispersion in enumerate(dispersions)]
+    return np.concatenate([np.zeros((len(keys), 0)), *columns], axis=1)
 
 
 def values_at(scenario: Scenario, share: Matrix) -> Matrix:
@@ -79,8 +79,8 @@ def values_at(scenario: Scenario, share: Matrix) -> Matrix:
     ends = np.cumsum([len(dispersion.keys) for dispersion in scenario.dispersions])
     parts = np.split(share, ends, axis=1)
     pairs = zip(distributions_of(scenario), parts[:-1], strict=True)
-    drawn = [distribution.quantile(part) for distribution, part in pairs]
-    return np.concatenate([np.zeros((len(share), 0)), *drawn], axis=1)
+    columns = [distribution.quantile(part) for distribution, part in pairs]
+    return np.concatenate([np.zeros((len(share), 0)), *columns], axis=1)
 
 
 def noise_keys(seed: int, runs: ArrayLike) -> Words:
@@ -112,23 +112,23 @@ def check_values(scenario: Scenario, numbers: range, values: Matrix) -> None:
         InputError: As for `check_draws`.
     """
     entries = numbers_of(scenario)
-    for key, drawn in zip(scenario.dispersed, values.T, strict=True):
+    for key, column in zip(scenario.dispersed, values.T, strict=True):
         entry = entries[key]
         # the allowed values are one interval, so that the extremes suffice
-        for place in (np.argmin(drawn), np.argmax(drawn)):
-            value = float(drawn[place])
+        for index in (np.argmin(column), np.argmax(column)):
+            value = float(column[index])
             if not entry.allows(value) or not np.isfinite(value):
                 raise InputError(
-                    f"dispersion of {key}: found {value:g} in run {numbers[int(place)]}, "
+                    f"dispersion of {key}: found {value:g} in run {numbers[int(index)]}, "
                     f"expected {entry.range(value)}: use less spread, or a distribution with limits"
                 )
-    _check_together(scenario, numbers, values)
+    _check_combinations(scenario, numbers, values)
 
 
-def _check_together(scenario: Scenario, numbers: range, values: Matrix) -> None:
-    drawn = dict(zip(scenario.dispersed, values.T, strict=True))
-    _check_speeds(scenario, numbers, drawn)
-    _check_sensing(scenario, numbers, drawn)
+def _check_combinations(scenario: Scenario, numbers: range, values: Matrix) -> None:
+    columns = dict(zip(scenario.dispersed, values.T, strict=True))
+    _check_speeds(scenario, numbers, columns)
+    _check_sensing(scenario, numbers, columns)
     if has_own_orbits(scenario.dispersed):
         check_own_orbits(scenario, values)
     structure = structure_of(scenario)
@@ -152,18 +152,18 @@ def _check_together(scenario: Scenario, numbers: range, values: Matrix) -> None:
             )
 
 
-def _check_speeds(scenario: Scenario, numbers: range, drawn: Mapping[str, Vector]) -> None:
+def _check_speeds(scenario: Scenario, numbers: range, columns: Mapping[str, Vector]) -> None:
     """Validate that no wheel starts above its momentum limit; raises `InputError`."""
     for wheel in scenario.wheels:
         speed, inertia, limit = (
-            drawn.get(key, scenario.values[key])
+            columns.get(key, scenario.values[key])
             for key in (f"wheel.{wheel}.{n}" for n in ("speed", "inertia", "momentum_limit"))
         )
         beyond = np.abs(inertia * speed) > limit * (1.0 + LIMIT_TOLERANCE)
         _refuse(beyond, numbers, f"wheel.{wheel}", "a start beyond its momentum limit")
 
 
-def _check_sensing(scenario: Scenario, numbers: range, drawn: Mapping[str, Vector]) -> None:
+def _check_sensing(scenario: Scenario, numbers: range, columns: Mapping[str, Vector]) -> None:
     """Validate the times of sensor faults and the limits of the guard; raises `InputError`."""
     faults = [f"event.{event.name}" for event in scenario.events if event.sensor is not None]
     pairs = {key: (f"{key}.time", f"{key}.until", "an end before the start") for key in faults}
@@ -171,13 +171,13 @@ def _check_sensing(scenario: Scenario, numbers: range, drawn: Mapping[str, Vecto
         for name in measured_names(scenario):
             key = f"guard.{name}"
             pairs[key] = (f"{key}_lower", f"{key}_upper", "an upper limit below the lower one")
-    for key, (low, high, found) in pairs.items():
-        least, most = (drawn.get(end, scenario.values[end]) for end in (low, high))
-        _refuse(least >= most, numbers, key, found)
+    for key, (low, high, fault) in pairs.items():
+        least, most = (columns.get(end, scenario.values[end]) for end in (low, high))
+        _refuse(least >= most, numbers, key, fault)
 
 
-def _refuse(wrong: Any, numbers: range, key: str, found: str) -> None:
+def _refuse(is_wrong: Any, numbers: range, key: str, fault: str) -> None:
     """Raise `InputError` for the first run in which a dispersion is wrong, if there is one."""
-    if np.any(wrong):
-        run = numbers[int(np.argmax(np.broadcast_to(wrong, len(numbers))))]
-        raise InputError(f"dispersion of {key}: found {found} in run {run}, expected less spread")
+    if np.any(is_wrong):
+        run = numbers[int(np.argmax(np.broadcast_to(is_wrong, len(numbers))))]
+        raise InputError(f"dispersion of {key}: found {fault} in run {run}, expected less spread")

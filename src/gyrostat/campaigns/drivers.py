@@ -71,8 +71,8 @@ def find_drivers(drawn: Matrix, metrics: Matrix) -> Drivers:
     spread = np.full(metrics.shape[1], np.nan)
     for group in _groups(drawn, metrics):
         varies = np.any(group.keys != 0.0, axis=0)[:, None] & np.any(group.metrics != 0.0, axis=0)
-        found = np.clip(group.keys.T @ group.metrics, -1.0, 1.0)
-        rho[:, group.columns] = np.where(varies, found, np.nan)
+        correlation = np.clip(group.keys.T @ group.metrics, -1.0, 1.0)
+        rho[:, group.columns] = np.where(varies, correlation, np.nan)
         # standard deviation of the rank correlation of independent values, with or without ties
         spread[group.columns] = np.where(np.any(varies, axis=0), _spread(group), np.nan)
     if not np.any(np.isfinite(rho)):
@@ -100,8 +100,8 @@ def alike(metrics: Matrix) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.int64
 def _groups(drawn: Matrix, metrics: Matrix) -> Iterator[_Group]:
     for has, columns in alike(metrics):
         if np.sum(has) >= 3:
-            chosen = metrics[has][:, columns]
-            yield _Group(columns.tolist(), has, _scores(drawn[has]), _scores(chosen))
+            values = metrics[has][:, columns]
+            yield _Group(columns.tolist(), has, _scores(drawn[has]), _scores(values))
 
 
 def _scores(values: Matrix) -> Matrix:
@@ -113,31 +113,31 @@ def _scores(values: Matrix) -> Matrix:
 
 def _ranks(values: Vector) -> Vector:
     """Ranks from 1; equal values have their mean rank."""
-    _, place, counts = np.unique(values, return_inverse=True, return_counts=True)
-    return (np.cumsum(counts) - 0.5 * (counts - 1.0))[place]
+    _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
+    return (np.cumsum(counts) - 0.5 * (counts - 1.0))[inverse]
 
 
 def _critical(drawn: Matrix, metrics: Matrix) -> float:
     """Largest standardised rank correlation that one of twenty permuted campaigns exceeds."""
     random = np.random.default_rng(0)
     if len(drawn) > MOST_RUNS:
-        chosen = random.choice(len(drawn), MOST_RUNS, replace=False)
-        drawn, metrics = drawn[chosen], metrics[chosen]
+        sample = random.choice(len(drawn), MOST_RUNS, replace=False)
+        drawn, metrics = drawn[sample], metrics[sample]
     groups = list(_groups(drawn, metrics))
     runs = len(drawn)
-    together = max(1, _AT_ONCE // max(runs * metrics.shape[1], 1))
+    batch = max(1, _AT_ONCE // max(runs * metrics.shape[1], 1))
     largest = np.zeros(PERMUTATIONS)
-    for first in range(0, PERMUTATIONS, together):
-        count = min(together, PERMUTATIONS - first)
+    for first in range(0, PERMUTATIONS, batch):
+        count = min(batch, PERMUTATIONS - first)
         order = random.permuted(np.tile(np.arange(runs), (count, 1)), axis=1)
         for group in groups:
             # a permutation of all runs also permutes the runs that have the metric
-            place = np.full(runs, -1)
-            place[group.has] = np.arange(len(group.metrics))
-            ordered = place[order]
-            ordered = ordered[ordered >= 0].reshape(count, -1).T
+            row_of_run = np.full(runs, -1)
+            row_of_run[group.has] = np.arange(len(group.metrics))
+            rows = row_of_run[order]
+            rows = rows[rows >= 0].reshape(count, -1).T
             # one matrix product for all permutations
-            shuffled = group.metrics[ordered].reshape(len(ordered), -1)
+            shuffled = group.metrics[rows].reshape(len(rows), -1)
             sizes = np.abs(group.keys.T @ shuffled).reshape(-1, count, len(group.columns))
             part = largest[first : first + count]
             np.maximum(part, np.max(sizes, axis=(0, 2)) / _spread(group), out=part)

@@ -88,12 +88,11 @@ def inputs_of(scenario: Scenario, seed: int, columns: "Mapping[str, Vector]") ->
     missing = [key for key in keys if key not in columns]
     if missing:
         return f"the table of runs has no column {missing[0]}"
-    run = np.asarray(columns["run"])[:MOST_RUNS]
-    share = shares(scenario, seed, run)
-    drawn = np.stack([columns[key][:MOST_RUNS] for key in keys], axis=1)
+    share = shares(scenario, seed, np.asarray(columns["run"])[:MOST_RUNS])
+    values = np.stack([columns[key][:MOST_RUNS] for key in keys], axis=1)
     # the distribution of each value is known, and with it the variable that it was made of
-    size = np.max(np.abs(drawn), axis=0)
-    if not np.all(np.abs(values_at(scenario, share) - drawn) <= 1e-9 * size):
+    size = np.max(np.abs(values), axis=0)
+    if not np.all(np.abs(values_at(scenario, share) - values) <= 1e-9 * size):
         return "the values in the table of runs are not those that the scenario draws"
     names: list[tuple[str, ...]] = []
     owner: list[int] = []
@@ -116,21 +115,19 @@ def find_effects(inputs: Inputs, metrics: Matrix) -> list[Effects]:
         metrics: Values of the metrics, (runs, metrics), NaN for missing ones.
     """
     metrics = metrics[: len(inputs.share)]
-    found: dict[int, Effects] = {}
-    for pattern, places in alike(metrics):
-        values = metrics[np.ix_(pattern, places)]
-        why = _unfit(pattern, inputs)
-        varies = np.zeros(len(places), bool)
+    effects: dict[int, Effects] = {}
+    for pattern, columns in alike(metrics):
+        values = metrics[np.ix_(pattern, columns)]
+        why, missing = _unfit(pattern, inputs), int(np.sum(~pattern))
+        varies = np.zeros(len(columns), bool)
         if not why:
             varies = np.ptp(values, axis=0) > 1e-9 * np.max(np.abs(values), axis=0)
-            used = inputs._replace(share=inputs.share[pattern])
-            made = _expand(used, values[:, varies]) if np.any(varies) else []
-            found |= dict(zip(places[varies].tolist(), made, strict=True))
-        for place in places[~varies].tolist():
-            found[place] = _none(inputs, pattern, why or "it is the same in all runs")
-        without = int(np.sum(~pattern))
-        found |= {int(place): found[int(place)]._replace(without=without) for place in places}
-    return [found[place] for place in range(metrics.shape[1])]
+        subset = inputs._replace(share=inputs.share[pattern])
+        results = iter(_expand(subset, values[:, varies]) if np.any(varies) else ())
+        none = _none(inputs, pattern, why or "it is the same in all runs")
+        for column, is_varying in zip(columns.tolist(), varies, strict=True):
+            effects[column] = (next(results) if is_varying else none)._replace(without=missing)
+    return [effects[column] for column in range(metrics.shape[1])]
 
 
 def _unfit(has: NDArray[np.bool_], inputs: Inputs) -> str:
@@ -158,40 +155,40 @@ def _expand(inputs: Inputs, values: Matrix) -> list[Effects]:
     basis = basis_of(inputs.families, _importance(inputs, values), min(TERMS, runs // 3))
     design = design_matrix(basis, inputs.share, inputs.families)
     fits = _Fits(basis, design, values, _members(basis, inputs))
-    found = []
+    effects = []
     for m, cut in enumerate(np.argmin(fits.errors, axis=0)):
         q2 = 1.0 - float(fits.errors[cut, m])
         if q2 < LEAST_Q2:
             why = _unexplained(q2, 1.0 - float(np.min(fits.errors_of_half[:, m])))
-            found.append(_none(inputs, np.ones(runs, bool), why, q2))
+            effects.append(_none(inputs, np.ones(runs, bool), why, q2))
             continue
         first, total = (jackknife(part[cut, :, :, m]) for part in fits.indices)
-        found.append(Effects(q2, runs, 0, "", first, total))
-    return found
+        effects.append(Effects(q2, runs, 0, "", first, total))
+    return effects
 
 
 def _unexplained(q2: float, of_half: float) -> str:
     """Why an expansion predicts too little, from its Q² and that with half of the runs."""
     share = max(math.floor(100.0 * q2), 0)
-    told = f"{share} % of the variance is predicted, {100.0 * LEAST_Q2:.0f} % needed"
+    shortfall = f"{share} % of the variance is predicted, {100.0 * LEAST_Q2:.0f} % needed"
     # the error of a fit is that of infinitely many runs and a part that falls with their number
     if 2.0 * q2 - of_half >= LEAST_Q2:
-        return f"not enough runs: {told}, and more runs would help"
-    return f"not explained by the dispersed values: {told}"
+        return f"not enough runs: {shortfall}, and more runs would help"
+    return f"not explained by the dispersed values: {shortfall}"
 
 
 def _importance(inputs: Inputs, values: Matrix) -> NDArray[np.int64]:
     """Variables in the order of their largest effect on any metric, without interactions."""
-    alone = Basis([((v, n),) for n in (1, 2) for v in range(len(inputs.families))], [])
-    explained = (design_matrix(alone, inputs.share, inputs.families).T @ values / len(values)) ** 2
+    basis = Basis([((v, n),) for n in (1, 2) for v in range(len(inputs.families))], [])
+    explained = (design_matrix(basis, inputs.share, inputs.families).T @ values / len(values)) ** 2
     return np.argsort(-np.max(np.sum(np.split(explained, 2), axis=0), axis=1), kind="stable")
 
 
 def _members(basis: Basis, inputs: Inputs) -> tuple[Matrix, Matrix]:
     """Whether each term has one input alone, and whether it has it at all, (inputs, terms)."""
     contains = np.zeros((len(inputs.names), len(basis.terms)))
-    for place, term in enumerate(basis.terms):
-        contains[[inputs.owner[variable] for variable, _ in term], place] = 1.0
+    for column, term in enumerate(basis.terms):
+        contains[[inputs.owner[variable] for variable, _ in term], column] = 1.0
     return contains * (np.sum(contains, axis=0) == 1.0), contains
 
 
@@ -213,7 +210,7 @@ class _Fits:
             zip(np.array_split(design, GROUPS), np.array_split(values, GROUPS), strict=True)
         )
         self._moments = [(x.T @ x, x.T @ y, len(y), np.sum(y**2, axis=0)) for x, y in self._parts]
-        self._whole = [sum(each) for each in zip(*self._moments, strict=True)]
+        self._totals = [sum(each) for each in zip(*self._moments, strict=True)]
         shape = len(basis.cuts), 1 + GROUPS, len(members[0]), values.shape[1]
         self.indices = np.zeros(shape), np.zeros(shape)
         self.errors = self._errors([[k] for k in range(GROUPS)], keep=True)
@@ -222,40 +219,39 @@ class _Fits:
         self._fit([], 0)
 
     def _errors(self, leave_out: "Sequence[Sequence[int]]", *, keep: bool) -> Matrix:
-        found = np.zeros((len(self._cuts), self.indices[0].shape[-1]))
+        errors = np.zeros((len(self._cuts), self.indices[0].shape[-1]))
         for k, groups in enumerate(leave_out):
             fitted = self._fit(groups, 1 + k if keep else None)
             for x, y in (self._parts[group] for group in groups):
                 # one product for all sizes: many small ones wait for each other's threads
                 predicted = (x @ fitted.reshape(x.shape[1], -1)).reshape(len(x), -1, y.shape[1])
-                found += np.sum((y[:, None] - predicted) ** 2, axis=0)
-        return found / self._whole[3]
+                errors += np.sum((y[:, None] - predicted) ** 2, axis=0)
+        return errors / self._totals[3]
 
-    def _fit(self, groups: "Sequence[int]", place: int | None) -> NDArray[np.float64]:
+    def _fit(self, groups: "Sequence[int]", slot: int | None) -> NDArray[np.float64]:
         """Coefficients of each size without some groups, (terms, cuts, metrics).
 
-        Terms that an expansion does not have are zero. The indices are kept at `place`.
+        Terms that an expansion does not have are zero. The indices are written to `slot`.
         """
         gram, projection, count, squares = (
-            whole - sum(self._moments[group][k] for group in groups)
-            for k, whole in enumerate(self._whole)
+            total - sum(self._moments[group][k] for group in groups)
+            for k, total in enumerate(self._totals)
         )
         ridge = _RIDGE * count * np.eye(self._cuts[-1])
         # the leading blocks of the inverse of a triangular matrix are those of smaller expansions
         inverse = np.linalg.inv(np.linalg.cholesky(gram + ridge))
         forward = inverse @ projection
-        found = np.zeros((len(inverse), len(self._cuts), forward.shape[1]))
+        coefficients = np.zeros((len(inverse), len(self._cuts), forward.shape[1]))
         for c, cut in enumerate(self._cuts):
-            found[:cut, c] = inverse[:cut, :cut].T @ forward[:cut]
-        if place is not None:
-            cuts = np.array(self._cuts)
-            left = (squares - np.cumsum(forward**2, axis=0))[cuts - 1]
+            coefficients[:cut, c] = inverse[:cut, :cut].T @ forward[:cut]
+        if slot is not None:
+            residual = (squares - np.cumsum(forward**2, axis=0))[np.array(self._cuts) - 1]
             # the distributions of the inputs are known: their variances are not estimated
-            variance = np.sum(found[1:] ** 2, axis=0) + left / count
-            for kept, members in zip(self.indices, self._members, strict=True):
-                kept[:, place] = np.tensordot(members, found**2, 1).swapaxes(0, 1)
-                kept[:, place] /= variance[:, None]
-        return found
+            variance = np.sum(coefficients[1:] ** 2, axis=0) + residual / count
+            for indices, members in zip(self.indices, self._members, strict=True):
+                indices[:, slot] = np.tensordot(members, coefficients**2, 1).swapaxes(0, 1)
+                indices[:, slot] /= variance[:, None]
+        return coefficients
 
 
 def jackknife(found: Matrix) -> Matrix:
@@ -264,9 +260,9 @@ def jackknife(found: Matrix) -> Matrix:
     Args:
         found: (1 + groups, inputs).
     """
-    whole, left = found[0], found[1:]
-    middle = np.mean(left, axis=0)
-    value = GROUPS * whole - (GROUPS - 1.0) * middle
-    error = np.sqrt((GROUPS - 1.0) / GROUPS * np.sum((left - middle) ** 2, axis=0))
+    estimate, replicates = found[0], found[1:]
+    middle = np.mean(replicates, axis=0)
+    value = GROUPS * estimate - (GROUPS - 1.0) * middle
+    error = np.sqrt((GROUPS - 1.0) / GROUPS * np.sum((replicates - middle) ** 2, axis=0))
     limits = [value, value - _QUANTILE * error, value + _QUANTILE * error]
     return np.clip(np.stack(limits, axis=1), 0.0, 1.0)

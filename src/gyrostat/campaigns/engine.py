@@ -79,17 +79,19 @@ class _Ready:
         self, nominal: Vector, drawn: Drawn, plans: Plans, keys: Words, asked: Sequence[int]
     ) -> Iterator[tuple[Seen, Any, Any]]:
         """Simulate 64 runs by JAX; see `gyrostat.campaigns.native.Program.chunks`."""
-        given = (nominal, drawn, plans, random_keys(keys))
-        carry = _begin(structure_of(self.scenario))(*given)
-        for (_, seen), (errors, rows) in self.runner.chunks(*given, carry=carry, asked=asked):
-            yield seen, errors, rows
+        arguments = (nominal, drawn, plans, random_keys(keys))
+        carry = _begin(structure_of(self.scenario))(*arguments)
+        for (_, metrics), (errors, rows) in self.runner.chunks(
+            *arguments, carry=carry, asked=asked
+        ):
+            yield metrics, errors, rows
 
 
 @lru_cache(maxsize=8)
 def _begin(structure: Structure) -> Callable[..., Any]:
     make = loop_of(structure)
     axes = tuple(0 if is_drawn else None for is_drawn in OWN)
-    return jax.jit(jax.vmap(lambda *given: make(*given).begin(), axes))
+    return jax.jit(jax.vmap(lambda *arguments: make(*arguments).begin(), axes))
 
 
 @lru_cache(maxsize=8)
@@ -146,14 +148,14 @@ def fly(
     ready = _ready(scenario, engine, 0)
     if runs is None:
         return _group(ready, np.zeros(1, np.int64), seed, keep, nominal=True)
-    wanted = np.asarray(runs, dtype=np.int64)
-    flown = [
-        _group(ready, wanted[wanted // LANES == group], seed, keep)
-        for group in np.unique(wanted // LANES)
+    numbers = np.asarray(runs, dtype=np.int64)
+    results = [
+        _group(ready, numbers[numbers // LANES == group], seed, keep)
+        for group in np.unique(numbers // LANES)
     ]
-    histories = [block.histories for block in flown if block.histories is not None]
+    histories = [part.histories for part in results if part.histories is not None]
     return Flown(
-        {name: np.concatenate([b.columns[name] for b in flown]) for name in flown[0].columns},
+        {name: np.concatenate([b.columns[name] for b in results]) for name in results[0].columns},
         joined(histories) if histories else None,
     )
 
@@ -178,30 +180,25 @@ def fly_given(
     parts = keys.shape[1] if keys.ndim == 2 else 0
     ready = _ready(scenario, "native", parts)
     numbers = np.asarray(runs, dtype=np.int64)
-    return _flown(ready, numbers, np.arange(len(runs)), values, keys, keep)
+    return _simulate(ready, numbers, np.arange(len(runs)), values, keys, keep)
 
 
 def _group(
-    ready: _Ready,
-    runs: NDArray[np.int64],
-    seed: int,
-    keep: Sequence[int],
-    *,
-    nominal: bool = False,
+    ready: _Ready, runs: NDArray[np.int64], seed: int, keep: Sequence[int], *, nominal: bool = False
 ) -> Flown:
     """Simulate the requested runs of a group of 64; `nominal`: run 0 with the nominal values."""
     scenario, native = ready.scenario, ready.program is not None
-    flown = runs if native else runs[0] // LANES * LANES + np.arange(LANES)
+    batch = runs if native else runs[0] // LANES * LANES + np.arange(LANES)
     picked = np.arange(len(runs)) if native else runs % LANES
     if nominal:
         means = [scenario.values[key] for key in scenario.dispersed]
-        values, keys = np.tile(means, (len(flown), 1)), noise_keys(seed, 0 * flown)
+        values, keys = np.tile(means, (len(batch), 1)), noise_keys(seed, 0 * batch)
     else:
-        values, keys = draw(scenario, seed, flown)
-    return _flown(ready, runs, picked, values, keys, keep, lists=not nominal)
+        values, keys = draw(scenario, seed, batch)
+    return _simulate(ready, runs, picked, values, keys, keep, lists=not nominal)
 
 
-def _flown(
+def _simulate(
     ready: _Ready,
     runs: NDArray[np.int64],
     picked: NDArray[np.int64],
@@ -224,46 +221,46 @@ def _flown(
     """
     scenario = ready.scenario
     is_kept = np.isin(runs, keep)
-    asked = picked[is_kept].tolist()
+    record_indices = picked[is_kept].tolist()
     drawn = Drawn(values, own_orbits(scenario, values))
-    given = (ready.nominal, drawn, ready.plans, keys)
+    arguments = (ready.nominal, drawn, ready.plans, keys)
     fly_chunks = ready.fly_with_jax if ready.program is None else ready.program.chunks
     samples = len(ready.runner.starts) * ready.runner.length
     errors = collectors(len(values), samples, LANES, 1 + len(scenario.windows))
     budget = PointingBudget(scenario, len(values), samples, LANES)
-    kept, last = [], None
-    for seen, (counted, vectors), rows in fly_chunks(*given, asked):
+    records, last = [], None
+    for observations, (counted, vectors), rows in fly_chunks(*arguments, record_indices):
         budget.add(counted, vectors)
         for collected, vectors_of_run in zip(errors, counted, strict=True):
             collected.add(vectors_of_run)
-        if asked:
-            kept.append(rows)
-        last = seen
+        if record_indices:
+            records.append(rows)
+        last = observations
     budget.finish()
-    seen: Any = jax.tree.map(np.asarray, last)
+    observations: Any = jax.tree.map(np.asarray, last)
     period = scenario.values["run.control_period"]
     values = values[picked]
     columns = {
         "run": runs,
         **{key: values[:, k] for k, key in enumerate(scenario.dispersed)},
-        "status": seen.status[picked].astype(np.int8),
-        "ended": ended(seen, period)[picked],
+        "status": observations.status[picked].astype(np.int8),
+        "ended": ended(observations, period)[picked],
     }
-    found = concluded(scenario, seen, errors, budget.metrics())
-    columns |= {name: entry[picked] for name, entry in found.items()}
+    metrics = concluded(scenario, observations, errors, budget.metrics())
+    columns |= {name: entry[picked] for name, entry in metrics.items()}
     if lists:
-        columns |= budget.lists(runs, seen.status[picked], picked)
-    if not kept:
+        columns |= budget.lists(runs, observations.status[picked], picked)
+    if not records:
         return Flown(columns, None)
     rows, error = jax.tree.map(
-        lambda *leaves: np.concatenate(leaves, axis=1)[:, : scenario.count + 1], *kept
+        lambda *leaves: np.concatenate(leaves, axis=1)[:, : scenario.count + 1], *records
     )
     histories = labelled(rows, period)
     coordinates = {"run": runs[is_kept], "wheel": np.array(scenario.wheels)}
-    named = {name: Signal((name,), values) for name, values in coordinates.items()}
+    axes = {name: Signal((name,), values) for name, values in coordinates.items()}
     fine = rows.status == Status.COMPLETE
-    shown = Signal(("run", "time"), np.where(fine, error, np.nan), ERROR)
+    error_signal = Signal(("run", "time"), np.where(fine, error, np.nan), ERROR)
     return Flown(
         columns,
-        Labelled({**histories.variables, "error": shown}, {**histories.coordinates, **named}),
+        Labelled({**histories.variables, "error": error_signal}, {**histories.coordinates, **axes}),
     )

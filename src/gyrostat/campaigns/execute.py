@@ -125,64 +125,64 @@ def run_campaign(
         raise InputError(f"worst by: found {worst_by!r}, expected one of {', '.join(metrics)}")
     store = Store(out, say)
     try:
-        known = store.read()
+        existing = store.read()
     except DamagedError:  # may be repaired below
-        known = None
-    if known is None:
+        existing = None
+    if existing is None:
         engine = chosen_engine(engine, scenario, device, say, verify=verify)
     else:
-        recorded = known.engine.get("engine", "jax")
+        recorded = existing.engine.get("engine", "jax")
         if engine not in ("auto", recorded):
             raise InputError(
                 f"--engine: found {engine}, expected {recorded}, with which {out} was started"
             )
         engine = recorded
     record = engine_record(device, FLAGS[device], engine)
-    if known is None and scenario.dispersions:
+    if existing is None and scenario.dispersions:
         from gyrostat.campaigns.draws import check_draws
 
         check_draws(scenario, seed, runs)
     with store.locked():
-        asked = Campaign(scenario.text(), scenario.digest(), seed, runs, block, record)
-        campaign = store.begin(asked, force=force)
+        request = Campaign(scenario.text(), scenario.digest(), seed, runs, block, record)
+        campaign = store.begin(request, force=force)
         refuse_other(campaign.engine, str(out))
         opener, count, fly_job = executor_for(campaign, runs, opener, workers, fly_job)
         damaged = store.check(campaign)
         with kept_open(opener) as pool:
             _fly_blocks(store, campaign, pool, 2 * count + 2, on_progress, say, fly_job)
             store.merge(campaign)
-            wanted = {*keep, *worst_runs(store, worst, worst_by), *damaged}
-            missing = sorted(wanted - store.histories(campaign))
+            selection = {*keep, *worst_runs(store, worst, worst_by), *damaged}
+            missing = sorted(selection - store.histories(campaign))
             if missing:
                 replay(store, campaign, missing, pool, fly_job=fly_job)
     return store.table
 
 
 def _fly_blocks(store, campaign, opener, window, on_progress, say, fly_job) -> None:
-    found, damaged = store.blocks(campaign)
+    intact, damaged = store.blocks(campaign)
     for number in damaged:
         say(f"block {number} is damaged or of another campaign; it is simulated again")
-    done = sum(len(campaign.numbers(number)) for number in found)
-    if done:
-        say(f"{done} of {campaign.runs} runs are already complete")
+    complete_runs = sum(len(campaign.numbers(number)) for number in intact)
+    if complete_runs:
+        say(f"{complete_runs} of {campaign.runs} runs are already complete")
 
     def jobs():
         for number in range(campaign.blocks):
-            if number not in found:
+            if number not in intact:
                 yield Job(campaign, tuple(campaign.numbers(number)), (), number)
 
-    def take(job: Job, flown: Any) -> None:
-        nonlocal done
+    def take(job: Job, results: Any) -> None:
+        nonlocal complete_runs
         for path in damaged.get(job.block, ()):
             set_aside(path)
-        store.write_block(campaign, job.block, flown.columns)
-        done += len(job.runs)
+        store.write_block(campaign, job.block, results.columns)
+        complete_runs += len(job.runs)
         if on_progress is not None:
-            on_progress(done, campaign.runs)
+            on_progress(complete_runs, campaign.runs)
 
     if on_progress is not None:
-        on_progress(done, campaign.runs)
-    if done < campaign.runs:
+        on_progress(complete_runs, campaign.runs)
+    if complete_runs < campaign.runs:
         carry_out(jobs(), fly_job, opener, take, window=window)
 
 
@@ -222,26 +222,26 @@ def replay(
 
     table, paths = store.read_table(), []
 
-    def take(job: Job, flown: Any) -> None:
-        for place, run in enumerate(job.runs):
-            scalars = {n: values for n, values in flown.columns.items() if values.ndim == 1}
+    def take(job: Job, results: Any) -> None:
+        for index, run in enumerate(job.runs):
+            scalars = {n: values for n, values in results.columns.items() if values.ndim == 1}
             for name, values in scalars.items():
                 recorded = table[name][run].as_py()
                 recorded = np.nan if recorded is None else recorded
-                if not np.array_equal(values[place], recorded, equal_nan=True):
+                if not np.array_equal(values[index], recorded, equal_nan=True):
                     raise InputError(
-                        f"run {run}: found {name} {values[place]!r} in the replay, expected "
+                        f"run {run}: found {name} {values[index]!r} in the replay, expected "
                         f"{recorded!r} of the table: software or hardware has changed"
                     )
-            paths.append(store.write_history(campaign, run, flown.histories.of_run(run)))
+            paths.append(store.write_history(campaign, run, results.histories.of_run(run)))
 
     parts = [tuple(runs[k : k + AT_ONCE]) for k in range(0, len(runs), AT_ONCE)]
-    jobs = [Job(campaign, part, part, -1, _given(campaign, table, part)) for part in parts]
+    jobs = [Job(campaign, part, part, -1, _search_inputs(campaign, table, part)) for part in parts]
     carry_out(jobs, fly_job, opener, take, window=1)
     return paths
 
 
-def _given(campaign: Campaign, table: Any, runs: Sequence[int]) -> Any:
+def _search_inputs(campaign: Campaign, table: Any, runs: Sequence[int]) -> Any:
     """Values and random keys of runs of a search; None for a campaign."""
     if campaign.search is None:
         return None

@@ -116,7 +116,7 @@ def processes(workers: int) -> Opener:
         raise InputError(f"workers: found {workers}, expected 1 to {MOST_WORKERS}")
 
     @contextlib.contextmanager
-    def opened() -> Iterator[Executor]:
+    def open_executor() -> Iterator[Executor]:
         # spawned, not forked: JAX has threads
         _start_quiet_tracker()
         pool = ProcessPoolExecutor(workers, mp_context=_WorkerContext(), initializer=_begin_worker)
@@ -130,7 +130,7 @@ def processes(workers: int) -> Opener:
             raise
         pool.shutdown()
 
-    return opened
+    return open_executor
 
 
 def threads(workers: int) -> Opener:
@@ -141,14 +141,14 @@ def threads(workers: int) -> Opener:
     """
 
     @contextlib.contextmanager
-    def opened() -> Iterator[Executor]:
+    def open_executor() -> Iterator[Executor]:
         pool = ThreadPoolExecutor(workers)
         try:
             yield pool
         finally:
             pool.shutdown(cancel_futures=True)
 
-    return opened
+    return open_executor
 
 
 def cluster(address: str) -> Opener:
@@ -169,7 +169,7 @@ def cluster(address: str) -> Opener:
         raise missing("--scheduler", "dask and distributed", "cluster") from None
 
     @contextlib.contextmanager
-    def opened() -> Iterator[Executor]:
+    def open_executor() -> Iterator[Executor]:
         try:
             client = Client(address, timeout=10)
         except (OSError, ValueError) as error:
@@ -182,7 +182,7 @@ def cluster(address: str) -> Opener:
             except KilledWorker as error:  # a job whose workers were killed several times
                 raise BrokenExecutor(str(error)) from error
 
-    return opened
+    return open_executor
 
 
 @contextlib.contextmanager
@@ -197,20 +197,20 @@ def kept_open(opener: Opener) -> Iterator[Opener]:
     stack, pools = contextlib.ExitStack(), []
 
     @contextlib.contextmanager
-    def opened() -> Iterator[Executor]:
+    def open_executor() -> Iterator[Executor]:
         nonlocal stack
         if not pools:
             pools.append(stack.enter_context(opener()))
         try:
             yield pools[0]
         except BaseException as error:
-            failed, stack = stack, contextlib.ExitStack()
+            old_stack, stack = stack, contextlib.ExitStack()
             pools.clear()
-            failed.__exit__(type(error), error, error.__traceback__)
+            old_stack.__exit__(type(error), error, error.__traceback__)
             raise
 
     try:
-        yield opened
+        yield open_executor
     except BaseException as error:
         stack.__exit__(type(error), error, error.__traceback__)
         raise
@@ -239,18 +239,18 @@ def carry_out(
     Raises:
         InputError: `BARREN` pools failed in succession without a result.
     """
-    rest, again, barren = iter(jobs), deque(), 0
+    upcoming, retries, barren = iter(jobs), deque(), 0
     while True:
         running: dict[Any, Any] = {}
 
         def give(pool: Executor, running: dict[Any, Any] = running) -> None:
-            job = again.popleft() if again else next(rest, None)
+            job = retries.popleft() if retries else next(upcoming, None)
             if job is None:
                 return
             try:
                 running[pool.submit(work, job)] = job
             except BrokenExecutor:
-                again.append(job)
+                retries.append(job)
                 raise
 
         try:
@@ -265,7 +265,7 @@ def carry_out(
                         give(pool)
             return
         except BrokenExecutor as error:
-            again.extend(running.values())
+            retries.extend(running.values())
             barren += 1
             if barren == BARREN:
                 raise InputError(

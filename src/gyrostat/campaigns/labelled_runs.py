@@ -32,8 +32,8 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
     from gyrostat.simulation import status_attributes
 
     store = Store(Path(folder))
-    known, table = store.known(), store.read_table()
-    scenario = Scenario.from_text(known.scenario)
+    campaign, table = store.known(), store.read_table()
+    scenario = Scenario.from_text(campaign.scenario)
     numbers = numbers_of(scenario)
     attributes = {
         **{
@@ -52,5 +52,5 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
         for name in table.column_names
         if name != "run"
     }
-    about = {"scenario": scenario.name, "folder": str(folder), "seed": known.seed}
+    about = {"scenario": scenario.name, "folder": str(folder), "seed": campaign.seed}
     return xr.Dataset(variables, {"run": table["run"].to_numpy()}, about)

@@ -95,11 +95,11 @@ class Program(NamedTuple):
             The errors are the counted pointing errors of the run and of each window, (runs,
             samples), and the error vectors of pointing requirements, (runs, samples, 3).
         """
-        given = (nominal, *map(np.asarray, jax.tree.leaves((drawn, plans))), keys)
-        carry = self.begin(given)
+        arguments = (nominal, *map(np.asarray, jax.tree.leaves((drawn, plans))), keys)
+        carry = self.begin(arguments)
         for first in self.starts:
-            made = self.chunk((*carry, np.int64(first), *given), asked)
-            carry, records = made[: len(carry)], made[len(carry) :]
+            results = self.chunk((*carry, np.int64(first), *arguments), asked)
+            carry, records = results[: len(carry)], results[len(carry) :]
             counted, rows = jax.tree.map(records.__getitem__, self.records)
             yield jax.tree.map(carry.__getitem__, self.seen), counted, rows
 
@@ -129,22 +129,22 @@ def program_of(
     if stored is not None and not verify:
         libraries = [stored_library(part.library) for part in (stored.begin, stored.chunk)]
         if None not in libraries:
-            return _loaded(structure, stored, *libraries)
-    traces, seen, records = _trace(structure, plans, parts)
+            return _load(structure, stored, *libraries)
+    traces, metrics, records = _trace(structure, plans, parts)
     begin, chunk = map(_part, traces)
-    made = Stored(begin, chunk, seen, records)
-    if verify and stored is not None and [*stored[:2]] != [*made[:2]]:
+    entry = Stored(begin, chunk, metrics, records)
+    if verify and stored is not None and [*stored[:2]] != [*entry[:2]]:
         raise InputError(
             f"{cache and cache.path}: found a stored program {name} that differs from a new trace, "
             "expected the same (`gyrostat cache --clear` removes it); please report this"
         )
-    one, other = traces
-    with ThreadPoolExecutor(1) as beside:  # the compiler is another process
-        first = beside.submit(library, one.text)
-        second = library(other.text)
-    program = _loaded(structure, made, first.result(), second)
+    traced_begin, traced_chunk = traces
+    with ThreadPoolExecutor(1) as pool:  # the compiler is another process
+        begin_future = pool.submit(library, traced_begin.text)
+        chunk_library = library(traced_chunk.text)
+    program = _load(structure, entry, begin_future.result(), chunk_library)
     if cache is not None:
-        cache.write(name, pickle.dumps(made))
+        cache.write(name, pickle.dumps(entry))
     return program
 
 
@@ -170,11 +170,11 @@ def _trace(
     """Functions of the initialisation and of a chunk as C, and trees of places; see `Stored`."""
     make, length = loop_of(structure), runner_of(structure).length
 
-    def begin(*given: Any) -> Any:
-        return make(*given).begin()
+    def begin(*arguments: Any) -> Any:
+        return make(*arguments).begin()
 
-    def chunk(carry: Any, first: Any, *given: Any) -> Any:
-        return make(*given).scan(carry, first, length)
+    def chunk(carry: Any, first: Any, *arguments: Any) -> Any:
+        return make(*arguments).scan(carry, first, length)
 
     key = jax.ShapeDtypeStruct((1, parts) if parts else (1,), jax.random.key(0).dtype)
     orbit = plans.orbit if has_own_orbits(structure.dispersed) else None
@@ -182,14 +182,16 @@ def _trace(
         np.zeros((1, len(structure.dispersed))),
         jax.tree.map(lambda leaf: np.zeros((1, *np.shape(leaf))), orbit),
     )
-    given = (np.zeros(len(structure.keys)), drawn, plans, key)
-    one = traced(begin, OWN, given)
+    arguments = (np.zeros(len(structure.keys)), drawn, plans, key)
+    traced_begin = traced(begin, OWN, arguments)
     carry = jax.tree.map(
-        lambda leaf: jax.ShapeDtypeStruct((1, *leaf.shape), leaf.dtype), one.results
+        lambda leaf: jax.ShapeDtypeStruct((1, *leaf.shape), leaf.dtype), traced_begin.results
     )
-    other = traced(chunk, (True, False, *OWN), (carry, 0, *given), on_demand=(False, ON_DEMAND))
-    (_, seen), records = (_places(each) for each in other.results)
-    return (one, other), seen, records
+    traced_chunk = traced(
+        chunk, (True, False, *OWN), (carry, 0, *arguments), on_demand=(False, ON_DEMAND)
+    )
+    (_, metrics), records = (_places(results) for results in traced_chunk.results)
+    return (traced_begin, traced_chunk), metrics, records
 
 
 def _places(tree: Any) -> Any:
@@ -203,7 +205,7 @@ def _part(each: Traced) -> Part:
     return Part(digest, library_name(each.text), each.layout)
 
 
-def _loaded(structure: Structure, stored: Stored, *libraries: Any) -> Program:
+def _load(structure: Structure, stored: Stored, *libraries: Any) -> Program:
     begin, chunk = (
         Compiled(part.layout, each) for part, each in zip(stored[:2], libraries, strict=True)
     )

@@ -32,11 +32,7 @@ def parts_of(scenario: Scenario) -> int:
 
 
 def noise_of(
-    numbers: NDArray[np.int64],
-    parents: NDArray[np.int64],
-    shares: Vector,
-    seed: int,
-    parts: int,
+    numbers: NDArray[np.int64], parents: NDArray[np.int64], shares: Vector, seed: int, parts: int
 ) -> Words:
     """Random keys of the noise of flights, (n, parts).
 
@@ -48,7 +44,7 @@ def noise_of(
         parts: Number of parts of a run.
     """
     source = np.full((len(numbers), parts), -1, np.int64)
-    rows, columns = (place.ravel() for place in np.indices(source.shape))
+    rows, columns = (indices.ravel() for indices in np.indices(source.shape))
     current = np.repeat(numbers, parts)
     while len(rows):
         is_new = (parents[current] < 0) | _is_replaced(seed, current, columns, shares[current])
@@ -66,10 +62,10 @@ def given_of(campaign: Campaign, table: Any, runs: Sequence[int]) -> tuple[Matri
         runs: Numbers of the flights.
     """
     scenario = Scenario.from_text(campaign.scenario)
-    place = np.array(runs, np.int64)
-    values = np.stack([table[key].to_numpy()[place] for key in scenario.dispersed], axis=1)
+    numbers = np.array(runs, np.int64)
+    values = np.stack([table[key].to_numpy()[numbers] for key in scenario.dispersed], axis=1)
     parents, shares = (table[name].to_numpy() for name in (PARENT, REPLACED))
-    return values, noise_of(place, parents, shares, campaign.seed, parts_of(scenario))
+    return values, noise_of(numbers, parents, shares, campaign.seed, parts_of(scenario))
 
 
 def _is_replaced(seed: int, flights: NDArray, part: NDArray, share: Vector) -> NDArray[np.bool_]:

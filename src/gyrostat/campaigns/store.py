@@ -80,9 +80,9 @@ class Store:
             lock(handle, f"{self.folder}: found another campaign running here, expected none")
             # remove unfinished files of a killed process
             for folder in (self.folder, self._blocks):
-                for left in folder.glob(f"{UNFINISHED}*.*"):
-                    if left.is_file():
-                        left.unlink()
+                for file in folder.glob(f"{UNFINISHED}*.*"):
+                    if file.is_file():
+                        file.unlink()
             yield
         finally:
             os.close(handle)
@@ -120,14 +120,14 @@ class Store:
         """
         damage: DamagedError | None = None
         try:
-            known = self.read()
+            existing = self.read()
         except DamagedError as error:
-            known, damage = None, error
-        if known is None:
+            existing, damage = None, error
+        if existing is None:
             self._restore(campaign, damage, force)
             return campaign
-        refuse_different(known, campaign, self.folder)
-        return known
+        refuse_different(existing, campaign, self.folder)
+        return existing
 
     def _restore(self, campaign: Campaign, damage: DamagedError | None, force: bool) -> None:
         listed = Manifest(self.folder).entries.values()
@@ -157,10 +157,10 @@ class Store:
         for path in sorted((*self.folder.iterdir(), *(self.folder / "runs").iterdir())):
             name = path.relative_to(self.folder).as_posix()
             match = _RESULT.fullmatch(name)
-            found = match and manifest.fault(name, campaign.by)
-            if match is None or found is None:
+            fault = match and manifest.fault(name, campaign.by)
+            if match is None or fault is None:
                 continue
-            self.say(f"{path}: found {found}: it is kept as {set_aside(path).name}")
+            self.say(f"{path}: found {fault}: it is kept as {set_aside(path).name}")
             entry = manifest.entries.get(name)
             if match[2] == "nc" and entry is not None and entry.by == campaign.by:
                 damaged.add(int(match[1]))
@@ -176,8 +176,8 @@ class Store:
         if campaign.search is not None:
             self.read_table()  # only the search itself knows its blocks
             return
-        found, damaged = self.blocks(campaign)
-        for number in sorted({*damaged, *range(campaign.blocks)} - set(found)):
+        intact, damaged = self.blocks(campaign)
+        for number in sorted({*damaged, *range(campaign.blocks)} - set(intact)):
             state = "damaged or of another campaign" if number in damaged else "missing"
             self.say(f"block {number} is {state}: gyrostat campaign simulates it again")
         self.merge(campaign)
@@ -205,7 +205,7 @@ class Store:
 
     def blocks(self, campaign: Campaign) -> tuple[dict[int, Path], dict[int, list[Path]]]:
         """Intact blocks of the campaign by number, and damaged files for other block numbers."""
-        found: dict[int, Path] = {}
+        intact: dict[int, Path] = {}
         damaged: dict[int, list[Path]] = {}
         for path in sorted(self._blocks.iterdir()):
             number = number_of(path.name)
@@ -213,10 +213,10 @@ class Store:
                 continue
             content = read_regular(path)
             if content is not None and path.name == name_of(campaign, number, content):
-                found[number] = path
+                intact[number] = path
             else:
                 damaged.setdefault(number, []).append(path)
-        return found, {number: files for number, files in damaged.items() if number not in found}
+        return intact, {number: files for number, files in damaged.items() if number not in intact}
 
     def merge(self, campaign: Campaign, count: int | None = None) -> None:
         """Write the table of all runs, of `count` blocks, in order, unless it exists and is intact.
@@ -229,21 +229,21 @@ class Store:
 
         if Manifest(self.folder).is_own(TABLE, campaign.by):
             return
-        found, _ = self.blocks(campaign)
+        intact, _ = self.blocks(campaign)
         numbers = range(count or campaign.blocks)
-        if len(found) < len(numbers):
+        if len(intact) < len(numbers):
             raise InputError(
-                f"{self.folder}: found {len(found)} of {len(numbers)} blocks intact and no "
+                f"{self.folder}: found {len(intact)} of {len(numbers)} blocks intact and no "
                 f"intact {TABLE}, expected all blocks: run gyrostat campaign again to repair it"
             )
         with self.results(campaign) as scratch:
-            told = {"scenario": campaign.digest, "seed": str(campaign.seed)}
-            schema = pq.read_schema(found[0]).with_metadata(told)
+            metadata = {"scenario": campaign.digest, "seed": str(campaign.seed)}
+            schema = pq.read_schema(intact[0]).with_metadata(metadata)
             with pq.ParquetWriter(scratch / TABLE, schema) as writer:
                 for first in range(0, len(numbers), GROUP):
-                    group = [table_at(found[k]) for k in numbers[first : first + GROUP]]
+                    group = [table_at(intact[k]) for k in numbers[first : first + GROUP]]
                     table = pa.concat_tables(group).combine_chunks()
-                    writer.write_table(table.replace_schema_metadata(told))
+                    writer.write_table(table.replace_schema_metadata(metadata))
 
     def read_table(self) -> "pa.Table":
         """Read the columns with one number for each run; see `open_table`."""

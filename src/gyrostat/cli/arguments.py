@@ -19,8 +19,8 @@ def call(verb: Callable[..., Any], options: Mapping[str, Any], **further: Any) -
         options: Name -> value; `json_output` is not passed on.
         further: Arguments that are not options.
     """
-    given = {name: value for name, value in options.items() if name != "json_output"}
-    return verb(**given, **further, say=say)
+    arguments = {name: value for name, value in options.items() if name != "json_output"}
+    return verb(**arguments, **further, say=say)
 
 
 def command_line() -> str:

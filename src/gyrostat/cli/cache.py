@@ -15,6 +15,6 @@ def cache(
     json_output: Json = False,
 ) -> None:
     """Show the cache of compiled programs: folder, size and limit."""
-    found = call(verbs.cache, locals())
+    content = call(verbs.cache, locals())
     if json_output:
-        print(json.dumps(found, indent=1, ensure_ascii=False))
+        print(json.dumps(content, indent=1, ensure_ascii=False))

@@ -20,15 +20,12 @@ if TYPE_CHECKING:
 
 Device = Annotated[str, typer.Option(help="cpu, or gpu if JAX finds one.")]
 Engine = Annotated[
-    str,
-    typer.Option(help="native (compiled C), jax, or auto: native if there is a C compiler."),
+    str, typer.Option(help="native (compiled C), jax, or auto: native if there is a C compiler.")
 ]
 Workers = Annotated[
     int | None,
     typer.Option(
-        min=1,
-        max=1024,
-        help="Processes [default: one per core, threads for a small campaign].",
+        min=1, max=1024, help="Processes [default: one per core, threads for a small campaign]."
     ),
 ]
 Verify = Annotated[
@@ -65,13 +62,13 @@ def _run_json(run: "Labelled") -> str:
         for name, value in run.attributes.items()
         if name not in ("scenario", "ended")
     }
-    told = {
+    content = {
         "scenario": run.attributes["scenario"],
         "status": Status(int(run.variables["status"].values)).name.lower(),
         "ended": run.attributes["ended"],
         "metrics": metrics,
     }
-    return json.dumps(told, indent=1, ensure_ascii=False, allow_nan=False)
+    return json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
 
 
 def check(
@@ -82,10 +79,10 @@ def check(
     json_output: Json = False,
 ) -> None:
     """Check a scenario and the parts of yours that it names, without a simulation."""
-    found = call(verbs.check, locals())
+    result = call(verbs.check, locals())
     if json_output:
-        parts = {name: part.content() for name, part in found.parts.items()}
-        content = {"components": found, "parts": parts, "unlikely": found.unlikely}
+        parts = {name: part.content() for name, part in result.parts.items()}
+        content = {"components": result, "parts": parts, "unlikely": result.unlikely}
         print(json.dumps(content, indent=1, ensure_ascii=False))
 
 
@@ -144,9 +141,9 @@ def campaign(
     """Simulate a scenario many times with dispersed values; run again to resume after a stop."""
     options = locals()
     limit_process(instructions)
-    with _Progress() as told:
-        made = call(verbs.campaign, options, on_progress=told, command=command_line())
-    if made.attrs.get("doubts"):
+    with _Progress() as on_progress:
+        dataset = call(verbs.campaign, options, on_progress=on_progress, command=command_line())
+    if dataset.attrs.get("doubts"):
         raise typer.Exit(1)
 
 
@@ -171,11 +168,11 @@ def tune(
 ) -> None:
     """Search for the best values of free keys, and verify them in fresh runs."""
     options = {**locals(), "subject_to": subject_to or ()}
-    with _Progress() as told:
-        found = call(verbs.tune, options, on_progress=told, command=command_line())
+    with _Progress() as on_progress:
+        content = call(verbs.tune, options, on_progress=on_progress, command=command_line())
     if json_output:
         print_json(out / "report.json")
-    if found["doubts"] or not found["within_limits"]:
+    if content["doubts"] or not content["within_limits"]:
         raise typer.Exit(1)
 
 
@@ -205,12 +202,12 @@ def report(
     json_output: Json = False,
 ) -> None:
     """Write the report of a campaign: report.html and report.json."""
-    found = call(verbs.report, locals(), command=command_line())
+    content = call(verbs.report, locals(), command=command_line())
     if json_output:
         print_json(folder / "report.json")
-    open_ones = [r for r in found.get("requirements", ()) if r["verdict"] != "pass"]
-    if check and open_ones:
-        say("check: " + ", ".join(f"{r['name']}: {r['verdict']}" for r in open_ones))
+    unmet = [r for r in content.get("requirements", ()) if r["verdict"] != "pass"]
+    if check and unmet:
+        say("check: " + ", ".join(f"{r['name']}: {r['verdict']}" for r in unmet))
         raise typer.Exit(1)
 
 
@@ -240,24 +237,24 @@ class _Progress:
         )
         self._bar.__enter__()
         self._task: TaskID | None = None
-        return self._told
+        return self._update
 
-    def _told(self, done: int, total: int) -> None:
+    def _update(self, complete_runs: int, total: int) -> None:
         import time
 
         now = time.monotonic()
         if self._task is None:
-            self._begun, self._before, self._said = now, done, now
-            self._task = self._bar.add_task("runs", total=total, completed=done, rate="")
+            self._start_time, self._start_runs, self._last_report = now, complete_runs, now
+            self._task = self._bar.add_task("runs", total=total, completed=complete_runs, rate="")
             return
-        rate = (done - self._before) / max(now - self._begun, 1e-9)
-        self._bar.update(self._task, completed=done, rate=f"{rate:.1f} per second")
-        if self._bar.disable and (now - self._said > 10.0 or done == total):
-            self._said = now
-            left = (total - done) / max(rate, 1e-9)
-            say(f"{done} of {total} runs, {rate:.1f} per second, {left:.0f} s left")
+        rate = (complete_runs - self._start_runs) / max(now - self._start_time, 1e-9)
+        self._bar.update(self._task, completed=complete_runs, rate=f"{rate:.1f} per second")
+        if self._bar.disable and (now - self._last_report > 10.0 or complete_runs == total):
+            self._last_report = now
+            remaining = (total - complete_runs) / max(rate, 1e-9)
+            say(f"{complete_runs} of {total} runs, {rate:.1f} per second, {remaining:.0f} s left")
 
-    def __exit__(self, kind: type[BaseException] | None, *rest: object) -> None:
-        self._bar.__exit__(kind, *rest)  # pyright: ignore[reportArgumentType]
+    def __exit__(self, kind: type[BaseException] | None, *details: object) -> None:
+        self._bar.__exit__(kind, *details)  # pyright: ignore[reportArgumentType]
         if kind is KeyboardInterrupt:
             say("stopped: completed blocks are kept; run the same command again to resume")

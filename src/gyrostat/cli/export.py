@@ -78,6 +78,6 @@ def export(
 
     The emitted code validates every input: finite, within its range and its rate limit.
     """
-    written = call(verbs.export, locals(), command=command_line())
+    paths = call(verbs.export, locals(), command=command_line())
     if json_output:
-        print(json.dumps({"files": [path.name for path in written]}))
+        print(json.dumps({"files": [path.name for path in paths]}))

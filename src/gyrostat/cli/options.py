@@ -6,8 +6,7 @@ from typing import Annotated, Literal
 import typer
 
 Force = Annotated[
-    bool,
-    typer.Option("--force", help="Replace existing files that this command did not write."),
+    bool, typer.Option("--force", help="Replace existing files that this command did not write.")
 ]
 Out = Annotated[Path, typer.Option(help="Folder for the results.")]
 ForceModel = Annotated[

@@ -60,8 +60,8 @@ def recover(
 
     Required: --attitude or --attitude-euler, and --wheels; or --telemetry.
     """
-    found = call(verbs.recover, locals(), command=command_line())
+    recovery = call(verbs.recover, locals(), command=command_line())
     if json_output:
         print_json(out / "recover.json")
-    if found.settle is None:
+    if recovery.settle is None:
         raise typer.Exit(1)

@@ -24,11 +24,11 @@ class Verb(TyperCommand):
         except Exception as error:
             if not _is_about_missing(error):
                 raise
-        given, *_ = self.make_parser(ctx).parse_args(args=[*args])
+        values, *_ = self.make_parser(ctx).parse_args(args=[*args])
         missing = []
         for parameter in self.get_params(ctx):
             try:
-                parameter.handle_parse_result(ctx, given, [])
+                parameter.handle_parse_result(ctx, values, [])
             except Exception as error:
                 if not _is_about_missing(error):
                     raise

@@ -7,14 +7,7 @@ import typer
 
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json
-from gyrostat.cli.options import (
-    Force,
-    ForceModel,
-    Json,
-    Missing,
-    Out,
-    UnsignedSpeed,
-)
+from gyrostat.cli.options import Force, ForceModel, Json, Missing, Out, UnsignedSpeed
 from gyrostat.core.errors import InputError
 
 Hold = Literal["zero-order", "linear"]

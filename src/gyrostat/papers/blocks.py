@@ -32,13 +32,13 @@ def in_blocks(
         For each block in order, the rows without those of the padding.
     """
 
-    def block(rows_and_kept: Any) -> Any:
-        rows, kept = rows_and_kept
-        return compute([cases[row] for row in rows])[:kept]
+    def block(rows_and_count: Any) -> Any:
+        rows, count = rows_and_count
+        return compute([cases[row] for row in rows])[:count]
 
-    first, *others = blocks(len(cases), size)
+    first_block, *later_blocks = blocks(len(cases), size)
     with ThreadPoolExecutor(threads) as pool:
-        later = pool.map(block, others) if threads > 1 else map(block, others)
-        for done, found in enumerate(chain([block(first)], later), start=1):
-            say(f"{name}: {min(done * size, len(cases))} of {len(cases)}")
-            yield found
+        results = pool.map(block, later_blocks) if threads > 1 else map(block, later_blocks)
+        for number, result in enumerate(chain([block(first_block)], results), start=1):
+            say(f"{name}: {min(number * size, len(cases))} of {len(cases)}")
+            yield result

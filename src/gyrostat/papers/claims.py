@@ -67,8 +67,8 @@ class Claim:
             return "infeasible" if self.infeasible else "not-testable"
         if self.paper is None or self.tolerance is None:
             return "ours-only"
-        same = abs(float(self.ours) - float(self.paper)) <= self.tolerance
-        if not same:
+        agrees = abs(float(self.ours) - float(self.paper)) <= self.tolerance
+        if not agrees:
             return "not-reproduced"
         return "calibrated" if self.calibrated else "reproduced"
 

@@ -78,8 +78,8 @@ class Reproduction:
 
     def counts(self) -> dict[Verdict, int]:
         """Number of claims with each verdict, including verdicts without claims."""
-        found = Counter(claim.verdict for claim in self.claims)
-        return {verdict: found[verdict] for verdict in get_args(Verdict)}
+        counter = Counter(claim.verdict for claim in self.claims)
+        return {verdict: counter[verdict] for verdict in get_args(Verdict)}
 
     def page(self, *, command: str) -> str:
         """HTML report.
@@ -178,8 +178,8 @@ class Paper:
         facts = {name: fact for part in parts for name, fact in part.facts.items()}
         computed = {row.id for row in self.rows if row.testable and not (quick and row.full)}
         if odd := sorted(computed ^ set(values)):
-            what = "no value" if odd[0] in computed else "a value without a row"
-            raise ValueError(f"{self.name}: found {what} of {odd[0]}")
+            problem = "no value" if odd[0] in computed else "a value without a row"
+            raise ValueError(f"{self.name}: found {problem} of {odd[0]}")
         claims = tuple(
             row.claim(values.get(row.id), facts, computed=not (quick and row.full))
             for row in self.rows

@@ -45,12 +45,12 @@ def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) ->
         InputError: The folder has no finished campaign, or cannot be written.
     """
     store = Store(folder, say)
-    known = store.known()
+    campaign = store.known()
     with store.locked():
-        store.mend(known)
-    content, page, lines = _page_of(known)(folder, command)
+        store.mend(campaign)
+    content, page, lines = _page_of(campaign)(folder, command)
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
-    with store.locked(), store.results(known) as scratch:
+    with store.locked(), store.results(campaign) as scratch:
         (scratch / "report.json").write_text(text + "\n", encoding="utf-8")
         (scratch / "report.html").write_text(page, encoding="utf-8")
     for line in lines:
@@ -59,9 +59,9 @@ def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) ->
     return text
 
 
-def _page_of(known: Campaign) -> "Callable[[Path, str], tuple[dict[str, Any], str, list[str]]]":
+def _page_of(campaign: Campaign) -> "Callable[[Path, str], tuple[dict[str, Any], str, list[str]]]":
     """Function of folder and command that gives report.json, page and lines for a terminal."""
-    if known.search is None:
+    if campaign.search is None:
         return _campaign_page
     from gyrostat.reports.rare import rare_page
     from gyrostat.reports.tuning import tuning_page
@@ -70,34 +70,34 @@ def _page_of(known: Campaign) -> "Callable[[Path, str], tuple[dict[str, Any], st
     from gyrostat.search.tuning import FREE
     from gyrostat.search.worst_case import WORST_CASE
 
-    return {RARE: rare_page, WORST_CASE: worst_page, FREE: tuning_page}[next(iter(known.search))]
+    return {RARE: rare_page, WORST_CASE: worst_page, FREE: tuning_page}[next(iter(campaign.search))]
 
 
 def _campaign_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[str]]:
     """Content of report.json, page, and lines for a terminal, of a finished campaign."""
     store = Store(folder)
-    known = store.known()
-    scenario, columns = Scenario.from_text(known.scenario), columns_of(store.read_table())
-    content = campaign_content(scenario, known, columns, store)
-    shown = shown_metrics(scenario, columns)
-    strong = {name: strongest(content["metrics"][name]) for name in shown}
-    wanted = [entry["run"] for entry in content["worst"] if entry["kept"]]
-    wanted += sorted(store.histories(known) - set(wanted))
-    kept = kept_runs(scenario, columns, store, wanted, content["headline"][0])
-    table = run_table(scenario, columns, shown, scenario.dispersed)
+    campaign = store.known()
+    scenario, columns = Scenario.from_text(campaign.scenario), columns_of(store.read_table())
+    content = campaign_content(scenario, campaign, columns, store)
+    names = shown_metrics(scenario, columns)
+    strong = {name: strongest(content["metrics"][name]) for name in names}
+    runs = [entry["run"] for entry in content["worst"] if entry["kept"]]
+    runs += sorted(store.histories(campaign) - set(runs))
+    run_sections = kept_runs(scenario, columns, store, runs, content["headline"][0])
+    table = run_table(scenario, columns, names, scenario.dispersed)
     page = render(
         "campaign.html",
         scenario=scenario,
-        known=known,
+        known=campaign,
         content=content,
-        parts=_parts(scenario, columns, shown, strong),
+        parts=_parts(scenario, columns, names, strong),
         scatter=scatter_plots(scenario, columns, strong),
         headline=[
             line.strip() for name in content["headline"] for line in percentile_lines(content, name)
         ],
         over_time=requirements.over_time_charts(scenario, store),
-        kept=kept,
-        shown_runs={each["run"] for each in kept},
+        kept=run_sections,
+        shown_runs={each["run"] for each in run_sections},
         table={**table, "folder": str(folder)},
         required=requirements,
         metrics=metrics_of(scenario),
@@ -114,22 +114,22 @@ def _campaign_page(folder: Path, command: str) -> tuple[dict[str, Any], str, lis
 def _parts(
     scenario: Scenario,
     columns: "dict[str, Vector]",
-    shown: list[str],
+    shown_names: list[str],
     strong: dict[str, list[str]],
 ) -> list[dict[str, Any]]:
     """Sections of the page: the whole run, and each window."""
     metrics = metrics_of(scenario)
     parts = []
     for window in (None, *scenario.windows):
-        own = None if window is None else window.name
-        names = [name for name, metric in metrics.items() if metric.window == own]
-        drawn = {name: strong[name] for name in shown if name in names}
+        window_name = None if window is None else window.name
+        names = [name for name, metric in metrics.items() if metric.window == window_name]
+        drivers = {name: strong[name] for name in shown_names if name in names}
         parts.append(
             {
-                "window": own,
+                "window": window_name,
                 "text": None if window is None else window_text(scenario, window),
                 "names": names,
-                "charts": histograms(scenario, columns, drawn),
+                "charts": histograms(scenario, columns, drivers),
             }
         )
     return parts

@@ -42,7 +42,7 @@ def histograms(
         columns: Columns of the table of runs.
         strongest: Drivers of each metric, the strongest first.
     """
-    metrics, made = metrics_of(scenario), []
+    metrics, charts = metrics_of(scenario), []
     for name, keys in strongest.items():
         scale, label = _unit(columns[name], name, metrics[name].unit)
         # the values that the page has, so that a bar and the runs behind it are the same
@@ -66,8 +66,8 @@ def histograms(
         chart.level(mark, "", "percentile", across=False)
         for value, text in required:
             chart.level(value, text, "required", across=False)
-        made.append(chart.svg())
-    return made
+        charts.append(chart.svg())
+    return charts
 
 
 def scatter_plots(
@@ -81,7 +81,7 @@ def scatter_plots(
         strongest: Drivers of each metric, the strongest first.
     """
     metrics, numbers = metrics_of(scenario), numbers_of(scenario)
-    made: dict[str, list[Markup]] = {}
+    charts: dict[str, list[Markup]] = {}
     for name, keys in strongest.items():
         fine = np.flatnonzero(np.isfinite(columns[name]))[:MOST_POINTS]
         scale, unit = _unit(columns[name][fine], name, metrics[name].unit)
@@ -90,17 +90,17 @@ def scatter_plots(
         y = _with(axis_of(values, unit), [v for v, _ in required])
         for key in keys[:DRIVERS]:
             across, label = _unit(columns[key][fine], key, numbers[key].unit)
-            drawn = across * columns[key][fine]
-            x = axis_of(drawn, labelled(key, label))
+            x_values = across * columns[key][fine]
+            x = axis_of(x_values, labelled(key, label))
             chart = Chart(labelled(name, unit), x, y, {"over": key, "of": name})
             pairs = (across, key, numbers[key].unit), (scale, name, metrics[name].unit)
-            scales = [own / page_unit(*of)[0] for own, *of in pairs]
+            scales = [factor / page_unit(*of)[0] for factor, *of in pairs]
             chart.attributes["scales"] = " ".join(f"{each:.9g}" for each in scales)
-            chart.points(drawn, values)
+            chart.points(x_values, values)
             for value, each in required:
                 chart.level(value, each, "required")
-            made.setdefault(name, []).append(chart.svg())
-    return made
+            charts.setdefault(name, []).append(chart.svg())
+    return charts
 
 
 def _bins(values: Vector, edges: Vector) -> NDArray[np.int64]:

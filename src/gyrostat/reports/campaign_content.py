@@ -32,21 +32,21 @@ def campaign_content(
 ) -> dict[str, Any]:
     """Content of report.json, SI units."""
     status, keys = columns["status"], scenario.dispersed
-    drawn = np.stack([columns[key] for key in keys], axis=1)
+    draws = np.stack([columns[key] for key in keys], axis=1)
     ended = {
         kind.name.lower(): int(np.sum(status == kind)) for kind in Status if np.any(status == kind)
     }
-    bad = np.flatnonzero(status != Status.COMPLETE)
+    incomplete = np.flatnonzero(status != Status.COMPLETE)
     known_metrics = metrics_of(scenario)
     values = np.stack([columns[name] for name in known_metrics], axis=1)
-    driving = find_drivers(drawn, values)
+    driving = find_drivers(draws, values)
     inputs = inputs_of(scenario, known.seed, columns)
     effects = None if isinstance(inputs, str) else find_effects(inputs, values)
     metrics: dict[str, Any] = {}
     for m, ((name, metric), rho, level) in enumerate(
         zip(known_metrics.items(), driving.rank_correlation.T, driving.chance_level, strict=True)
     ):
-        found = [
+        percentiles = [
             {"percent": percent, **percentile_of(columns[name], percent)._asdict()}
             for percent in PERCENTILES
         ]
@@ -55,7 +55,7 @@ def campaign_content(
             "unit": metric.unit,
             "window": metric.window,
             "runs": int(np.sum(np.isfinite(columns[name]))),
-            "percentiles": [{k: or_none(v) for k, v in p.items()} for p in found],
+            "percentiles": [{k: or_none(v) for k, v in p.items()} for p in percentiles],
             "chance_level": or_none(float(level)),
             "drivers": [
                 {
@@ -70,11 +70,11 @@ def campaign_content(
             else _effects(inputs, effects[m]),
         }
     ranked = percentile_name(scenario.percentiles[-1])
-    kept = store.histories(known)
+    histories = store.histories(known)
 
     def worst(metric: str) -> dict[str, Any]:
         runs = [
-            {"run": run, "value": or_none(float(columns[metric][run])), "kept": run in kept}
+            {"run": run, "value": or_none(float(columns[metric][run])), "kept": run in histories}
             for run in worst_runs(store, SHOWN, metric)
         ]
         return {"worst_by": metric, "worst": runs}
@@ -93,7 +93,7 @@ def campaign_content(
                 "status": Status(status[k]).name.lower(),
                 "ended": float(columns["ended"][k]),
             }
-            for k in bad[:100]
+            for k in incomplete[:100]
         ],
         "requirements": [
             requirements.content(each) for each in requirements.verdicts(scenario, columns, store)
@@ -117,19 +117,20 @@ def headline(scenario: Scenario) -> list[str]:
     return [f"{window.name}.{ranked}" for window in scenario.windows] or [ranked]
 
 
-def _effects(inputs: Inputs, found: Effects) -> dict[str, Any]:
+def _effects(inputs: Inputs, effects: Effects) -> dict[str, Any]:
     """Sobol indices of a metric, the largest total index first."""
-    content = {"q2": or_none(found.q2), "runs": found.runs, "runs_without_values": found.without}
-    order = [] if found.why else np.argsort(-found.total[:, 0], kind="stable").tolist()
+    order = [] if effects.why else np.argsort(-effects.total[:, 0], kind="stable").tolist()
     names = ("value", "low", "high")
     return {
-        **content,
-        "why": found.why or None,
+        "q2": or_none(effects.q2),
+        "runs": effects.runs,
+        "runs_without_values": effects.without,
+        "why": effects.why or None,
         "inputs": [
             {
                 "keys": list(inputs.names[k]),
-                "first": dict(zip(names, found.first[k].tolist(), strict=True)),
-                "total": dict(zip(names, found.total[k].tolist(), strict=True)),
+                "first": dict(zip(names, effects.first[k].tolist(), strict=True)),
+                "total": dict(zip(names, effects.total[k].tolist(), strict=True)),
             }
             for k in order
         ],
@@ -142,13 +143,13 @@ def strongest(metric: dict[str, Any]) -> list[str]:
     Args:
         metric: Entry of a metric in report.json.
     """
-    named = [driver["key"] for driver in metric["drivers"] if driver["beyond_chance"]]
-    found = named_inputs(metric)
-    if not found:
-        return named
+    keys = [driver["key"] for driver in metric["drivers"] if driver["beyond_chance"]]
+    inputs = named_inputs(metric)
+    if not inputs:
+        return keys
     # of values that are drawn together, the one with the largest rank correlation
     order = [driver["key"] for driver in metric["drivers"]]
-    return [min(each["keys"], key=order.index) for each in found]
+    return [min(each["keys"], key=order.index) for each in inputs]
 
 
 def named_inputs(metric: dict[str, Any]) -> list[dict[str, Any]]:
@@ -157,10 +158,11 @@ def named_inputs(metric: dict[str, Any]) -> list[dict[str, Any]]:
     Args:
         metric: Entry of a metric in report.json.
     """
-    found = metric["effects"].get("inputs", [])
-    totals = [each["total"] for each in found]
-    is_named = [total["value"] >= LEAST_SHOWN and total["low"] > 0.0 for total in totals]
-    return [each for each, named in zip(found, is_named, strict=True) if named]
+    return [
+        each
+        for each in metric["effects"].get("inputs", [])
+        if each["total"]["value"] >= LEAST_SHOWN and each["total"]["low"] > 0.0
+    ]
 
 
 def driver_rows(metric: dict[str, Any]) -> list[dict[str, Any]]:
@@ -173,22 +175,20 @@ def driver_rows(metric: dict[str, Any]) -> list[dict[str, Any]]:
         metric: Entry of a metric in report.json.
     """
     rho = {each["key"]: each["rank_correlation"] for each in metric["drivers"]}
-    found = metric["effects"].get("inputs", [])
-    alike = {key: each for each in found for key in each["keys"]}
-    named = [each["keys"] for each in named_inputs(metric)]
-    listed = {key for keys in named for key in keys}
+    indices = {tuple(each["keys"]): each for each in metric["effects"].get("inputs", [])}
+    input_keys = [each["keys"] for each in named_inputs(metric)]
+    listed = {key for keys in input_keys for key in keys}
     beyond = [each["key"] for each in metric["drivers"] if each["beyond_chance"]]
     rows = []
-    for keys in [*named, *([key] for key in beyond if key not in listed)][:SHOWN]:
-        driver = alike.get(keys[0])
-        is_same = driver is not None and driver["keys"] == keys
+    for keys in [*input_keys, *([key] for key in beyond if key not in listed)][:SHOWN]:
+        driver = indices.get(tuple(keys))
         rows.append(
             {
                 "keys": keys,
                 "rank_correlation": rho.get(keys[0]) if len(keys) == 1 else None,
                 "beyond_chance": keys[0] in beyond,
-                "first": driver["first"] if driver is not None and is_same else None,
-                "total": driver["total"] if driver is not None and is_same else None,
+                "first": driver and driver["first"],
+                "total": driver and driver["total"],
             }
         )
     return rows
@@ -229,14 +229,13 @@ def campaign_lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
     )
     lines = [f"{content['runs']} runs of {scenario.name}: {ended}"]
     lines += [requirements.line(entry) for entry in content["requirements"]]
-    required = len(content["requirements"]) > 0
     for name in content["headline"]:
-        lines += ([] if required else percentile_lines(content, name)) + _driver_lines(
-            content, name
-        )
+        if not content["requirements"]:
+            lines += percentile_lines(content, name)
+        lines += _driver_lines(content, name)
     if content["worst_by"] not in content["headline"]:
-        last = percentile_lines(content, content["worst_by"])[-1]
-        lines.append(f"{last}; whole run, with the acquisition")
+        line = percentile_lines(content, content["worst_by"])[-1]
+        lines.append(f"{line}; whole run, with the acquisition")
     return lines + _effect_lines(content)
 
 
@@ -268,18 +267,18 @@ def _driver_lines(content: dict[str, Any], name: str) -> list[str]:
 
 def _effect_lines(content: dict[str, Any]) -> list[str]:
     """A line for each metric with Sobol indices, and one for those without."""
-    lines, without = [], []
+    lines, unexplained = [], []
     for name, metric in content["metrics"].items():
-        found, effects = named_inputs(metric), metric["effects"]
+        inputs, effects = named_inputs(metric), metric["effects"]
         if effects["why"] is None:
-            told_of = ", ".join(map(told_effect, found[:3])) or "no value has 1 % or more"
-            lines.append(f"  variance of {name}: {told_of}; Q² {effects['q2']:.2f}")
+            text = ", ".join(map(told_effect, inputs[:3])) or "no value has 1 % or more"
+            lines.append(f"  variance of {name}: {text}; Q² {effects['q2']:.2f}")
         elif name in content["headline"]:
             lines.append(f"  variance of {name}: {effects['why']}")
         else:
-            without.append(name)
+            unexplained.append(name)
     if lines:
         lines.insert(0, "  shares of the variance by each value alone (with its interactions):")
-    if without:
-        lines.append(f"  no shares for {len(without)} other metrics: see the report")
+    if unexplained:
+        lines.append(f"  no shares for {len(unexplained)} other metrics: see the report")
     return lines

@@ -165,24 +165,24 @@ class Chart:
             across: Whether the line is horizontal.
         """
         axis = self.y if across else self.x
-        place = float(axis.place(np.array([value]))[0])
-        is_inside = 0.0 <= place <= 1000.0
+        position = float(axis.place(np.array([value]))[0])
+        is_inside = 0.0 <= position <= 1000.0
         if is_inside:
-            at = 1000.0 - place if across else place
+            at = 1000.0 - position if across else position
             path = f"M0 {at:.1f}H1000" if across else f"M{at:.1f} 0V1000"
             mark = '<path class="{}" d="{}"><title>{}</title></path>'
             self._marks.append(Markup(mark).format(kind, path, name))
         elif name:
-            arrow = ("↑" if across else "→") if place > 1000.0 else ("↓" if across else "←")
+            arrow = ("↑" if across else "→") if position > 1000.0 else ("↓" if across else "←")
             name = f"{arrow} {name}"
         if name:
-            self._label(value, place, name, kind, across=across, is_inside=is_inside)
+            self._label(value, position, name, kind, across=across, is_inside=is_inside)
 
     def _label(
-        self, value: float, place: float, name: str, kind: str, *, across: bool, is_inside: bool
+        self, value: float, position: float, name: str, kind: str, *, across: bool, is_inside: bool
     ) -> None:
         wide, high = WIDTH - LEFT - RIGHT, self.height - TOP - BOTTOM
-        share = min(max(place / 1000.0, 0.0), 1.0)
+        share = min(max(position / 1000.0, 0.0), 1.0)
         above = sum("data-" not in label for label in self._labels)
         if across and is_inside:
             x, y = WIDTH - RIGHT - 3.0, TOP + high * (1.0 - share) + (-3.0 if share < 0.9 else 11.0)
@@ -240,20 +240,20 @@ class Chart:
     def _axes(self) -> "Sequence[Markup]":
         """Grid, ticks and their numbers."""
         wide, high = WIDTH - LEFT - RIGHT, self.height - TOP - BOTTOM
-        found = []
+        ticks = []
         for value in self.x.ticks():
-            place = float(self.x.place(np.array([value]))[0])
-            at = LEFT + wide * place / 1000.0
+            position = float(self.x.place(np.array([value]))[0])
+            at = LEFT + wide * position / 1000.0
             grid = Markup('<path d="M{:.1f} {}V{}"/>').format(at, TOP, self.height - BOTTOM)
             text = Markup('<text class="x" x="{:.1f}" y="{}">{}</text>')
-            found.append(grid + text.format(at, self.height - BOTTOM + 14, number(value)))
+            ticks.append(grid + text.format(at, self.height - BOTTOM + 14, number(value)))
         for value in self.y.ticks(7 * self.height // HEIGHT):
-            place = float(self.y.place(np.array([value]))[0])
-            at = TOP + high * (1.0 - place / 1000.0)
+            position = float(self.y.place(np.array([value]))[0])
+            at = TOP + high * (1.0 - position / 1000.0)
             grid = Markup('<path d="M{} {:.1f}H{}"/>').format(LEFT, at, WIDTH - RIGHT)
             text = Markup('<text class="y" x="{}" y="{:.1f}">{}</text>')
-            found.append(grid + text.format(LEFT - 5, at + 4, number(value)))
-        return found
+            ticks.append(grid + text.format(LEFT - 5, at + 4, number(value)))
+        return ticks
 
 
 def number(value: float) -> str:

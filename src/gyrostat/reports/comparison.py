@@ -64,21 +64,21 @@ def comparison_figure(comparison: Comparison) -> Figure:
 
 def _parameter_axes(axes: Axes, comparison: Comparison, name: str, *, over_time: bool) -> None:
     """Plot one parameter; significant differences are marked."""
-    marked = {c.fit for c in comparison.changes if c.parameter == name and c.significant}
+    significant = {c.fit for c in comparison.changes if c.parameter == name and c.significant}
     unit = ""
     for k, (label, fit) in enumerate(zip(comparison.labels, comparison.fits, strict=True)):
         if name not in fit.names:
             continue
         number = fit.names.index(name)
         unit = fit.units[number]
-        place = fit.date if over_time else k
+        x = fit.date if over_time else k
         variance = fit.covariance[number, number]
-        shared = [fit.tolerances[n] for n in comparison.shared if n in fit.tolerances]
-        common = sum(float(tolerance.errors[number]) ** 2 for tolerance in shared)
-        color = MARK if label in marked else MODEL
+        tolerances = [fit.tolerances[n] for n in comparison.shared if n in fit.tolerances]
+        common = sum(float(tolerance.errors[number]) ** 2 for tolerance in tolerances)
+        color = MARK if label in significant else MODEL
         for part, line in ((variance, 0.9), (max(variance - common, 0.0), 2.5)):
             axes.errorbar(
-                [place],  # pyright: ignore[reportArgumentType]
+                [x],  # pyright: ignore[reportArgumentType]
                 [fit.values[number]],
                 2.0 * np.sqrt(part),
                 fmt="o",
@@ -87,14 +87,14 @@ def _parameter_axes(axes: Axes, comparison: Comparison, name: str, *, over_time:
                 color=color,
                 capsize=3,
             )
-    first = min((fit.date for fit in comparison.fits if fit.date is not None), default=None)
-    for trend in comparison.trends if over_time and first is not None else ():
+    first_date = min((fit.date for fit in comparison.fits if fit.date is not None), default=None)
+    for trend in comparison.trends if over_time and first_date is not None else ():
         if trend.parameter == name and comparison.days is not None:
             time = np.linspace(0.0, comparison.days.max(), POINTS)
             rows = np.column_stack([np.ones(POINTS), time])
             middle = trend.start + trend.slope * time
             width = 2.0 * np.sqrt(np.einsum("mi,ij,mj->m", rows, trend.covariance, rows))
-            when = np.datetime64(first) + (time * DAY).astype("timedelta64[s]")
+            when = np.datetime64(first_date) + (time * DAY).astype("timedelta64[s]")
             axes.fill_between(when, middle - width, middle + width, color=BAND, alpha=0.4, lw=0)
             axes.plot(when, middle, color=MODEL, lw=1.0)
     for spread in comparison.spreads:

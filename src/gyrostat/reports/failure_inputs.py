@@ -48,8 +48,8 @@ class Inputs:
             body, towards = self.pointing
             aim = f"body direction {triple(body)} towards inertial {triple(towards)}"
             rows.append(("target", f"{aim}, roll free"))
-        told = "; ".join(f"{name} {how}" for name, how in self.failed.items())
-        rows.append(("failed", told or "none"))
+        failures = "; ".join(f"{name} {how}" for name, how in self.failed.items())
+        rows.append(("failed", failures or "none"))
         if self.telemetry is not None:
             state, rate = self.telemetry, triple(np.degrees(self.telemetry.rate))
             speeds = zip(self.wheel_names, state.wheel_speed / RPM, strict=True)

@@ -104,11 +104,11 @@ def write_holdable(
         wheels=_wheels(question, answer),
         maps=[
             (
-                triple(drawn.sky.boresight),
-                sky_chart(drawn.sky, target=drawn.target, nearest=drawn.nearest),
-                share(drawn.sky.fraction),
+                triple(sky_map.sky.boresight),
+                sky_chart(sky_map.sky, target=sky_map.target, nearest=sky_map.nearest),
+                share(sky_map.sky.fraction),
             )
-            for drawn in maps
+            for sky_map in maps
         ],
         command=command,
     )
@@ -122,9 +122,9 @@ def write_holdable(
     say_rows(rows, say)
     for name, entry, limit in _wheels(question, answer):
         say(f"  wheel {name}: {entry}{limit and f', {limit}'}")
-    for drawn in maps:
-        boresight = triple(drawn.sky.boresight)
-        say(f"  body direction {boresight} can be held at {share(drawn.sky.fraction)} of the sky")
+    for sky_map in maps:
+        boresight = triple(sky_map.sky.boresight)
+        say(f"  body direction {boresight} can be held at {share(sky_map.sky.fraction)} of the sky")
     say(f"written: {out / 'report.html'}, {out / 'holdable.json'}")
     say_steps(steps, say)
     return text
@@ -132,13 +132,13 @@ def write_holdable(
 
 def verdict_of(question: Question, answer: Holdable) -> str:
     """The answer in one sentence."""
-    what = "the target" if question.towards is None else "the direction"
+    subject = "the target" if question.towards is None else "the direction"
     if answer.reason is not None:
         return f"NO attitude is feasible: {answer.reason}"
     if answer.holdable:
-        return f"{what} is feasible"
+        return f"{subject} is feasible"
     near = "attitude" if question.towards is None else "direction"
-    return f"{what} is NOT feasible: the nearest feasible {near} is {degrees(answer.angle)} away"
+    return f"{subject} is NOT feasible: the nearest feasible {near} is {degrees(answer.angle)} away"
 
 
 def rows_of(question: Question, answer: Holdable) -> list[Row]:
@@ -153,8 +153,8 @@ def rows_of(question: Question, answer: Holdable) -> list[Row]:
         ("total momentum", f"{triple(question.momentum)} N·m·s, inertial"),
     ]
     if answer.dimension is not None:
-        free = "" if answer.dimension == 3 else ": rotation about the total momentum is always free"
-        rows.append(("feasible attitudes", f"a set of dimension {answer.dimension}{free}"))
+        note = "" if answer.dimension == 3 else ": rotation about the total momentum is always free"
+        rows.append(("feasible attitudes", f"a set of dimension {answer.dimension}{note}"))
     if answer.attitude is not None:
         rows.append(("nearest attitude (scalar first)", triple(answer.attitude, 9)))
         rows.append(("nearest attitude in words", turn_and_angles(answer.attitude)))
@@ -163,19 +163,19 @@ def rows_of(question: Question, answer: Holdable) -> list[Row]:
     if answer.margin is not None:
         rows.append(("margin of the most loaded wheel", share(answer.margin)))
     if answer.controllable is not None:
-        told = "yes" if answer.controllable else "NO: not to first order"
-        rows.append(("attitude controllable there", told))
+        controllability = "yes" if answer.controllable else "NO: not to first order"
+        rows.append(("attitude controllable there", controllability))
     for name, proof in (
         ("lower bound of the body rate, at the target", answer.at_target),
         ("lower bound of the body rate, at any attitude", answer.for_ever),
     ):
         if proof.rate > 0.0:
             along = f" along body {triple(proof.direction)}" if np.any(proof.direction) else ""
-            left = f"{plain(proof.excess)} N·m·s that the wheels cannot absorb{along}"
-            rows.append((name, f"{plain(proof.rate)} rad/s ({degrees(proof.rate)}/s): {left}"))
+            excess = f"{plain(proof.excess)} N·m·s that the wheels cannot absorb{along}"
+            rows.append((name, f"{plain(proof.rate)} rad/s ({degrees(proof.rate)}/s): {excess}"))
     if question.tolerance is not None and not answer.holdable:
-        kept = f"at most {plain(answer.dwell)} s" if answer.dwell is not None else "no known bound"
-        rows.append((f"stays within {degrees(question.tolerance)} of the target", kept))
+        bound = f"at most {plain(answer.dwell)} s" if answer.dwell is not None else "no known bound"
+        rows.append((f"stays within {degrees(question.tolerance)} of the target", bound))
     return rows + unloading_rows(answer.unload)
 
 
@@ -197,17 +197,17 @@ def _wheels(question: Question, answer: Holdable) -> list[tuple[str, str, str]]:
 def _content(question: Question, answer: Holdable, maps: Sequence[Drawn]) -> dict[str, Any]:
     """Content of holdable.json, SI units and radians."""
     names = question.file.wheel_names
-    found = answer.to_dict()
+    content = answer.to_dict()
     if answer.wheel_momentum is not None:
-        found["wheel_momentum"] = dict(zip(names, answer.wheel_momentum.tolist(), strict=True))
-    found["sky"] = [
+        content["wheel_momentum"] = dict(zip(names, answer.wheel_momentum.tolist(), strict=True))
+    content["sky"] = [
         {
-            "boresight": drawn.sky.boresight.tolist(),
-            "momentum_direction": drawn.sky.momentum_direction.tolist(),
-            "bands": drawn.sky.bands.tolist(),
-            "fraction": drawn.sky.fraction,
+            "boresight": sky_map.sky.boresight.tolist(),
+            "momentum_direction": sky_map.sky.momentum_direction.tolist(),
+            "bands": sky_map.sky.bands.tolist(),
+            "fraction": sky_map.sky.fraction,
         }
-        for drawn in maps
+        for sky_map in maps
     ]
     return {
         "spacecraft": question.file.name,
@@ -217,7 +217,7 @@ def _content(question: Question, answer: Holdable, maps: Sequence[Drawn]) -> dic
         "towards": None if question.towards is None else question.towards.tolist(),
         "tolerance": question.tolerance,
         "inputs": question.inputs.to_dict(),
-        **found,
+        **content,
     }
 
 

@@ -48,8 +48,8 @@ def record_charts(
     limit = 2.0 * np.sqrt(spread**2 + noise**2) / RPM
     speed, model = record.speed / RPM, predicted / RPM
     across = Axis(float(time[0]), float(time[-1]), "time (s)")
-    both = axis_of(np.concatenate([speed, model]), "")
-    speeds = Chart(f"speed (rpm), zero crossings: {len(crossings)}", across, both)
+    speed_axis = axis_of(np.concatenate([speed, model]), "")
+    speeds = Chart(f"speed (rpm), zero crossings: {len(crossings)}", across, speed_axis)
     upright = axis_of(np.concatenate([speed - model, limit, -limit]), "")
     residuals = Chart("residual (rpm)", across, upright, height=HEIGHT + LOW)
     for chart, measured in ((speeds, speed), (residuals, speed - model)):
@@ -62,10 +62,10 @@ def record_charts(
         residuals.line(*thinned(time, sense * limit, MOST_POINTS), name)
     # a current is held until it changes
     changes = np.flatnonzero(np.diff(record.current)) + 1
-    held = np.concatenate([time[:1], np.repeat(time[changes], 2), time[-1:]])
+    step_times = np.concatenate([time[:1], np.repeat(time[changes], 2), time[-1:]])
     current = np.repeat(record.current[[0, *changes]], 2)
     currents = Chart("current (A)", across, axis_of(current, ""), height=LOW)
-    currents.line(*thinned(held, current, MOST_POINTS), "current")
+    currents.line(*thinned(step_times, current, MOST_POINTS), "current")
     for chart in (speeds, currents, residuals):
         chart.attributes["group"] = group
     return [[speeds.svg(), currents.svg()], [residuals.svg()]]
@@ -85,7 +85,7 @@ def friction_charts(fit: Fit) -> list[list[Markup]]:
     scale = fit.parameters.get("stribeck_speed", 0.02 * reach)
     limits = (reach, min(8.0 * scale, reach))
     curves = _friction_curves(fit, limits)
-    made = []
+    columns = []
     for limit, sides, where in zip(limits, curves, ("", " near zero speed"), strict=True):
         across = Axis(-1.03 * limit / RPM, 1.03 * limit / RPM, "speed (rpm)")
         curve = _friction_chart(fit, limit, sides, f"friction torque (mN·m){where}", across)
@@ -94,8 +94,8 @@ def friction_charts(fit: Fit) -> list[list[Markup]]:
         up = Axis(0.0, 1.05 * max(1.0, float(np.max(counts))), "")
         samples = Chart(f"samples{where}", across, up, height=LOW)
         samples.bars(edges, counts.astype(float))
-        made.append([curve.svg(), samples.svg()])
-    return made
+        columns.append([curve.svg(), samples.svg()])
+    return columns
 
 
 def _friction_curves(fit: Fit, limits: Sequence[float]) -> list[list[tuple[Vector, ...]]]:
@@ -115,8 +115,8 @@ def _friction_chart(
     measured = [] if points is None else [points.speed / RPM, *_ends(points.torque, points.sigma)]
     measured = [values[near] for values in measured]
     bands = [_ends(torque, sigma) for _, torque, sigma in sides]
-    shown = [*(end for band in bands for end in band), *measured[1:]]
-    chart = Chart(title, across, axis_of(np.concatenate(shown), ""))
+    extents = [*(end for band in bands for end in band), *measured[1:]]
+    chart = Chart(title, across, axis_of(np.concatenate(extents), ""))
     for (speed, torque, _), (low, high) in zip(sides, bands, strict=True):
         fine = np.isfinite(low) & np.isfinite(high)
         chart.band(speed[fine] / RPM, low[fine], high[fine], "narrow")
@@ -150,8 +150,8 @@ def residual_charts(fit: Fit) -> list[list[Markup]]:
     left = Chart("residual (rpm)", axis_of(speed, "modelled speed (rpm)"), axis_of(residual, ""))
     _samples(left, speed, residual)
     left.level(0.0, "", "zero")
-    used = [each[r.valid] for r, each in zip(fit.records, fit.residuals, strict=True)]
-    longest = max(used, key=len)
+    segments = [each[r.valid] for r, each in zip(fit.records, fit.residuals, strict=True)]
+    longest = max(segments, key=len)
     lags = max(1, min(60, len(longest) // 4))
     rho, bound = autocorrelation(longest, lags), 1.96 / np.sqrt(len(longest))
     right = Chart(

@@ -39,11 +39,11 @@ def kept_runs(
     """
     import h5netcdf  # slow to import
 
-    made, orbit = [], planned_orbit(scenario) if wanted else None
+    sections, orbit = [], planned_orbit(scenario) if wanted else None
     for run in wanted[:MOST_RUNS]:
         values = {name: column[run].item() for name, column in columns.items()}
         with h5netcdf.File(store.history(run)) as history:
-            made.append(
+            sections.append(
                 {
                     "run": run,
                     "file": f"runs/{store.history(run).name}",
@@ -55,4 +55,4 @@ def kept_runs(
                     "drawn": [(key, f"{values[key]:.6g}") for key in scenario.dispersed],
                 }
             )
-    return made
+    return sections

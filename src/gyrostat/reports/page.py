@@ -27,7 +27,7 @@ def fit_page(fit: Fit, *, command: str) -> str:
         fit: Result of the identification.
         command: Command line that produced it, shown so that it can be repeated.
     """
-    drawn = [
+    records = [
         (record.name, record_charts(record, speed, sigma, noise, f"record{k}"))
         for k, (record, speed, sigma, noise) in enumerate(
             zip(fit.records, fit.predicted, fit.predicted_sigma, fit.speed_sigmas, strict=False)
@@ -47,7 +47,7 @@ def fit_page(fit: Fit, *, command: str) -> str:
         posterior_figure=None if fit.posterior is None else _posterior(fit),
         effects=list(effect_rows(fit)),
         scores=list(score_rows(fit)),
-        records=drawn,
+        records=records,
         friction=friction_charts(fit) if friction_known else None,
         regression=[
             (row, measured(row.value, row.sigma), si_unit(fit.dimensions[row.name]))

@@ -36,15 +36,15 @@ def rare_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[str
         InputError: The folder has no finished search.
     """
     store = Store(folder)
-    known = store.known()
-    scenario, found = Scenario.from_text(known.scenario), found_failures(folder)
-    content = _content(scenario, known, found, store)
-    unit = metrics_of(scenario)[found.condition.metric].unit
+    campaign = store.known()
+    scenario, search = Scenario.from_text(campaign.scenario), found_failures(folder)
+    content = _content(scenario, campaign, search, store)
+    unit = metrics_of(scenario)[search.condition.metric].unit
     page = render(
         "rare.html",
         scenario=scenario,
         content=content,
-        figure=svg(exceedance_figure(scenario, found)),
+        figure=svg(exceedance_figure(scenario, search)),
         probability=probability_text(content),
         closest=closest_text(scenario, content),
         told=lambda value: told(value, unit),
@@ -54,23 +54,23 @@ def rare_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[str
     return content, page, lines(scenario, content)
 
 
-def _content(scenario: Scenario, known: Campaign, found: Found, store: Store) -> dict[str, Any]:
+def _content(scenario: Scenario, campaign: Campaign, search: Found, store: Store) -> dict[str, Any]:
     """Content of report.json, SI units."""
-    result, value = found.rarity, found.columns[found.condition.metric]
-    response = found.condition.response(found.columns)
+    result, value = search.rarity, search.columns[search.condition.metric]
+    response = search.condition.response(search.columns)
     order = np.argsort(-response, kind="stable")
     failures = order[response[order] > 0.0]
-    kept = store.histories(known)
+    histories = store.histories(campaign)
     return {
         "kind": "rare",
         "scenario": scenario.name,
         "unlikely": unlikely_numbers(scenario),
-        "digest": known.digest,
-        "seed": known.seed,
+        "digest": campaign.digest,
+        "seed": campaign.seed,
         "runs": len(value),
-        "failure": found.condition.text,
-        "metric": found.condition.metric,
-        "bound": found.condition.bound,
+        "failure": search.condition.text,
+        "metric": search.condition.metric,
+        "bound": search.condition.bound,
         "probability": result.probability,
         "low": result.low,
         "high": result.high,
@@ -85,27 +85,22 @@ def _content(scenario: Scenario, known: Campaign, found: Found, store: Store) ->
                 "levels": [or_none(level.bound) for level in each.levels],
                 "accepted": [or_none(level.accepted) for level in each.levels],
             }
-            for each in found.replications
+            for each in search.replications
         ],
-        "not_allowed": found.refused,
+        "not_allowed": search.refused,
         "failing_runs": len(failures),
         "failures": [
-            {"run": int(run), "value": or_none(float(value[run])), "kept": int(run) in kept}
+            {"run": int(run), "value": or_none(float(value[run])), "kept": int(run) in histories}
             for run in failures[:LISTED]
         ],
         "closest": _closest(value, response),
-        "shared": shared(scenario, found),
-        "engine": dict(known.engine),
+        "shared": shared(scenario, search),
+        "engine": dict(campaign.engine),
     }
 
 
 def _closest(value: Vector, response: Vector) -> dict[str, Any] | None:
-    """Run that comes closest to the failure, and its value; None if no run has the metric.
-
-    Args:
-        value: Metric of every run.
-        response: Response of every run.
-    """
+    """Run that comes closest to the failure, and its value; None if no run has the metric."""
     run = int(np.argmax(response))
     if response[run] == -np.inf:
         return None
@@ -122,8 +117,8 @@ def shared(scenario: Scenario, found: Found) -> list[dict[str, Any]]:
     rows, weights = [], []
     for each in found.replications:
         if each.ended == REACHED:
-            last = each.levels[-1]
-            rows.append(last.normal[last.response > 0.0])
+            level = each.levels[-1]
+            rows.append(level.normal[level.response > 0.0])
             weights.append(np.full(len(rows[-1]), each.probability / len(rows[-1])))
     if not rows:
         return []
@@ -138,21 +133,21 @@ def shared(scenario: Scenario, found: Found) -> list[dict[str, Any]]:
 
 def lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
     """The outcome as lines for a terminal."""
-    told_of = [
+    texts = [
         f"{content['runs']} runs of {scenario.name}, failure: {content['failure']}",
         f"  probability of failure: {probability_text(content)}, "
         f"{content['failing_runs'] or 'no'} failing runs found",
     ]
     because = "because" if content["probability"] is None else "not to be trusted:"
-    told_of += [f"  {because} {doubt}" for doubt in content["doubts"]]
-    moved = [f"{each['key']} ({each['shift']:+.1f} sigma)" for each in content["shared"][:3]]
-    if moved:
-        told_of.append(f"  failing runs share {', '.join(moved)}")
+    texts += [f"  {because} {doubt}" for doubt in content["doubts"]]
+    shifts = [f"{each['key']} ({each['shift']:+.1f} sigma)" for each in content["shared"][:3]]
+    if shifts:
+        texts.append(f"  failing runs share {', '.join(shifts)}")
     if content["failures"]:
-        told_of.append(f"  worst of them: run {content['failures'][0]['run']}")
+        texts.append(f"  worst of them: run {content['failures'][0]['run']}")
     else:
-        told_of.append(f"  {closest_text(scenario, content)}")
-    return told_of
+        texts.append(f"  {closest_text(scenario, content)}")
+    return texts
 
 
 def probability_text(content: dict[str, Any]) -> str:

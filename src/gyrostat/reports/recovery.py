@@ -75,8 +75,8 @@ def write_recovery(
     }
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
     verdict, rows = verdict_of(found), rows_of(file, found, losses)
-    flown = found.histories
-    charts = [] if flown is None else recovery_charts(flown.arrays(), names, found.settle)
+    histories = found.histories
+    charts = [] if histories is None else recovery_charts(histories.arrays(), names, found.settle)
     page = render(
         "recovery.html",
         file=file,
@@ -89,8 +89,8 @@ def write_recovery(
         command=command,
     )
     with new_files(out, by="recover", force=force) as folder:
-        if flown is not None:
-            flown.write(folder / "run.nc")
+        if histories is not None:
+            histories.write(folder / "run.nc")
         (folder / "report.html").write_text(page, encoding="utf-8")
         (folder / "recover.json").write_text(text + "\n", encoding="utf-8")
     say_rows(inputs.rows(), say)
@@ -98,8 +98,8 @@ def write_recovery(
         say(f"warning: {warning}")
     say(verdict)
     say_rows(rows, say)
-    written = ["report.html", "recover.json", *([] if flown is None else ["run.nc"])]
-    say(f"written: {', '.join(str(out / name) for name in written)}")
+    files = ["report.html", "recover.json", *([] if histories is None else ["run.nc"])]
+    say(f"written: {', '.join(str(out / name) for name in files)}")
     say_steps(steps, say)
     return text
 
@@ -133,7 +133,7 @@ def rows_of(
         option = f"--brake {name}={gain.torque:g}N·m"
         rows.append((f"if the motor of {name} can brake", f"{_would_bring(gain)} ({option})"))
     if found.without_brakes is not None:
-        rows.append(("without the brake", _without(found.without_brakes)))
+        rows.append(("without the brake", _text_without_brake(found.without_brakes)))
     if found.plan.controller is not None:
         rows.append(("law", type(found.plan.controller).__name__))
     if found.histories is not None:
@@ -144,10 +144,7 @@ def rows_of(
                 "error at the end" if found.drift is None else "error to what is feasible then",
                 degrees(float(flight["error"][-1])),
             ),
-            (
-                "criterion for settled",
-                f"below {degrees(ANGLE)} and {RATE:g} rad/s{beyond}",
-            ),
+            ("criterion for settled", f"below {degrees(ANGLE)} and {RATE:g} rad/s{beyond}"),
             ("largest wheel torque", f"{float(np.max(np.abs(flight['torque']))):.3g} N·m"),
             (
                 "largest wheel momentum",
@@ -160,12 +157,12 @@ def rows_of(
 def drift_rows(drift: MomentumDrift) -> list[tuple[str, str]]:
     """External torque and what it makes of the feasible attitude, as pairs of name and entry."""
     size = float(np.linalg.norm(drift.torque))
-    changed = f"the total momentum changes by {drift.momentum:.3g} N·m·s in the simulated time"
+    change = f"the total momentum changes by {drift.momentum:.3g} N·m·s in the simulated time"
     if drift.angle is None:
-        reached = "no attitude is feasible at the end"
+        outcome = "no attitude is feasible at the end"
     else:
-        reached = f"the feasible attitude drifts by about {degrees(drift.angle)} until the end"
-    return [("external torque", f"{size:.3g} N·m: {changed}"), ("drift to be expected", reached)]
+        outcome = f"the feasible attitude drifts by about {degrees(drift.angle)} until the end"
+    return [("external torque", f"{size:.3g} N·m: {change}"), ("drift to be expected", outcome)]
 
 
 def _slowing(name: str, loss: Loss) -> str:
@@ -187,10 +184,10 @@ def _nearest(angle: float | None) -> str:
     return f"nearest feasible attitude {degrees(angle)} from the target"
 
 
-def _without(other: Recovery) -> str:
-    settled = other.reason if other.settle is None else f"settled at {other.settle:g} s"
-    answer = other.plan.answer
-    return f"{settled}; {_nearest(None if answer.attitude is None else answer.angle)}"
+def _text_without_brake(recovery: Recovery) -> str:
+    outcome = recovery.reason if recovery.settle is None else f"settled at {recovery.settle:g} s"
+    answer = recovery.plan.answer
+    return f"{outcome}; {_nearest(None if answer.attitude is None else answer.angle)}"
 
 
 def recovery_charts(

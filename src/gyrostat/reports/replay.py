@@ -37,19 +37,19 @@ def replay_data(
     if len(fine) < 2:
         return None
     frames = fine[:: max(1, -(-len(fine) // most))]
-    drawn = {**scenario.values, **values}
+    run_values = {**scenario.values, **values}
     structure = structure_of(scenario)
     targets, slews = [scenario.target], {event.name: event.target for event in scenario.events}
     for event in phases_of(structure):
         targets.append(slews[event.name] or targets[-1])
     time = np.asarray(history["time"])[frames]
-    starts = np.array(phase_starts(structure, drawn), dtype=float)
+    starts = np.array(phase_starts(structure, run_values), dtype=float)
     phase = np.searchsorted(starts, time + 1e-9, side="right") - 1
     target = [targets[k] for k in phase]
     if scenario.reference != "fixed":
         target = np.round(np.asarray(history["target"])[frames], 6).tolist()
     window = next((w.boresight for w in scenario.windows if w.boresight), (0.0, 0.0, 1.0))
-    xx, yy, zz = (drawn[f"body.inertia.{end}"] for end in ("xx", "yy", "zz"))
+    xx, yy, zz = (run_values[f"body.inertia.{end}"] for end in ("xx", "yy", "zz"))
     # sides of the cuboid of uniform density with these moments of inertia
     sides = np.sqrt(np.maximum([yy + zz - xx, zz + xx - yy, xx + yy - zz], 1e-3 * (xx + yy + zz)))
     return {
@@ -63,5 +63,5 @@ def replay_data(
         "wheels": scenario.wheels,
         "boresight": scenario.boresight or window,
         "field_of_view": scenario.field_of_view,
-        "world": world_data(scenario, drawn, history, frames, orbit),
+        "world": world_data(scenario, run_values, history, frames, orbit),
     }

@@ -55,8 +55,8 @@ def world_data(
         targets = {0: "reference"} if scenario.reference == GROUND else {}
     ground: list[Any] = [None] * len(time)
     for k, key in targets.items():
-        place = np.array([values[f"{key}.{name}"] for name in ("latitude", "longitude", "height")])
-        points = np.asarray(_points(orbit, place, time)) / EARTH_RADIUS
+        site = np.array([values[f"{key}.{name}"] for name in ("latitude", "longitude", "height")])
+        points = np.asarray(_points(orbit, site, time)) / EARTH_RADIUS
         for frame in np.flatnonzero(number == k):
             ground[frame] = np.round(points[frame], 6).tolist()
     return {
@@ -82,9 +82,9 @@ def _surroundings(orbit: OrbitEnvironment, time: Any) -> Any:
 
 
 @eqx.filter_jit
-def _points(orbit: OrbitEnvironment, place: Any, time: Any) -> Any:
-    """A place on the ground (latitude, longitude, height) at times, GCRS, (times, 3), m."""
-    latitude, longitude, height = place
+def _points(orbit: OrbitEnvironment, site: Any, time: Any) -> Any:
+    """A site on the ground (latitude, longitude, height) at times, GCRS, (times, 3), m."""
+    latitude, longitude, height = site
     return jax.vmap(lambda t: orbit.ground(latitude, longitude, height, t))(time)
 
 

@@ -8,19 +8,9 @@ from markupsafe import Markup
 
 from gyrostat.campaigns import Store
 from gyrostat.campaigns.blocks import list_parts
-from gyrostat.campaigns.pointing.campaign import (
-    ERROR_PROFILE,
-    PROFILED,
-    counts_name,
-    profile_name,
-)
+from gyrostat.campaigns.pointing.campaign import ERROR_PROFILE, PROFILED, counts_name, profile_name
 from gyrostat.campaigns.pointing.collected import instants
-from gyrostat.campaigns.pointing.text import (
-    ARCSECOND,
-    angle_text,
-    is_of_error,
-    requirement_text,
-)
+from gyrostat.campaigns.pointing.text import ARCSECOND, angle_text, is_of_error, requirement_text
 from gyrostat.campaigns.pointing.verdicts import Verdict, judged
 from gyrostat.campaigns.summary import Estimate
 from gyrostat.core.text import or_none
@@ -40,7 +30,7 @@ ERRORS = ("error_max", "error_end", "crossing_peak")
 
 def verdicts(scenario: Scenario, columns: "dict[str, Vector]", store: Store) -> list[Verdict]:
     """Verdict on each requirement of a finished campaign."""
-    found = []
+    results = []
     with store.open_table() as file:
         for each in scenario.requirements:
             totals = np.zeros(1)
@@ -48,8 +38,8 @@ def verdicts(scenario: Scenario, columns: "dict[str, Vector]", store: Store) -> 
                 runs = len(columns["status"])
                 for part in list_parts(file, counts_name(each.metric), runs):
                     totals = totals + part.sum(axis=0)
-            found.append(judged(each, columns[each.metric], columns["status"], totals))
-    return found
+            results.append(judged(each, columns[each.metric], columns["status"], totals))
+    return results
 
 
 def content(verdict: Verdict) -> dict[str, Any]:
@@ -128,20 +118,20 @@ def required_in(scenario: Scenario, metric: str) -> list[tuple[float, str]]:
         scenario: Scenario.
         metric: Name of the metric.
     """
-    found = []
+    pairs = []
     window = metrics_of(scenario)[metric].window or ""
-    last = metric.removeprefix(f"{window}.")
-    is_error = last in ERRORS or last.startswith("error_p")
+    quantity = metric.removeprefix(f"{window}.")
+    is_error = quantity in ERRORS or quantity.startswith("error_p")
     for each in scenario.requirements:
         if each.metric == metric:
             if each.interpretation == "mixed":
                 share = 1.0 - each.level
-                found.append((share, f"allowed {100.0 * share:.3g} %"))
+                pairs.append((share, f"allowed {100.0 * share:.3g} %"))
             else:
-                found.append((each.value, f"required {angle_text(each.value, each.value)}"))
+                pairs.append((each.value, f"required {angle_text(each.value, each.value)}"))
         elif is_error and window in ("", *each.during) and _is_error_of(each, scenario, window):
-            found.append((each.value, f"{each.name} {angle_text(each.value, each.value)}"))
-    return found
+            pairs.append((each.value, f"{each.name} {angle_text(each.value, each.value)}"))
+    return pairs
 
 
 def _is_error_of(each: Requirement, scenario: Scenario, window: str) -> bool:
@@ -150,8 +140,8 @@ def _is_error_of(each: Requirement, scenario: Scenario, window: str) -> bool:
         return is_of_error(each, scenario)
     axis = next(w.boresight for w in scenario.windows if w.name == window)
     boresight = axis or scenario.boresight
-    whole = "full" if boresight is None else "half_cone"
-    return each.index == "APE" and each.axis == whole and each.boresight == boresight
+    error_axis = "full" if boresight is None else "half_cone"
+    return each.index == "APE" and each.axis == error_axis and each.boresight == boresight
 
 
 def over_time_charts(scenario: Scenario, store: Store) -> list[Markup]:
@@ -173,23 +163,23 @@ def over_time_charts(scenario: Scenario, store: Store) -> list[Markup]:
         labels[profile_name(each.metric)] = (text, [(each.value, "")])
     with store.open_table() as file:
         parts = {name: [*list_parts(file, name, PROFILED)] for name in labels}
-    found = {name: np.concatenate(series) for name, series in parts.items() if series}
-    if not found:
+    profiles = {name: np.concatenate(series) for name, series in parts.items() if series}
+    if not profiles:
         return []
     times = scenario.values["run.control_period"] * instants(scenario.count + 1).astype(float)
     # one axis for all, because they are zoomed together
-    some = [np.any(np.isfinite(values), axis=0) for values in found.values()]
-    shown = times[np.any(some, axis=0)]
-    x = Axis(float(shown[0]), float(shown[-1]), "time (s)")
-    return [_band_chart(x, times, values, *labels[name]) for name, values in found.items()]
+    has_values = [np.any(np.isfinite(values), axis=0) for values in profiles.values()]
+    span = times[np.any(has_values, axis=0)]
+    x = Axis(float(span[0]), float(span[-1]), "time (s)")
+    return [_band_chart(x, times, values, *labels[name]) for name, values in profiles.items()]
 
 
 def _band_chart(
     x: Axis, times: "Vector", values: "Matrix", label: str, required: list[tuple[float, str]]
 ) -> Markup:
     """Chart of the bands of one quantity."""
-    some = np.sum(np.isfinite(values), axis=0) > 0
-    times, values = times[some], values[:, some]
+    has_values = np.sum(np.isfinite(values), axis=0) > 0
+    times, values = times[has_values], values[:, has_values]
     is_small = np.nanmax(values) < math.radians(1.0)
     scale = 1.0 / ARCSECOND if is_small else math.degrees(1.0)
     values = values * scale
@@ -197,8 +187,8 @@ def _band_chart(
     *edges, middle, largest = np.nanpercentile(values, percentiles, axis=0)
     limits = np.array([scale * value for value, _ in required])
     is_log = 0.0 < 50.0 * np.median(middle) < np.max(largest)
-    shown = np.concatenate([largest, limits, edges[0] if is_log else [0.0]])
-    y = axis_of(shown, "", is_log=is_log)
+    extents = np.concatenate([largest, limits, edges[0] if is_log else [0.0]])
+    y = axis_of(extents, "", is_log=is_log)
     y = y if is_log else y._replace(low=0.0)
     title = f"{label} ({'arcsec' if is_small else 'deg'})"
     chart = Chart(title, x, y, {"group": "time"})

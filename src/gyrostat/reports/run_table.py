@@ -61,27 +61,27 @@ def run_table(
         `packed`, NaN for missing values.
     """
     metrics, numbers = metrics_of(scenario), numbers_of(scenario)
-    told, parts = [], []
+    descriptions, parts = [], []
     count = len(columns["status"])
-    kept = _kept(columns, names, MOST_BYTES // (4 * max(len(names) + len(driving), 1)))
+    selection = _pick(columns, names, MOST_BYTES // (4 * max(len(names) + len(driving), 1)))
     for name in (*names, *driving):
         is_metric = name in metrics
-        own_unit = metrics[name].unit if is_metric else numbers[name].unit
-        scale, unit = page_unit(name, own_unit)
-        told.append({"name": name, "unit": unit, "metric": is_metric})
-        parts.append(packed(scale * columns[name][kept]))
-    runs = None if len(kept) == count else kept.tolist()
-    return {"columns": told, "runs": runs, "count": count, "values": "".join(parts)}
+        si_unit = metrics[name].unit if is_metric else numbers[name].unit
+        scale, unit = page_unit(name, si_unit)
+        descriptions.append({"name": name, "unit": unit, "metric": is_metric})
+        parts.append(packed(scale * columns[name][selection]))
+    runs = None if len(selection) == count else selection.tolist()
+    return {"columns": descriptions, "runs": runs, "count": count, "values": "".join(parts)}
 
 
-def _kept(columns: Mapping[str, Vector], names: Sequence[str], most: int) -> NDArray[np.int64]:
+def _pick(columns: Mapping[str, Vector], names: Sequence[str], most: int) -> NDArray[np.int64]:
     """Runs whose values are kept: those with the extreme values of each metric, then the first."""
     count = len(columns["status"])
     if count <= most:
         return np.arange(count)
-    first: dict[int, None] = {}
+    extremes: dict[int, None] = {}
     for k in range(_EXTREMES):
         for name in names:
             order = np.argsort(columns[name])[: np.sum(np.isfinite(columns[name]))]
-            first |= dict.fromkeys((int(order[-1 - k]), int(order[k])) if k < len(order) else ())
-    return np.sort(np.array(list(first | dict.fromkeys(range(most)))[:most]))
+            extremes |= dict.fromkeys((int(order[-1 - k]), int(order[k])) if k < len(order) else ())
+    return np.sort(np.array(list(extremes | dict.fromkeys(range(most)))[:most]))

@@ -62,18 +62,18 @@ def sky_chart(
     left = WIDTH / 2 - 66.0 * len(marks)
     for number, (label, mark, direction) in enumerate(marks):
         if direction is not None:
-            parts.append(_moved(mark, *_pixels(*_place(direction))[0]))
+            parts.append(_translate(mark, *_pixels(*_angles(direction))[0]))
         at = left + 132.0 * number
         text = f'<text x="12" y="4" fill="{INK}">{label}</text>'
-        parts.append(_moved(mark + text, at, HEIGHT - 16.0))
+        parts.append(_translate(mark + text, at, HEIGHT - 16.0))
     return Markup("".join([*parts, "</svg>"]))
 
 
-def _moved(mark: str, x: float, y: float) -> str:
+def _translate(mark: str, x: float, y: float) -> str:
     return f'<g transform="translate({x:.1f} {y:.1f})">{mark}</g>'
 
 
-def _place(direction: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def _angles(direction: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Longitude and latitude of directions (..., 3), rad."""
     x, y, z = np.moveaxis(direction, -1, 0)
     return np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))
@@ -82,12 +82,12 @@ def _place(direction: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray
 def _pixels(longitude: NDArray[np.float64], latitude: NDArray[np.float64]) -> Matrix:
     """Places in the drawing, (N, 2), of longitudes and latitudes, rad; (N,) or scalars."""
     longitude, latitude = np.atleast_1d(*np.broadcast_arrays(longitude, latitude))
-    wanted = np.pi * np.sin(latitude)
+    target = np.pi * np.sin(latitude)
     # 2 t + sin 2t = pi sin(latitude), by bisection: Newton's method fails at the poles
-    low, high = np.full(wanted.shape, -0.5 * np.pi), np.full(wanted.shape, 0.5 * np.pi)
+    low, high = np.full(target.shape, -0.5 * np.pi), np.full(target.shape, 0.5 * np.pi)
     for _ in range(40):
         middle = 0.5 * (low + high)
-        below = 2.0 * middle + np.sin(2.0 * middle) < wanted
+        below = 2.0 * middle + np.sin(2.0 * middle) < target
         low, high = np.where(below, middle, low), np.where(below, high, middle)
     x = ACROSS * longitude / np.pi * np.cos(low)
     return np.stack([_MIDDLE[0] + x, _MIDDLE[1] - UP * np.sin(low)], axis=-1)
@@ -129,11 +129,11 @@ def _areas(sky: SkyMap) -> str:
 
 def _circle(pole: Vector, angle: float) -> str:
     """Path through the directions at a given angle, rad, from a pole."""
-    first = np.cross(pole, np.eye(3)[int(np.argmin(np.abs(pole)))])
-    first = first / np.linalg.norm(first)
+    normal = np.cross(pole, np.eye(3)[int(np.argmin(np.abs(pole)))])
+    normal = normal / np.linalg.norm(normal)
     around = np.linspace(0.0, 2.0 * np.pi, 361)
-    ring = np.outer(np.cos(around), first) + np.outer(np.sin(around), np.cross(pole, first))
-    longitude, latitude = _place(np.cos(angle) * pole + np.sin(angle) * ring)
+    ring = np.outer(np.cos(around), normal) + np.outer(np.sin(around), np.cross(pole, normal))
+    longitude, latitude = _angles(np.cos(angle) * pole + np.sin(angle) * ring)
     # no line across the map where the circle crosses its edge
     jumps = np.flatnonzero(np.abs(np.diff(longitude)) > np.pi) + 1
     pieces = zip(np.split(longitude, jumps), np.split(latitude, jumps), strict=True)

@@ -17,8 +17,8 @@ def thinned(x: Vector, y: Vector, most: int) -> tuple[Vector, Vector]:
     size, longer = divmod(len(x), count)
     edge = longer * (size + 1)
     # the first intervals have one point more
-    kept = [*_extremes(y[:edge], size + 1), *(edge + each for each in _extremes(y[edge:], size))]
-    places = np.unique(np.concatenate(kept))
+    indices = [*_extremes(y[:edge], size + 1), *(edge + each for each in _extremes(y[edge:], size))]
+    places = np.unique(np.concatenate(indices))
     return x[places], y[places]
 
 
@@ -31,7 +31,7 @@ def _extremes(y: Vector, size: int) -> tuple[NDArray[np.intp], NDArray[np.intp]]
     """
     rows = y.reshape(-1, size)
     fine = np.isfinite(rows)
-    first, some = size * np.arange(len(rows)), fine.any(axis=1)
-    least = first + np.argmin(np.where(fine, rows, np.inf), axis=1)
-    largest = first + np.argmax(np.where(fine, rows, -np.inf), axis=1)
-    return least[some], largest[some]
+    start, has_values = size * np.arange(len(rows)), fine.any(axis=1)
+    least = start + np.argmin(np.where(fine, rows, np.inf), axis=1)
+    largest = start + np.argmax(np.where(fine, rows, -np.inf), axis=1)
+    return least[has_values], largest[has_values]

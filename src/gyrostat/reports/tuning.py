@@ -34,13 +34,13 @@ def tuning_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[s
     Raises:
         InputError: The folder has no finished search.
     """
-    found = found_tuning(folder)
-    content = _content(found)
+    tuning = found_tuning(folder)
+    content = _content(tuning)
     page = render(
         "tuning.html",
-        scenario=found.stored.scenario,
+        scenario=tuning.stored.scenario,
         content=content,
-        figure=svg(front_figure(found)),
+        figure=svg(front_figure(tuning)),
         value_text=value_text,
         common=COMMON,
         proof=PROOF,
@@ -50,19 +50,19 @@ def tuning_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[s
     return content, page, _lines(content)
 
 
-def _content(found: FoundTuning) -> dict[str, Any]:
+def _content(tuning: FoundTuning) -> dict[str, Any]:
     """Content of report.json, SI units."""
-    question, tuned, scenario = found.question, found.tuned, found.stored.scenario
-    known, entries, best = metrics_of(scenario), numbers_of(scenario), found.values()
+    question, tuned, scenario = tuning.question, tuning.tuned, tuning.stored.scenario
+    metrics, entries, best = metrics_of(scenario), numbers_of(scenario), tuning.values()
     signs = [1.0, *(-1.0 if limit.above else 1.0 for limit in question.limits)]
     ratio, low, high = (or_none(float(each)) for each in tuned.ratio)
     return {
         "kind": "tuning",
         "scenario": scenario.name,
         "unlikely": unlikely_numbers(scenario),
-        "digest": found.stored.campaign.digest,
-        "seed": found.stored.campaign.seed,
-        "runs": len(found.stored.columns["run"]),
+        "digest": tuning.stored.campaign.digest,
+        "seed": tuning.stored.campaign.seed,
+        "runs": len(tuning.stored.columns["run"]),
         "candidates": len(tuned.tried),
         "minimise": question.minimise,
         "subject_to": [limit.text for limit in question.limits],
@@ -70,20 +70,20 @@ def _content(found: FoundTuning) -> dict[str, Any]:
             {
                 "key": key,
                 "unit": entries[key].unit,
-                "before": given,
+                "before": initial,
                 "after": best[key],
                 "low": bounds[0],
                 "high": bounds[1],
-                "at": at_bound(float(place), 1.0 - ENOUGH),
+                "at": at_bound(float(coordinate), 1.0 - ENOUGH),
             }
-            for (key, bounds), given, place in zip(
+            for (key, bounds), initial, coordinate in zip(
                 question.free.items(), question.given, tuned.best, strict=True
             )
         ],
         "metrics": [
             {
                 "metric": name,
-                "unit": known[name].unit,
+                "unit": metrics[name].unit,
                 "before": or_none(float(sign * before)),
                 "after": or_none(float(sign * after)),
             }
@@ -97,7 +97,7 @@ def _content(found: FoundTuning) -> dict[str, Any]:
         "within_limits_before": bool(question.excess(tuned.before) <= 0.0),
         "within_limits": bool(question.excess(tuned.after) <= 0.0),
         "doubts": _doubts(question.metrics, tuned.after),
-        "engine": dict(found.stored.campaign.engine),
+        "engine": dict(tuning.stored.campaign.engine),
     }
 
 
@@ -136,10 +136,10 @@ def _verdict(content: dict[str, Any]) -> str:
     ratio, low, high = (content[name] for name in ("ratio", "ratio_low", "ratio_high"))
     if ratio is None or low is None or high is None:
         return f"{content['minimise']}: no ratio, because runs end early or do not have it"
-    told_of = f"{ratio:.3f} times that before (95 % confidence: {low:.3f} to {high:.3f})"
+    comparison = f"{ratio:.3f} times that before (95 % confidence: {low:.3f} to {high:.3f})"
     if content["within_limits_before"] and ratio > 1.0 - ENOUGH:
-        return f"{content['minimise']}: {told_of}: the given values are as good as any found"
-    return f"{content['minimise']}: {told_of}"
+        return f"{content['minimise']}: {comparison}: the given values are as good as any found"
+    return f"{content['minimise']}: {comparison}"
 
 
 def front(values: Matrix) -> NDArray[np.bool_]:
@@ -154,49 +154,49 @@ def front(values: Matrix) -> NDArray[np.bool_]:
 def front_figure(found: FoundTuning) -> Figure:
     """Plot the candidates over two metrics with their front, or over time for one metric."""
     question, values = found.question, found.tuned.values
-    known = metrics_of(found.stored.scenario)
+    metrics = metrics_of(found.stored.scenario)
     with panels(width=6.4, height=3.8, layout=None) as (figure, axes):
-        second = len(question.metrics) > 1
+        has_limit = len(question.metrics) > 1
         fine = np.all(np.isfinite(values), axis=1)
-        vertical, label = _shown(values[:, 0], question.minimise, known)
+        vertical, label = _scaled(values[:, 0], question.minimise, metrics)
         tuned = int(np.flatnonzero(np.all(found.tuned.tried == found.tuned.best, axis=1))[0])
-        marked = [0, tuned]
-        if not second:
+        marks = [0, tuned]
+        if not has_limit:
             axes.plot(np.flatnonzero(fine), vertical[fine], ".", ms=3, color=MEASURED)
             axes.plot(np.fmin.accumulate(np.where(fine, vertical, np.nan)), color=MODEL)
             axes.set_xlabel("candidate")
         else:
             limit = question.limits[0]
             sign = -1.0 if limit.above else 1.0
-            across, name = _shown(sign * values[:, 1], limit.metric, known)
+            across, name = _scaled(sign * values[:, 1], limit.metric, metrics)
             axes.plot(across[fine], vertical[fine], ".", ms=3, color=MEASURED)
             best = np.flatnonzero(fine)[front(values[fine][:, :2])]
             best = best[np.argsort(across[best])]
             axes.plot(across[best], vertical[best], ".-", color=MODEL)
             axes.plot(across[0], vertical[0], "o", color=MARK, mfc="none")
             axes.plot(across[tuned], vertical[tuned], "o", color=MARK)
-            bound, _ = _shown(np.array([limit.bound]), limit.metric, known)
+            bound, _ = _scaled(np.array([limit.bound]), limit.metric, metrics)
             axes.axvline(bound[0], color=MARK, lw=0.9, ls="--")
             axes.set_xlabel(name)
-            axes.set_xlim(*_range(across[fine], np.append(across[marked], bound)))
+            axes.set_xlim(*_range(across[fine], np.append(across[marks], bound)))
         axes.set_ylabel(label)
-        axes.set_ylim(*_range(vertical[fine], vertical[marked]))
+        axes.set_ylim(*_range(vertical[fine], vertical[marks]))
         figure.tight_layout()
     return figure
 
 
-def _shown(values: Vector, name: str, known: Any) -> tuple[Vector, str]:
+def _scaled(values: Vector, name: str, metrics: Any) -> tuple[Vector, str]:
     """Values of a metric in the unit of reports, and their label."""
-    scale, unit = shown_unit(known[name].unit)
+    scale, unit = shown_unit(metrics[name].unit)
     return scale * values, literal(labelled(name, unit))
 
 
-def _range(values: Vector, marked: Vector) -> tuple[float, float]:
+def _range(values: Vector, marks: Vector) -> tuple[float, float]:
     """Range of an axis with the marked values that leaves out a few far candidates."""
-    marked = marked[np.isfinite(marked)]
-    if len(values) == 0 and len(marked) == 0:
+    marks = marks[np.isfinite(marks)]
+    if len(values) == 0 and len(marks) == 0:
         return 0.0, 1.0
     high = float(np.quantile(values, 0.9)) if len(values) else -np.inf
-    low, high = float(np.min([*values, *marked])), float(np.max([high, *marked]))
+    low, high = float(np.min([*values, *marks])), float(np.max([high, *marks]))
     margin = 0.08 * (high - low) or 0.1 * abs(high) or 1.0
     return low - margin, high + margin

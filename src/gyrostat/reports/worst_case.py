@@ -34,24 +34,24 @@ def worst_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[st
     Raises:
         InputError: The folder has no finished search.
     """
-    found = found_worst(folder)
-    content = _content(found, Store(folder))
+    search = found_worst(folder)
+    content = _content(search, Store(folder))
 
     page = render(
         "worst_case.html",
-        scenario=found.stored.scenario,
+        scenario=search.stored.scenario,
         content=content,
-        figure=svg(progress_figure(found)),
+        figure=svg(progress_figure(search)),
         folder=folder,
         command=command,
     )
     return content, page, _lines(content)
 
 
-def _content(found: FoundWorst, store: Store) -> dict[str, Any]:
+def _content(search: FoundWorst, store: Store) -> dict[str, Any]:
     """Content of report.json, SI units."""
-    worst, scenario, known = found.worst, found.stored.scenario, found.stored.campaign
-    entries, name = numbers_of(scenario), found.question.metric
+    worst, scenario, campaign = search.worst, search.stored.scenario, search.stored.campaign
+    entries, name = numbers_of(scenario), search.question.metric
     metric = name, metrics_of(scenario)[name].unit
     with np.errstate(invalid="ignore"):  # of equal infinite responses
         effect = worst.response - worst.without
@@ -62,26 +62,26 @@ def _content(found: FoundWorst, store: Store) -> dict[str, Any]:
         "kind": "worst case",
         "scenario": scenario.name,
         "unlikely": unlikely_numbers(scenario),
-        "digest": known.digest,
-        "seed": known.seed,
-        "runs": len(found.stored.columns["run"]),
+        "digest": campaign.digest,
+        "seed": campaign.seed,
+        "runs": len(search.stored.columns["run"]),
         "metric": name,
-        "within": found.question.within,
+        "within": search.question.within,
         "worst": or_none(worst.response),
         "outcome": outcome(worst.response, *metric),
         "run": worst.number,
-        "doubts": [*found.doubts()],
-        "kept": worst.number in store.histories(known),
+        "doubts": [*search.doubts()],
+        "kept": worst.number in store.histories(campaign),
         "worst_of_random": or_none(worst.random),
         "outcome_of_random": outcome(worst.random, *metric),
         "random_runs": worst.independent,
         "noise_share": or_none(worst.noise_share),
         "noise_drives": bool(worst.noise_share > MUCH_NOISE),
-        "not_allowed": found.refused,
+        "not_allowed": search.refused,
         "values": [
             {
                 "key": keys[k],
-                "value": float(found.stored.columns[keys[k]][worst.number]),
+                "value": float(search.stored.columns[keys[k]][worst.number]),
                 "nominal": scenario.values[keys[k]],
                 "unit": entries[keys[k]].unit,
                 "place": float(worst.coordinates[k]),
@@ -91,7 +91,7 @@ def _content(found: FoundWorst, store: Store) -> dict[str, Any]:
             }
             for k in order
         ],
-        "engine": dict(known.engine),
+        "engine": dict(campaign.engine),
     }
 
 
@@ -122,11 +122,11 @@ def _lines(content: dict[str, Any]) -> list[str]:
     ]
     if content["doubts"]:
         return [*lines, *(f"  no worst case: {doubt}" for doubt in content["doubts"])]
-    moved = []
+    causes = []
     for each in content["values"][:3]:
-        place = f"at its {each['at']}" if each["at"] else f"at {each['place']:+.0%} of its bound"
-        moved.append(f"{each['key']} {place}")
-    lines.append(f"  by {', '.join(moved)}")
+        position = f"at its {each['at']}" if each["at"] else f"at {each['place']:+.0%} of its bound"
+        causes.append(f"{each['key']} {position}")
+    lines.append(f"  by {', '.join(causes)}")
     if content["noise_drives"]:
         share = f"{content['noise_share']:.0%} of the variance over all runs"
         lines.append(f"  noise drives it: {share} is due to sensor noise")

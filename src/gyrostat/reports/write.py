@@ -46,20 +46,15 @@ def check_law_files(law: type[Friction], out: Path, *, force: bool) -> None:
     if texts is not None:
         check_law_elsewhere(*texts)
     # a law may stand in the folder itself
-    other = [s.path for s in sources if digest_of(out / s.path) != digest(s)]
-    check_outputs(out, other, by="identify", force=force)
+    paths = [s.path for s in sources if digest_of(out / s.path) != digest(s)]
+    check_outputs(out, paths, by="identify", force=force)
 
 
 FILES = ("fit.json", "model.toml", "report.html")
 
 
 def write_fit(
-    fit: Fit,
-    out: Path,
-    *,
-    command: str,
-    say: Callable[[str], None],
-    force: bool = False,
+    fit: Fit, out: Path, *, command: str, say: Callable[[str], None], force: bool = False
 ) -> str:
     """Write fit.json, report.html and, if there is a wheel model, model.toml; print a summary.
 

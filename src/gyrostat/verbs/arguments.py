@@ -158,11 +158,11 @@ def one_attitude(
     """
     import numpy as np
 
-    given = [option for option, value in options.items() if value is not None]
-    if len(given) != 1:
-        found = " and ".join(given) or "none"
+    names = [option for option, value in options.items() if value is not None]
+    if len(names) != 1:
+        found = " and ".join(names) or "none"
         raise InputError(f"{what}: found {found}, expected one of {', '.join(options)}")
-    name, value = given[0], options[given[0]]
+    name, value = names[0], options[names[0]]
     if "boresight" in name:
         return None
     if "euler" not in name:
@@ -186,7 +186,7 @@ def named(values: Named, where: str, *, bare: bool = False) -> dict[str, Any]:
     """
     if values is None or isinstance(values, Mapping):
         return {str(name): value for name, value in (values or {}).items()}
-    found: dict[str, Any] = {}
+    entries: dict[str, Any] = {}
     for item in [values] if isinstance(values, str) else values:
         for part in item.split(","):
             name, equals, value = (p.strip() for p in part.partition("="))
@@ -194,10 +194,10 @@ def named(values: Named, where: str, *, bare: bool = False) -> dict[str, Any]:
                 continue
             if not bare and not (name and equals and value):
                 raise InputError(f"{where}: found {part.strip()!r}, expected NAME=VALUE")
-            if name in found:
+            if name in entries:
                 raise InputError(f"{where}: found {name} twice, expected it once")
-            found[name] = value or None
-    return found
+            entries[name] = value or None
+    return entries
 
 
 def one_of(value: str, known: Iterable[str], where: str) -> str:
@@ -229,15 +229,15 @@ def refuse_given(options: Mapping[str, object], where: str, expected: str) -> No
     Raises:
         InputError: An option was given.
     """
-    given = [option for option, value in options.items() if _is_given(value)]
-    if given:
-        raise InputError(f"{where}: found {', '.join(given)}, expected these with {expected} only")
+    names = [option for option, value in options.items() if _is_given(value)]
+    if names:
+        raise InputError(f"{where}: found {', '.join(names)}, expected these with {expected} only")
 
 
 def folder_name(name: str, runs: int, seed: int) -> str:
     """Default name of a campaign's folder."""
-    plain = re.sub(r"\W+", "-", name).strip("-") or "campaign"
-    return f"{plain}-{runs}-runs-seed-{seed}"
+    slug = re.sub(r"\W+", "-", name).strip("-") or "campaign"
+    return f"{slug}-{runs}-runs-seed-{seed}"
 
 
 def check_device(name: str) -> None:

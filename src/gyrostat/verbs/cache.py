@@ -22,24 +22,24 @@ def cache(*, clear: bool = False, say: Say = silent) -> dict[str, object]:
     from gyrostat.core.cache_entries import clear as remove_all
     from gyrostat.core.errors import InputError
 
-    opened = private_cache(say)
-    if opened is None:
+    disk_cache = private_cache(say)
+    if disk_cache is None:
         raise InputError("cache: found no private folder, expected one (see GYROSTAT_CACHE)")
-    removed = len(remove_all(opened.path)) if clear else None
-    found = entries(opened.path)
+    removed = len(remove_all(disk_cache.path)) if clear else None
+    programs = entries(disk_cache.path)
     content: dict[str, dict[str, int]] = {}
     for kind in KINDS.values():
-        sizes = [entry.size for entry in found if entry.kind == kind]
+        sizes = [entry.size for entry in programs if entry.kind == kind]
         content[kind] = {"count": len(sizes), "size": sum(sizes)}
-    size, largest = sum(entry.size for entry in found), limit()
-    say(f"folder {opened.path}")
+    size, largest = sum(entry.size for entry in programs), limit()
+    say(f"folder {disk_cache.path}")
     if removed is not None:
         say(f"{removed} entries removed")
     for kind, row in content.items():
         say(f"  {kind}: {row['count']} programs, {row['size'] / 1e6:.1f} MB")
     say(f"  total {size / 1e6:.1f} MB of {largest / 1e6:.0f} MB (GYROSTAT_CACHE_LIMIT)")
     result: dict[str, object] = {
-        "folder": str(opened.path),
+        "folder": str(disk_cache.path),
         "limit": largest,
         "size": size,
         "entries": content,

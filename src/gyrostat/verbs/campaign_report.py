@@ -33,8 +33,8 @@ def report(
     """
     from gyrostat.reports.campaign import write_campaign
 
-    found = json.loads(write_campaign(Path(folder), command=command, say=say))
-    if check and not found.get("requirements"):
-        told = "a scenario without [[requirement]]" if "requirements" in found else "a search"
-        raise InputError(f"{folder}: found {told}, expected a campaign with [[requirement]]")
-    return found
+    content = json.loads(write_campaign(Path(folder), command=command, say=say))
+    if check and not content.get("requirements"):
+        kind = "a scenario without [[requirement]]" if "requirements" in content else "a search"
+        raise InputError(f"{folder}: found {kind}, expected a campaign with [[requirement]]")
+    return content

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
 from gyrostat.core.instructions import check_instructions
+from gyrostat.verbs import searches
 from gyrostat.verbs.arguments import (
     Say,
     check_device,
@@ -106,45 +107,42 @@ def campaign(
     check_device(device)
     check_instructions(instructions)
     engine = engine_named(engine, say, "--engine")
-    found = scenario_of(scenario, force=force, changes=changes)
-    if not found.dispersions:
-        place = scenario if isinstance(scenario, str | Path) else found.name
-        raise InputError(f"{place}: key dispersion: found none, expected at least one dispersion")
-    say_unlikely(found, say)
+    definition = scenario_of(scenario, force=force, changes=changes)
+    if not definition.dispersions:
+        source = scenario if isinstance(scenario, str | Path) else definition.name
+        raise InputError(f"{source}: key dispersion: found none, expected at least one dispersion")
+    say_unlikely(definition, say)
     question = None
     if rare is not None or worst_case is not None:
-        from gyrostat.verbs import searches
-
-        other = {"--scheduler": scheduler, "--keep": keep, "--worst-by": worst_by}
+        campaign_options = {"--scheduler": scheduler, "--keep": keep, "--worst-by": worst_by}
         is_rare = rare is not None
-        other |= {"--worst-case": worst_case if is_rare else None}
-        other |= {"--block": None if block == BLOCK else block}
-        other |= {"--within": within if is_rare else None}
+        campaign_options |= {"--worst-case": worst_case if is_rare else None}
+        campaign_options |= {"--block": None if block == BLOCK else block}
+        campaign_options |= {"--within": within if is_rare else None}
         option = "--rare" if is_rare else "--worst-case"
-        refuse_given(other, option, "a campaign")
-        question = searches.question_of(found, runs, seed, rare, worst_case or "", within, say)
+        refuse_given(campaign_options, option, "a campaign")
+        question = searches.question_of(definition, runs, seed, rare, worst_case or "", within, say)
         searches.check_native(option, device, engine)
-    folder = Path(folder_name(found.name, runs, seed) if out is None else out)
+    folder = Path(folder_name(definition.name, runs, seed) if out is None else out)
     if out is None:
         check_writable(folder)
         # the chosen folder is always reported
         (to_stderr if say is silent else say)(f"the files of the campaign are written to {folder}")
     if question is not None:
         from gyrostat.search.execute import Options
-        from gyrostat.verbs import searches
 
         options = Options(runs, seed, workers, worst, force, verify)
-        return searches.search(question, found, folder, options, say, on_progress, command)
+        return searches.search(question, definition, folder, options, say, on_progress, command)
     from gyrostat.campaigns import campaign_runs, cluster, run_campaign
     from gyrostat.campaigns.pointing.text import requirement_lines
     from gyrostat.reports.campaign import write_campaign
     from gyrostat.runs.user.trial import say_bad_commands
 
     refuse_given({"--within": within}, "campaign", "--worst-case")
-    for line in requirement_lines(found, runs):
+    for line in requirement_lines(definition, runs):
         say(line)
     run_campaign(
-        found,
+        definition,
         folder,
         runs=runs,
         seed=seed,
@@ -162,6 +160,8 @@ def campaign(
         say=say,
     )
     write_campaign(folder, command=command, say=say)
-    made = campaign_runs(folder)
-    say_bad_commands(found, {name: made[name].values for name in ("run", "status", "ended")}, say)
-    return made
+    dataset = campaign_runs(folder)
+    say_bad_commands(
+        definition, {name: dataset[name].values for name in ("run", "status", "ended")}, say
+    )
+    return dataset

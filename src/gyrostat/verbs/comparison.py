@@ -58,11 +58,12 @@ def compare(
         check_outputs(Path(out), names, by="compare", force=force)
     if wheels is not None:
         one_of(wheels, WHEELS, "--wheels")
-    found = [stored_fit(_file(fit), force=force) for fit in fits]
-    found = found if dates is None else _dated(found, dates)
-    same_wheel = _same_wheel(found) if wheels is None else wheels == "same"
+    stored_fits = [stored_fit(_file(fit), force=force) for fit in fits]
+    if dates is not None:
+        stored_fits = _with_dates(stored_fits, dates)
+    same_wheel = _same_wheel(stored_fits) if wheels is None else wheels == "same"
     result = compare_fits(
-        found, _labels(found, same_wheel), same_wheel=same_wheel, same_bench=same_bench
+        stored_fits, _labels(stored_fits, same_wheel), same_wheel=same_wheel, same_bench=same_bench
     )
     if out is not None:
         text = json.dumps(result.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
@@ -83,7 +84,7 @@ def _file(fit: "Fit | str | Path") -> "Fit | Path":
     return path / "fit.json" if path.is_dir() else path
 
 
-def _dated(fits: "list[StoredFit]", dates: str | Iterable[str]) -> "list[StoredFit]":
+def _with_dates(fits: "list[StoredFit]", dates: str | Iterable[str]) -> "list[StoredFit]":
     """Fits with the dates that the user gives."""
     from dataclasses import replace
 
@@ -92,21 +93,22 @@ def _dated(fits: "list[StoredFit]", dates: str | Iterable[str]) -> "list[StoredF
     texts = [d.strip() for d in dates.split(",")] if isinstance(dates, str) else list(dates)
     if len(texts) != len(fits):
         raise InputError(f"--dates: found {len(texts)}, expected one for each of {len(fits)} fits")
-    found = []
+    results = []
     for fit, text in zip(fits, texts, strict=True):
         date = parse_date(text)
         if date is None:
             raise InputError(f"--dates: found {text!r}, expected a date such as 2026-03-01")
-        found.append(replace(fit, date=date))
-    return found
+        results.append(replace(fit, date=date))
+    return results
 
 
 def _same_wheel(fits: "list[StoredFit]") -> bool:
     """Whether the serial numbers say that all fits are of one wheel."""
     serials = [fit.serial for fit in fits]
     if all(serials):
-        if len(set(serials)) == 1 or len(set(serials)) == len(fits):
-            return len(set(serials)) == 1
+        distinct = len(set(serials))
+        if distinct in (1, len(fits)):
+            return distinct == 1
         raise InputError(
             f"compare: found serial numbers {', '.join(serials)}, expected one wheel or one fit of "
             "each wheel: compare the fits of one wheel first, or give --wheels"

@@ -101,15 +101,15 @@ def design(
             raise InputError(f"{out}: found the suffix {out.suffix!r}, expected .csv")
         names = [out.name, f"{out.stem}.json", f"{out.stem}.html"]
         check_outputs(out.parent, names, by="bench", force=force)
-    known = known_wheel(model, force=force)
+    wheel = known_wheel(model, force=force)
     combinations = [str(text).strip() for text in parts_of(wanted)]
-    torques = {known.dimension(text, "--design") for text in combinations}
+    torques = {wheel.dimension(text, "--design") for text in combinations}
     targets = () if target_sigma is None else parts_of(target_sigma)
     dimension = torques.pop() if len(torques) == 1 else None
-    noise = in_si(speed_sigma, "speed", "--speed-sigma") or known.speed_sigma
+    noise = in_si(speed_sigma, "speed", "--speed-sigma") or wheel.speed_sigma
     if noise is None:
         raise InputError("--speed-sigma: found none, expected the tachometer noise, or a fit.json")
-    usual = USUAL_CURRENT * breakaway_current(known)
+    usual = USUAL_CURRENT * breakaway_current(wheel)
     limits = Limits(
         duration=in_si(duration, "time", "--duration"),
         rate=rate,
@@ -119,8 +119,8 @@ def design(
         initial_speed=in_si(initial_speed, "speed", "--initial-speed"),
     )
     say(f"designing a record for {', '.join(combinations)}")
-    found = design_record(
-        known,
+    result = design_record(
+        wheel,
         combinations,
         limits,
         speed_sigma=noise,
@@ -129,16 +129,16 @@ def design(
         seed=seed,
         say=say,
     )
-    for line in table(found):
+    for line in table(result):
         say(line)
     if out is not None:
-        text = json.dumps(content(found), indent=1, ensure_ascii=False, allow_nan=False)
-        page = design_page(found, command=command)
-        every = np.ones(len(found.time), dtype=bool)
-        record = Record(out.name, found.time, found.current, found.speed, every)
+        text = json.dumps(content(result), indent=1, ensure_ascii=False, allow_nan=False)
+        page = design_page(result, command=command)
+        every = np.ones(len(result.time), dtype=bool)
+        record = Record(out.name, result.time, result.current, result.speed, every)
         with new_files(out.parent, by="bench", force=force) as folder:
             write_record(record, folder / out.name)
             (folder / names[1]).write_text(text + "\n", encoding="utf-8")
             (folder / names[2]).write_text(page, encoding="utf-8")
         say(f"written: {', '.join(str(out.parent / name) for name in names)}")
-    return found
+    return result

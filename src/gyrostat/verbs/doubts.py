@@ -23,12 +23,12 @@ def order_doubt(
     scalar = numbers(quaternion, 4, None, name)[0 if scalar_last else 3]
     if abs(abs(scalar) - 1.0) > UNIT_TOLERANCE:
         return []
-    order, other = ("last", "first") if scalar_last else ("first", "last")
+    order, alternative = ("last", "first") if scalar_last else ("first", "last")
     axis = "x" if scalar_last else "z"
     remedy = "leave out --scalar-last" if scalar_last else "add --scalar-last"
     return [
-        f"{name}, read scalar {order}, is a half turn about {axis}; scalar {other} it would be no "
-        f"rotation at all: if that is meant, {remedy} (or the key scalar_last in a file)"
+        f"{name}, read scalar {order}, is a half turn about {axis}; scalar {alternative} it would "
+        f"be no rotation at all: if that is meant, {remedy} (or the key scalar_last in a file)"
     ]
 
 
@@ -39,8 +39,8 @@ def angle_doubt(name: str, angles: str | Iterable[Quantity] | None) -> list[str]
         name: Option or key, for the message.
         angles: The angles as given; None for no remark.
     """
-    bare = [float(part) for part in parts_of(() if angles is None else angles) if is_number(part)]
-    large = [angle for angle in bare if abs(angle) > 2.0 * math.pi]
+    values = [float(part) for part in parts_of(() if angles is None else angles) if is_number(part)]
+    large = [angle for angle in values if abs(angle) > 2.0 * math.pi]
     if not large:
         return []
     return [f"{name}: {large[0]:g} is read in rad; for degrees write '{large[0]:g} deg'"]

@@ -77,21 +77,21 @@ def flight_target(part: Any, model: "WheelModel | None", choice: Choice) -> Any:
     """
     from gyrostat.core.validation import check_parts, require_period
 
-    what, given = choice.what, choice.design
-    kind = PARTS[what]
-    limits = measurement_limits(what, choice.ranges, choice.rate_limits)
+    part_name, options = choice.what, choice.design
+    kind = PARTS[part_name]
+    limits = measurement_limits(part_name, choice.ranges, choice.rate_limits)
     if not kind.fields:
-        refuse_given({"--on-bad": choice.on_bad == "zero"}, f"--what {what}", "another --what")
+        refuse_given({"--on-bad": choice.on_bad == "zero"}, f"--what {part_name}", "another --what")
     if model is None:
-        refuse_given(given, name_of(part), "a wheel or its model")
+        refuse_given(options, name_of(part), "a wheel or its model")
     else:
-        known = (*kind.needs, *kind.takes)
-        others = {option: value for option, value in given.items() if option not in known}
-        refuse_given(others, f"--what {what}", "another --what")
+        option_names = (*kind.needs, *kind.takes)
+        unused = {option: value for option, value in options.items() if option not in option_names}
+        refuse_given(unused, f"--what {part_name}", "another --what")
     period = in_si(choice.period, "time", "--period")
     require_period("--period", period)
     if model is not None:
-        part = kind.design(model.wheel(), period, Given(given))
+        part = kind.design(model.wheel(), period, Given(options))
     check_parts(part)
     return kind.module(part, period, limits, choice.on_bad)
 

@@ -5,14 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError
-from gyrostat.verbs.arguments import (
-    Named,
-    Quantity,
-    Say,
-    one_of,
-    refuse_given,
-    silent,
-)
+from gyrostat.verbs.arguments import Named, Quantity, Say, one_of, refuse_given, silent
 from gyrostat.verbs.exported_parts import Choice, c_files, flight_target, name_of
 from gyrostat.verbs.part_kinds import PARTS, part_kind
 from gyrostat.verbs.required_options import missing_of_part, names_scenario, require_given
@@ -102,7 +95,7 @@ def export(
     one_of(on_bad, ("hold", "zero"), "--on-bad")
     if not 0 <= delay <= LONGEST_DELAY:
         raise InputError(f"--delay: found {delay}, expected 0 to {LONGEST_DELAY} control periods")
-    given = {
+    design_options = {
         "--gains": gains,
         "--table-inertia": table_inertia,
         "--speed-sigma": speed_sigma,
@@ -110,7 +103,7 @@ def export(
         "--delay": delay or None,
         "--scale-drift": scale_drift,
     }
-    every = {"--period": period, **given, "--range": range_, "--rate-limit": rate_limit}
+    every = {"--period": period, **design_options, "--range": range_, "--rate-limit": rate_limit}
     scenario = _scenario_of(model, force=force)
     kind = _kind_of(model) if scenario is None else "controller"
     target, texts, origin = None, {}, f"Made by `{command}`."
@@ -123,7 +116,7 @@ def export(
         from gyrostat.exports import files, scenario_controller
 
         say_unlikely(scenario, say)
-        _what(model, kind, what)
+        _part_to_export(model, kind, what)
         refuse_given(
             {**every, "--on-bad": on_bad == "zero" and scenario.guard is not None},
             "a scenario",
@@ -135,19 +128,19 @@ def export(
 
         if content is None:
             raise InputError(f"--to {to}: found {name_of(model)}, expected a wheel or its model")
-        others = {"--what": what, **every, "--on-bad": on_bad == "zero"}
-        refuse_given(others, f"--to {to}", "--to c or fmu")
+        code_options = {"--what": what, **every, "--on-bad": on_bad == "zero"}
+        refuse_given(code_options, f"--to {to}", "--to c or fmu")
         name = "wheel.json" if to == "json" else "wheel_basilisk.py"
         texts = {name: sheet(content) if to == "json" else basilisk(content)}
     else:
-        what = _what(model, kind, what)
+        what = _part_to_export(model, kind, what)
         options = {"period": period, "gains": gains, "table_inertia": table_inertia}
         options |= {"speed_sigma": speed_sigma, "scale_drift": scale_drift}
         where = f"--to {to}" if what is None else f"--what {what}"
         require_given(where, missing_of_part(what, options, is_designed=content is not None))
         assert what is not None
         assert period is not None
-        choice = Choice(what, period, given, range_, rate_limit, on_bad)
+        choice = Choice(what, period, design_options, range_, rate_limit, on_bad)
         if to == "c":
             texts = c_files(model, content, choice, precision, origin)
         else:
@@ -161,9 +154,9 @@ def export(
 
             if write_fmu(target, scratch / names[0]) is None:
                 say("found no C compiler: the unit contains its sources only")
-    written = tuple(folder / name for name in names)
-    say(f"written: {', '.join(map(str, written))}")
-    return written
+    paths = tuple(folder / name for name in names)
+    say(f"written: {', '.join(map(str, paths))}")
+    return paths
 
 
 def _scenario_of(model: Any, *, force: bool) -> "Scenario | None":
@@ -189,8 +182,8 @@ def _kind_of(model: Any) -> str | None:
     return part_kind(model)
 
 
-def _what(model: Any, kind: str | None, what: str | None) -> str | None:
+def _part_to_export(model: Any, kind: str | None, choice: str | None) -> str | None:
     """Kind of part to export: that of the part, or the option."""
-    if kind is not None and what not in (None, kind):
-        raise InputError(f"--what {what}: found {name_of(model)}, expected {kind}, or no --what")
-    return kind or what
+    if kind is not None and choice not in (None, kind):
+        raise InputError(f"--what {choice}: found {name_of(model)}, expected {kind}, or no --what")
+    return kind or choice

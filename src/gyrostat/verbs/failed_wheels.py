@@ -49,17 +49,17 @@ def failures_of(failed: Named, file: "SpacecraftFile") -> dict[int, FailedWheel]
     wheels = file.spacecraft.wheels
     limits = np.broadcast_to(wheels.momentum_limit, wheels.count)
     inertia = np.broadcast_to(np.asarray(wheels.inertia), wheels.count)
-    found: dict[int, FailedWheel] = {}
+    failures: dict[int, FailedWheel] = {}
     for name, value in named(failed, "--failed", bare=True).items():
         number, where = file.wheel_number(name, "--failed"), f"--failed {name}"
-        found[number] = failure = _failure(value, where, float(inertia[number]))
-        most = float(limits[number])
-        if abs(failure.momentum or 0.0) > most * (1.0 + LIMIT_TOLERANCE):
+        failures[number] = failure = _failure(value, where, float(inertia[number]))
+        limit = float(limits[number])
+        if abs(failure.momentum or 0.0) > limit * (1.0 + LIMIT_TOLERANCE):
             raise InputError(
                 f"{where}: found {failure.momentum:g} N·m·s, expected at most the wheel's momentum "
-                f"limit, {most:g} N·m·s"
+                f"limit, {limit:g} N·m·s"
             )
-    return found
+    return failures
 
 
 def _failure(value: Quantity | None, where: str, inertia: float) -> FailedWheel:
@@ -94,23 +94,23 @@ def momenta_of(
     Raises:
         InputError: The momentum of a frozen wheel is not known.
     """
-    known = None if telemetry is None else telemetry.wheel_momentum(file.spacecraft)
-    changed = differing(failures, file, telemetry)
-    found: dict[int, float] = {}
+    measured = None if telemetry is None else telemetry.wheel_momentum(file.spacecraft)
+    differences = differing(failures, file, telemetry)
+    momenta: dict[int, float] = {}
     for number, failure in failures.items():
         name = file.wheel_names[number]
         if failure.kind != "frozen":
-            found[number] = 0.0
-        elif known is not None and number not in changed:
-            found[number] = float(known[number])
+            momenta[number] = 0.0
+        elif measured is not None and number not in differences:
+            momenta[number] = float(measured[number])
         elif failure.momentum is not None:
-            found[number] = failure.momentum
+            momenta[number] = failure.momentum
         else:
             raise InputError(
                 f"--failed {name}: found frozen without the wheel speeds, expected telemetry "
                 f"instead of --momentum, or its momentum or speed: {name}=0.3 or {name}=180rpm"
             )
-    return found
+    return momenta
 
 
 def in_words(
@@ -123,14 +123,14 @@ def in_words(
         file: Spacecraft.
         kept: Number of each failed wheel -> the momentum that it keeps, N·m·s.
     """
-    words = {"seized": "seized: stopped, without momentum", "rundown": "runs down to rest"}
-    found = {}
+    descriptions = {"seized": "seized: stopped, without momentum", "rundown": "runs down to rest"}
+    texts = {}
     for number, failure in failures.items():
-        text = words.get(failure.kind, f"keeps {kept[number]:.4g} N·m·s")
+        text = descriptions.get(failure.kind, f"keeps {kept[number]:.4g} N·m·s")
         if failure.time_constant is not None:
             text += f" with the time constant {failure.time_constant:g} s"
-        found[file.wheel_names[number]] = text
-    return found
+        texts[file.wheel_names[number]] = text
+    return texts
 
 
 def differing(
@@ -173,16 +173,16 @@ def losses_of(
             f"expected {measured:g} N·m·s as in the telemetry, where the simulation starts, or "
             "frozen"
         )
-    found: dict[int, Loss] = {}
+    losses: dict[int, Loss] = {}
     for number, failure in failures.items():
         constant = failure.time_constant
-        found[number] = Loss(failure.kind) if constant is None else Loss(failure.kind, constant)
+        losses[number] = Loss(failure.kind) if constant is None else Loss(failure.kind, constant)
     for name, value in named(brake, "--brake").items():
         number = file.wheel_number(name, "--brake")
-        if number not in found:
+        if number not in losses:
             raise InputError(f"--brake {name}: found a wheel that works, expected a failed one")
-        found[number] = replace(found[number], **_brake(value, f"--brake {name}"))
-    return found
+        losses[number] = replace(losses[number], **_brake(value, f"--brake {name}"))
+    return losses
 
 
 def _brake(value: str, where: str) -> dict[str, float]:

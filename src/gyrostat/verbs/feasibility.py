@@ -106,35 +106,35 @@ def feasible(
     if aim is not None:
         aim = unit_quaternion(aim, "target")
     body = None if boresight is None else direction(boresight, "--boresight")
-    sought = None if towards is None else direction(towards, "--towards")
-    if sought is not None and body is None:
+    inertial = None if towards is None else direction(towards, "--towards")
+    if inertial is not None and body is None:
         raise InputError("--towards: found no --boresight, expected the body direction to point")
-    pointing = None if sought is None or body is None else (body, sought)
+    pointing = None if inertial is None or body is None else (body, inertial)
     state, doubts = source.read(file) if source.is_given else (None, [])
-    changed = differing(failures, file, state)
+    differences = differing(failures, file, state)
     doubts += target_doubts(target, euler, scalar_last=scalar_last)
     doubts += unlikely_spacecraft(file)
-    doubts += _changed(changed, failures, file)
+    doubts += _momentum_remarks(differences, failures, file)
     if state is not None:
         total = state.total_momentum(file.spacecraft)
     else:
         total = numbers(() if momentum is None else momentum, 3, "momentum", "--momentum")
-    kept = momenta_of(failures, file, state)
+    momenta = momenta_of(failures, file, state)
     question = Question(
         file=file,
         momentum=total,
-        failed=kept,
+        failed=momenta,
         target=aim,
-        towards=sought,
+        towards=inertial,
         tolerance=in_si_or_none(tolerance, "angle", "--tolerance"),
         inputs=Inputs(
-            file.wheel_names, in_words(failures, file, kept), aim, pointing, state, doubts
+            file.wheel_names, in_words(failures, file, momenta), aim, pointing, state, doubts
         ),
     )
     answer = holdable(
         file.spacecraft,
         total,
-        failed=kept,
+        failed=momenta,
         target=aim,
         boresight=pointing,
         tolerance=question.tolerance,
@@ -146,11 +146,11 @@ def feasible(
         from gyrostat.verbs.next_steps import Query, after_feasible
 
         options = {**attitudes, "--boresight": pointing and boresight, "--towards": towards}
-        words = named(failed, "--failed", bare=True)
-        query = Query(spacecraft, words, source, options, Path(out))
+        wheel_failures = named(failed, "--failed", bare=True)
+        query = Query(spacecraft, wheel_failures, source, options, Path(out))
         names = file.wheel_names
-        by_name = {names[k]: value for k, value in kept.items()}
-        steps = after_feasible(query, answer, total, by_name, [names[k] for k in changed])
+        by_name = {names[k]: value for k, value in momenta.items()}
+        steps = after_feasible(query, answer, total, by_name, [names[k] for k in differences])
     maps = _maps(question, answer, body)
     write_holdable(
         question, answer, maps, Path(out), steps=steps, command=command, say=say, force=force
@@ -167,18 +167,18 @@ def _maps(question: "Question", answer: "Holdable", body: "Vector | None") -> "l
 
     if answer.sky is not None:
         return [Drawn(answer.sky, question.towards, answer.direction)]
-    craft, total, kept = question.file.spacecraft, question.momentum, question.failed
+    craft, total, momenta = question.file.spacecraft, question.momentum, question.failed
     return [
         Drawn(
-            holdable_sky(craft, total, failed=kept, boresight=axis),
-            _turned(question.target, axis),
-            _turned(answer.attitude, axis),
+            holdable_sky(craft, total, failed=momenta, boresight=axis),
+            _to_inertial(question.target, axis),
+            _to_inertial(answer.attitude, axis),
         )
         for axis in ([np.array(axis) for axis in AXES.values()] if body is None else [body])
     ]
 
 
-def _changed(
+def _momentum_remarks(
     measured: Mapping[int, float], failures: Mapping[int, Any], file: "SpacecraftFile"
 ) -> list[str]:
     """Remarks on failed wheels whose given momentum is not that of telemetry."""
@@ -189,7 +189,7 @@ def _changed(
     ]
 
 
-def _turned(attitude: "Vector | None", body: "Vector") -> "Vector | None":
+def _to_inertial(attitude: "Vector | None", body: "Vector") -> "Vector | None":
     """Direction in inertial axes, from body axes."""
     from gyrostat.failures.attitudes import matrix_of
 

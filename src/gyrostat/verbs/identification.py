@@ -176,10 +176,10 @@ def identify(
         trends = stage.trends_of(replace(problem, model=fit.model), say)
         fit = replace(fit, temperatures=tuple(trends))
         if compare or held_out:
-            others = load_records(held_out or (), say, **reading)
+            test_records = load_records(held_out or (), say, **reading)
             say("ranking the other friction models")
-            others = [record.scaled(**factors) for record in others]
-            ranking = stage.candidates_of(problem, others, known=fit)
+            test_records = [record.scaled(**factors) for record in test_records]
+            ranking = stage.candidates_of(problem, test_records, known=fit)
             fit = replace(fit, comparison=tuple(ranking))
     else:
         batch_only = {
@@ -196,8 +196,8 @@ def identify(
         }
         refuse_given(batch_only, f"--method {method}", "--method batch")
         common["speed_sigma"] = sigmas[0] if sigmas else None
-        given = None if model is None else choice
-        fit = stage.identify_dedicated(method, measured, model=given, tolerance=tolerance, **common)
+        kind = None if model is None else choice
+        fit = stage.identify_dedicated(method, measured, model=kind, tolerance=tolerance, **common)
     if out is not None:
         write_fit(fit, Path(out), command=command, say=say, force=force)
     return fit

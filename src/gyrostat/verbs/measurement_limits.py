@@ -26,17 +26,17 @@ def measurement_limits(what: str, ranges: Named, rates: Named) -> "dict[str, Fie
     from gyrostat.control import FieldLimits
     from gyrostat.core.validation import require
 
-    found: dict[str, FieldLimits] = {}
-    known = PARTS[what].fields
-    for name, value, text in _given("--range", "LOWER:UPPER", ranges, what):
-        both = value.split(":", 1) if isinstance(value, str) else value
-        if len(both) != 2:
+    limits: dict[str, FieldLimits] = {}
+    fields = PARTS[what].fields
+    for name, value, text in _entries("--range", "LOWER:UPPER", ranges, what):
+        bounds = value.split(":", 1) if isinstance(value, str) else value
+        if len(bounds) != 2:
             raise InputError(f"--range: found {text!r}, expected FIELD=LOWER:UPPER")
-        lower, upper = (in_si(end, known[name], f"--range {name}") for end in both)
+        lower, upper = (in_si(end, fields[name], f"--range {name}") for end in bounds)
         if not lower < upper:
             raise InputError(f"--range {name}: found {value}, expected the lower value first")
-        found[name] = FieldLimits(lower, upper)
-    for name, value, text in _given("--rate-limit", "VALUE", rates, what):
+        limits[name] = FieldLimits(lower, upper)
+    for name, value, text in _entries("--rate-limit", "VALUE", rates, what):
         try:
             rate = float(value)
         except ValueError:
@@ -44,27 +44,27 @@ def measurement_limits(what: str, ranges: Named, rates: Named) -> "dict[str, Fie
                 f"--rate-limit: found {text!r}, expected FIELD=VALUE, a number in the SI unit per s"
             ) from None
         require(f"--rate-limit {name}", rate, positive=True)
-        found[name] = found.get(name, FieldLimits())._replace(rate=rate)
-    return found
+        limits[name] = limits.get(name, FieldLimits())._replace(rate=rate)
+    return limits
 
 
-def _given(option: str, form: str, values: Named, what: str) -> Iterator[tuple[str, Any, str]]:
+def _entries(option: str, form: str, values: Named, part: str) -> Iterator[tuple[str, Any, str]]:
     """Field, value and text of each limit."""
     if isinstance(values, Mapping):
-        given = [(name, value, f"{name}={value}") for name, value in values.items()]
+        entries = [(name, value, f"{name}={value}") for name, value in values.items()]
     else:
         texts = [values] if isinstance(values, str) else values or ()
-        given = [(*text.partition("=")[::2], text) for text in texts]
-    known, seen = PARTS[what].fields, set()
-    for name, value, text in given:
-        if not known:
-            raise InputError(f"{option}: found {text!r}, expected none with --what {what}")
-        if name not in known or value == "":
+        entries = [(*text.partition("=")[::2], text) for text in texts]
+    fields, names = PARTS[part].fields, set()
+    for name, value, text in entries:
+        if not fields:
+            raise InputError(f"{option}: found {text!r}, expected none with --what {part}")
+        if name not in fields or value == "":
             raise InputError(
                 f"{option}: found {text!r}, expected FIELD={form} with FIELD one of "
-                f"{', '.join(known)}"
+                f"{', '.join(fields)}"
             )
-        if name in seen:
+        if name in names:
             raise InputError(f"{option}: found {name} twice, expected it once")
-        seen.add(name)
+        names.add(name)
         yield name, value, text

@@ -94,7 +94,11 @@ def after_feasible(
         where = "the target" if answer.holdable else "the nearest feasible attitude"
         if query.telemetry.is_given:
             as_measured = {**query.failed, **dict.fromkeys(frozen, "frozen")}
-            words = [*_failed(as_measured), *query.state_words(), *_recovery_target(query, answer)]
+            words = [
+                *_repeat("--failed", as_measured),
+                *query.state_words(),
+                *_recovery_target(query, answer),
+            ]
             steps.append(
                 NextStep(
                     f"simulate the slew to {where}", query.command("recover", words, "recover")
@@ -109,7 +113,7 @@ def after_feasible(
             )
     elif any(kept.values()):
         words = [
-            *_failed(dict.fromkeys(kept, "seized")),
+            *_repeat("--failed", dict.fromkeys(kept, "seized")),
             *query.state_words(),
             *query.target_words(),
         ]
@@ -117,7 +121,7 @@ def after_feasible(
             words += _option("--momentum", momentum)
         why = "the answer if the failed wheels stop (brake, friction)"
         steps.append(NextStep(why, query.command("feasible", words, "stopped")))
-    return steps + _unloaded(query, answer, momentum, kept)
+    return steps + _after_unloading(query, answer, momentum, kept)
 
 
 def after_recover(
@@ -148,29 +152,29 @@ def after_recover(
     if recovery.is_too_short and math.isfinite(latest):
         # the wheel must have slowed down, and the slew still takes as long as this one
         periods = math.ceil(max(2.0 * duration, latest + duration) / period)
-        words = [*_failed(query.failed), *_named("--brake", query.brake)]
+        words = [*_repeat("--failed", query.failed), *_repeat("--brake", query.brake)]
         words += [*query.state_words(), *query.target_words()]
         words += _option("--external-torque", query.external_torque)
         words += ["--duration", f"{periods * period:.12g}"]
         if period != DEFAULT_PERIOD:
             words += ["--period", f"{period:.12g}"]
         steps.append(NextStep("simulate longer", query.command("recover", words, "longer")))
-    return steps + _unloaded(query, answer, momentum, kept)
+    return steps + _after_unloading(query, answer, momentum, kept)
 
 
 DEFAULT_PERIOD = 0.5
 """Control period of `recover` if none is given, s."""
 
 
-def _unloaded(
-    query: Query, answer: "Holdable", momentum: "Vector", kept: Mapping[str, float]
+def _after_unloading(
+    query: Query, answer: "Holdable", momentum: "Vector", momenta: Mapping[str, float]
 ) -> list[NextStep]:
     """The same query after unloading, to verify that the target is then feasible."""
     if answer.unload is None:
         return []
-    left = ",".join(f"{value:.12g}" for value in momentum - answer.unload + 0.0)
-    failed = {name: f"{value:.12g}" if value else "seized" for name, value in kept.items()}
-    words = [*_failed(failed), "--momentum", left, *query.target_words()]
+    momentum_text = ",".join(f"{value:.12g}" for value in momentum - answer.unload + 0.0)
+    failures = {name: f"{value:.12g}" if value else "seized" for name, value in momenta.items()}
+    words = [*_repeat("--failed", failures), "--momentum", momentum_text, *query.target_words()]
     why = "verify the target with that momentum unloaded"
     return [NextStep(why, query.command("feasible", words, "unloaded"))]
 
@@ -186,11 +190,7 @@ def _recovery_target(query: Query, answer: "Holdable") -> list[str]:
     return [*_option("--target", quaternion), *query.order()]
 
 
-def _failed(failed: Mapping[str, Any]) -> list[str]:
-    return _named("--failed", failed)
-
-
-def _named(option: str, values: Mapping[str, Any]) -> list[str]:
+def _repeat(option: str, values: Mapping[str, Any]) -> list[str]:
     """Repeated option with NAME or NAME=VALUE."""
     return [
         word

@@ -101,55 +101,55 @@ def recover(
     aim = unit_quaternion(one_attitude("target", options, scalar_last=scalar_last), "target")
     failures = failures_of(failed, file)
     source = TelemetryOptions(attitude, attitude_euler, rate, wheels, telemetry, scalar_last)
-    now, doubts = source.read(file)
+    state, doubts = source.read(file)
     doubts += target_doubts(target, euler, scalar_last=scalar_last)
     doubts += unlikely_spacecraft(file)
-    disturbing = np.zeros(3)
+    torque = np.zeros(3)
     if external_torque is not None:
-        disturbing = numbers(external_torque, 3, "torque", "--external-torque")
-    losses = losses_of(failures, file, now, brake)
-    start = state_of(file.spacecraft, now.attitude, now.rate, now.wheel_speed)
-    lost = ", ".join(
+        torque = numbers(external_torque, 3, "torque", "--external-torque")
+    losses = losses_of(failures, file, state, brake)
+    start = state_of(file.spacecraft, state.attitude, state.rate, state.wheel_speed)
+    failure_text = ", ".join(
         f"{name}{'' if how is None else f'={how}'}"
         for name, how in named(failed, "--failed", bare=True).items()
     )
-    say(f"simulating {file.name or _source(spacecraft)} from the failure of {lost}")
+    say(f"simulating {file.name or _source(spacecraft)} from the failure of {failure_text}")
     length, step = in_si(duration, "time", "--duration"), in_si(period, "time", "--period")
-    found = simulate(
+    recovery = simulate(
         file.spacecraft,
         start,
         losses,
         target=aim,
         duration=length,
         control_period=step,
-        external_torque=disturbing,
+        external_torque=torque,
     )
-    flown = found.histories
-    if flown is not None:
+    histories = recovery.histories
+    if histories is not None:
         names = Signal(("wheel",), np.array(file.wheel_names))
-        flown = replace(flown, coordinates={**flown.coordinates, "wheel": names})
-        found = replace(found, histories=flown)
+        histories = replace(histories, coordinates={**histories.coordinates, "wheel": names})
+        recovery = replace(recovery, histories=histories)
     if out is None:
-        return found
+        return recovery
     # a wheel that is braked ends at rest
     resting = {k: w for k, w in failures.items() if not losses[k].slows_down}
-    kept = dict.fromkeys(failures, 0.0) | momenta_of(resting, file, now)
+    momenta = dict.fromkeys(failures, 0.0) | momenta_of(resting, file, state)
     steps = []
     if isinstance(spacecraft, str | Path):
         from gyrostat.verbs.next_steps import Query, after_recover
 
-        words = named(failed, "--failed", bare=True)
+        wheel_failures = named(failed, "--failed", bare=True)
         query = Query(
-            *(spacecraft, words, source, options, Path(out), named(brake, "--brake")),
+            *(spacecraft, wheel_failures, source, options, Path(out), named(brake, "--brake")),
             external_torque=external_torque,
         )
-        total = now.total_momentum(file.spacecraft)
-        by_name = {file.wheel_names[k]: value for k, value in kept.items()}
-        steps = after_recover(query, found, total, by_name, duration=length, period=step)
-    inputs = Inputs(file.wheel_names, in_words(failures, file, kept), aim, None, now, doubts)
+        total = state.total_momentum(file.spacecraft)
+        by_name = {file.wheel_names[k]: value for k, value in momenta.items()}
+        steps = after_recover(query, recovery, total, by_name, duration=length, period=step)
+    inputs = Inputs(file.wheel_names, in_words(failures, file, momenta), aim, None, state, doubts)
     texts: dict[str, Any] = {"command": command, "say": say, "force": force}
-    write_recovery(file, found, losses, Path(out), inputs=inputs, steps=steps, **texts)
-    return found
+    write_recovery(file, recovery, losses, Path(out), inputs=inputs, steps=steps, **texts)
+    return recovery
 
 
 def _source(spacecraft: object) -> str:

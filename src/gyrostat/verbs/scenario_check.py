@@ -27,11 +27,7 @@ class CheckedScenario(dict[str, str]):
 
 
 def check(
-    scenario: "Scenario | str | Path",
-    *,
-    force: bool = False,
-    say: Say = silent,
-    **changes: Any,
+    scenario: "Scenario | str | Path", *, force: bool = False, say: Say = silent, **changes: Any
 ) -> CheckedScenario:
     """Check a scenario without simulating it: keys, controller designs, and calls of every part.
 
@@ -60,29 +56,29 @@ def check(
     from gyrostat.scenario.kinds.registry import kinds_of
     from gyrostat.scenario_files.scenario_file import validated
 
-    found = scenario_of(scenario, force=force, changes=changes)
+    definition = scenario_of(scenario, force=force, changes=changes)
     if not isinstance(scenario, str | Path) and not changes:
-        validated(found)
-    named = CheckedScenario(kinds_of(found))
-    named.unlikely = say_unlikely(found, say)
-    named.parts = supports_of(found, designs_of(found)) if found.sources else {}
-    for section, kind in named.items():
+        validated(definition)
+    result = CheckedScenario(kinds_of(definition))
+    result.unlikely = say_unlikely(definition, say)
+    result.parts = supports_of(definition, designs_of(definition)) if definition.sources else {}
+    for section, kind in result.items():
         start = f"{section}."
         parts = [
             f"{key.removeprefix(start)} = {value:g}"
-            for key, value in found.values.items()
+            for key, value in definition.values.items()
             if key.startswith(start) and is_user_kind(kind)
         ]
         say(", ".join([f"{section}: {kind}", *parts]))
-        if section in named.parts:
-            say(f"  {named.parts[section]}")
-    if is_user_kind(found.friction):
-        say(f"friction: {found.friction}{friction_at_rest(found)}")
-        if "friction" in named.parts:
-            say(f"  {named.parts['friction']}")
-    for line in requirement_lines(found):
+        if section in result.parts:
+            say(f"  {result.parts[section]}")
+    if is_user_kind(definition.friction):
+        say(f"friction: {definition.friction}{friction_at_rest(definition)}")
+        if "friction" in result.parts:
+            say(f"  {result.parts['friction']}")
+    for line in requirement_lines(definition):
         say(line)
-    return named
+    return result
 
 
 def say_unlikely(scenario: "Scenario", say: Say) -> list[str]:

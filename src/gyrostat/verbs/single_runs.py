@@ -56,8 +56,7 @@ def simulate(
             replaced.
     """
     options = {"seed": seed, "device": device, "engine": engine, "force": force, "verify": verify}
-    made = simulated(scenario, out, **options, say=say, command=command, changes=changes)
-    return made.dataset()
+    return simulated(scenario, out, **options, say=say, command=command, changes=changes).dataset()
 
 
 def simulated(
@@ -93,20 +92,20 @@ def simulated(
     from gyrostat.campaigns.execute import chosen_engine
     from gyrostat.runs.user.trial import say_bad_commands
 
-    found = scenario_of(scenario, force=force, changes=changes or {})
-    say_unlikely(found, say)
-    say(f"simulating {found.name}: {found.duration:g} s")
-    engine = chosen_engine(engine, found, device, say, verify=verify)
-    flown = fly(found, seed, None, keep=[0], engine=engine)
-    say_bad_commands(found, flown.columns, say)
+    definition = scenario_of(scenario, force=force, changes=changes or {})
+    say_unlikely(definition, say)
+    say(f"simulating {definition.name}: {definition.duration:g} s")
+    engine = chosen_engine(engine, definition, device, say, verify=verify)
+    results = fly(definition, seed, None, keep=[0], engine=engine)
+    say_bad_commands(definition, results.columns, say)
     if path is not None:
         from gyrostat.reports.campaign_run import write_run
 
-        write_run(found, flown, path, command=command, say=say, force=force)
-    assert flown.histories is not None
-    names = ("ended", *metrics_of(found))
-    values = {name: flown.columns[name][0].item() for name in names}
-    return replace(flown.histories.of_run(0), attributes={"scenario": found.name, **values})
+        write_run(definition, results, path, command=command, say=say, force=force)
+    assert results.histories is not None
+    names = ("ended", *metrics_of(definition))
+    values = {name: results.columns[name][0].item() for name in names}
+    return replace(results.histories.of_run(0), attributes={"scenario": definition.name, **values})
 
 
 def replay(
@@ -134,8 +133,8 @@ def replay(
     """
     import xarray as xr
 
-    written = replayed(folder, run, say=say, command=command)
-    with xr.open_dataset(written, engine="h5netcdf") as history:
+    path = replayed(folder, run, say=say, command=command)
+    with xr.open_dataset(path, engine="h5netcdf") as history:
         return history.load()
 
 
@@ -151,16 +150,16 @@ def replayed(folder: "str | Path | xr.Dataset", run: int, *, say: Say, command: 
 
     path = Path(folder if isinstance(folder, str | Path) else folder.attrs["folder"])
     store = Store(path, say)
-    known = store.known()
-    runs = known.runs if known.search is None else store.read_table().num_rows
+    campaign = store.known()
+    runs = campaign.runs if campaign.search is None else store.read_table().num_rows
     if run not in range(runs):
         raise InputError(f"run: found {run}, expected 0 to {runs - 1}")
-    refuse_other(known.engine, str(path))
-    for found in other_packages(Scenario.from_text(known.scenario)):
-        say(f"warning: {path}: found {found}, with which the campaign was started")
+    refuse_other(campaign.engine, str(path))
+    for package in other_packages(Scenario.from_text(campaign.scenario)):
+        say(f"warning: {path}: found {package}, with which the campaign was started")
     with store.locked():
-        store.mend(known)
-        opener, _, fly_job = executor_for(known, 1)
-        written = simulate_again(store, known, [run], opener, fly_job)[0]
-    write_replay(known, written, run, command=command, say=say)
-    return written
+        store.mend(campaign)
+        opener, _, fly_job = executor_for(campaign, 1)
+        history = simulate_again(store, campaign, [run], opener, fly_job)[0]
+    write_replay(campaign, history, run, command=command, say=say)
+    return history

@@ -85,13 +85,13 @@ class TelemetryOptions:
         where = "telemetry"
         if self.telemetry is not None:
             path = where = Path(self.telemetry)
-            stored, further = _read_file(path, file, scalar_last=self.scalar_last)
+            file_values, further = _read_file(path, file, scalar_last=self.scalar_last)
             doubts += further
-            for name in values.keys() & stored.keys():
+            for name in values.keys() & file_values.keys():
                 raise InputError(
                     f"--{name}: found it beside --telemetry {path}, which has it too; expected one"
                 )
-            values |= stored
+            values |= file_values
         missing = [name for name in ("attitude", "wheels") if name not in values]
         require_given(str(where), [_MISSING[name] for name in missing])
         attitude: Any = values["attitude"]
@@ -122,10 +122,10 @@ def speeds_of(values: str | Iterable[Quantity], file: "SpacecraftFile") -> "Vect
         names = ", ".join(file.wheel_names)
         raise InputError(f"--wheels: found {values!r}, expected {count} values, for {names}")
     has_units = [not is_number(part) for part in parts]
-    without = [p for p, unit in zip(parts, has_units, strict=True) if not unit and float(p) != 0.0]
-    if any(has_units) and without:
+    unitless = [p for p, unit in zip(parts, has_units, strict=True) if not unit and float(p) != 0.0]
+    if any(has_units) and unitless:
         raise InputError(
-            f"--wheels: found {without[0]} without and others with a unit, expected a unit for "
+            f"--wheels: found {unitless[0]} without and others with a unit, expected a unit for "
             "all, or for none: momenta in N·m·s"
         )
     inertia = np.broadcast_to(np.asarray(file.spacecraft.wheels.inertia), (count,))
@@ -179,11 +179,11 @@ def _read_file(
             size, dimension = (4, None) if key == "attitude" else (3, "angle")
             parts = _list(path, key, table[key], [f"[{k}]" for k in range(size)], dimension)
             values["attitude"] = one_attitude(key, {key: parts}, scalar_last=order)
-            place = f"{path}: key {key}"
+            where = f"{path}: key {key}"
             doubts += (
-                order_doubt(place, parts, scalar_last=order)
+                order_doubt(where, parts, scalar_last=order)
                 if key == "attitude"
-                else angle_doubt(place, table[key])
+                else angle_doubt(where, table[key])
             )
     if "rate" in table:
         parts = _list(path, "rate", table["rate"], [f"[{k}]" for k in range(3)], "speed")
@@ -194,8 +194,8 @@ def _read_file(
         ("wheel_momentum", "momentum", 1.0 / inertia),
     ):
         if key in table:
-            found = _by_wheel(path, key, table[key], file)
-            parts = _list(path, key, found, [f"[{name}]" for name in file.wheel_names], dimension)
+            entries = _by_wheel(path, key, table[key], file)
+            parts = _list(path, key, entries, [f"[{name}]" for name in file.wheel_names], dimension)
             values["wheels"] = factor * np.array(parts)
     return values, doubts
 

@@ -70,18 +70,18 @@ def tune(
 
     folder = Path(out)
     check_writable(folder)
-    found = scenario_of(scenario, force=force, changes=changes)
-    if not found.dispersions:
-        raise InputError(f"{found.name}: key dispersion: found none, expected at least one")
-    say_unlikely(found, say)
+    definition = scenario_of(scenario, force=force, changes=changes)
+    if not definition.dispersions:
+        raise InputError(f"{definition.name}: key dispersion: found none, expected at least one")
+    say_unlikely(definition, say)
     limits = [subject_to] if isinstance(subject_to, str) else [*subject_to]
-    question = Tuning.of(found, named(free, "--free", bare=True), minimise, limits)
+    question = Tuning.of(definition, named(free, "--free", bare=True), minimise, limits)
     options = Options(runs, seed, workers, 0, force, verify)
-    asked = question.scenario(found)
-    content = run_question(asked, folder, question, options, say, on_progress, command)
+    free_scenario = question.scenario(definition)
+    content = run_question(free_scenario, folder, question, options, say, on_progress, command)
     values = {each["key"]: each["after"] for each in content["free"]}
     if isinstance(scenario, str | Path) and not changes:
-        _write(Path(scenario), found.replace(**values), values, folder, say)
+        _write(Path(scenario), definition.replace(**values), values, folder, say)
     return {**content, "values": values}
 
 
@@ -98,20 +98,19 @@ def _write(
         text = _with_value(text, section, name, value)
     text = _with_paths(text, path.parent, folder)
     store = Store(folder, say)
-    known = store.known()
+    campaign = store.known()
     trial = folder / f".{TUNED}"
     try:
         trial.write_text(text, encoding="utf-8")
-        made = read_scenario(trial, force=True)
-        same = dict(made.values) == dict(expected.values)
+        matches = dict(read_scenario(trial, force=True).values) == dict(expected.values)
     except InputError:
-        same = False
+        matches = False
     finally:
         trial.unlink(missing_ok=True)
-    if not same:
+    if not matches:
         say(f"{TUNED}: not written, the keys are not plain lines of {path.name}: see report.json")
         return
-    with store.locked(), store.results(known) as scratch:
+    with store.locked(), store.results(campaign) as scratch:
         (scratch / TUNED).write_text(text, encoding="utf-8")
     say(f"written: {folder / TUNED}")
 
@@ -121,21 +120,21 @@ def _with_value(text: str, section: str, name: str, value: float) -> str:
     head = re.search(rf"^\[{re.escape(section)}\][^\n]*\n", text, re.MULTILINE)
     if head is None:
         return text
-    rest = text[head.end() :]
-    end = re.search(r"^\[", rest, re.MULTILINE)
-    body = rest[: end.start()] if end else rest
+    tail = text[head.end() :]
+    end = re.search(r"^\[", tail, re.MULTILINE)
+    body = tail[: end.start()] if end else tail
     line = f"{name} = {value!r}\n"
-    changed, count = re.subn(rf"^{re.escape(name)}\s*=[^\n]*\n", line, body, flags=re.MULTILINE)
-    return text[: head.end()] + (changed if count else line + body) + rest[len(body) :]
+    new_body, count = re.subn(rf"^{re.escape(name)}\s*=[^\n]*\n", line, body, flags=re.MULTILINE)
+    return text[: head.end()] + (new_body if count else line + body) + tail[len(body) :]
 
 
 def _with_paths(text: str, source: Path, folder: Path) -> str:
     """Text in which the paths of existing files are relative to another folder."""
 
-    def moved(match: re.Match[str]) -> str:
-        name, colon, rest = match[1].partition(":")
+    def relocate(match: re.Match[str]) -> str:
+        name, colon, suffix = match[1].partition(":")
         if not name or not (source / name).is_file():
             return match[0]
-        return f'"{os.path.relpath(source / name, folder)}{colon}{rest}"'
+        return f'"{os.path.relpath(source / name, folder)}{colon}{suffix}"'
 
-    return re.sub(r'"([^"\n]+)"', moved, text)
+    return re.sub(r'"([^"\n]+)"', relocate, text)

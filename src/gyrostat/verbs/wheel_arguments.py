@@ -45,18 +45,18 @@ def load_records(
     one_of(missing, MISSING, "--missing")
     for name in ("columns", "units"):
         reading[name] = named(reading[name], f"--{name}") or None
-    several = [records] if isinstance(records, Record | str | Path) else list(records)
-    found = []
-    for item in several:
+    items = [records] if isinstance(records, Record | str | Path) else list(records)
+    results = []
+    for item in items:
         if isinstance(item, Record):
-            record, known = item, len(item.notes)
+            record, note_count = item, len(item.notes)
         else:
-            record, known = read_record(item, missing=missing, **reading), 0  # pyright: ignore[reportArgumentType]
+            record, note_count = read_record(item, missing=missing, **reading), 0  # pyright: ignore[reportArgumentType]
         record = cut(_signed(record) if unsigned_speed else record)
-        for note in record.notes[known:]:
+        for note in record.notes[note_count:]:
             say(f"{record.name}: {note}")
-        found.append(record)
-    return found
+        results.append(record)
+    return results
 
 
 def _signed(record: "Record") -> "Record":
@@ -93,14 +93,14 @@ def wheel_model(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) 
 
     if isinstance(model, Fit):
         model.wheel()
-        found = model.wheel_model()
-        if found is not None and found.impossible and not force:
+        result = model.wheel_model()
+        if result is not None and result.impossible and not force:
             raise InputError(
-                f"{model.method} fit: found a wheel that is not valid ({found.impossible}), "
+                f"{model.method} fit: found a wheel that is not valid ({result.impossible}), "
                 "expected a valid one; force=True accepts it if it can be simulated"
             )
-        assert found is not None
-        return found
+        assert result is not None
+        return result
     if isinstance(model, WheelModel):
         model.static_friction()
         return model
@@ -147,14 +147,14 @@ def priors(values: Named, model: "str | Law") -> dict[str, tuple[float, float]]:
     Raises:
         InputError: A name or unit is unknown, or a value does not have two numbers.
     """
-    found = {}
+    pairs = {}
     for name, value in named(values, "--prior").items():
-        both = value.split(":", 1) if isinstance(value, str) else value
-        if not isinstance(both, Sequence) or len(both) != 2:
+        parts = value.split(":", 1) if isinstance(value, str) else value
+        if not isinstance(parts, Sequence) or len(parts) != 2:
             raise InputError(f"--prior {name}: found {value!r}, expected MEAN:SIGMA")
-        mean, sigma = (_parameter_in_si(part, name, model, "--prior") for part in both)
-        found[name] = (mean, sigma)
-    return found
+        mean, sigma = (_parameter_in_si(part, name, model, "--prior") for part in parts)
+        pairs[name] = (mean, sigma)
+    return pairs
 
 
 def inertia_and_tolerance(value: Quantity | None) -> tuple[float | None, dict[str, float]]:
@@ -185,9 +185,9 @@ def factors_and_tolerances(
     from gyrostat.core.units import parse_uncertain
 
     factors, tolerances = {}, {}
-    for name, given in options.items():
+    for name, factor in options.items():
         where = f"--{name.replace('_', '-')}"
-        text = given if given is None or isinstance(given, str) else repr(float(given))
+        text = factor if factor is None or isinstance(factor, str) else repr(float(factor))
         value, sigma = (1.0, 0.0) if text is None else parse_uncertain(text, None, where)
         factors[name] = 1.0 if value is None else value
         if not factors[name] > 0.0:

@@ -88,9 +88,9 @@ def validate(
     if isinstance(sheet, str | Path):
         sheet = read_wheel_sheet(sheet, partial=True)
     # accept a wheel marked as impossible: validation is the test of it
-    known = wheel_model(model, force=True)
-    known.wheel()
-    values = {**known.values, **_drive(hold, known.static_friction())}
+    wheel_data = wheel_model(model, force=True)
+    wheel_data.wheel()
+    values = {**wheel_data.values, **_drive(hold, wheel_data.static_friction())}
     measured = load_records(
         record,
         say,
@@ -101,14 +101,14 @@ def validate(
         missing=missing,
     )[0]
     result = predict(
-        known.static_friction(),
+        wheel_data.static_friction(),
         values,
         measured,
         current_hold=current_hold,  # pyright: ignore[reportArgumentType]
-        covariance=known.covariance(),
+        covariance=wheel_data.covariance(),
     )
     if sheet is not None:
-        result = replace(result, acceptance=accept(sheet, known, result))
+        result = replace(result, acceptance=accept(sheet, wheel_data, result))
     if out is not None:
         text = json.dumps(result.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
         page = validation_page(result, command=command)
@@ -192,7 +192,7 @@ def bench(
     """
     path = None if out is None else Path(out)
     if design is not None:
-        simulated = {
+        record_options = {
             "--profile": profile if profile != "steps" else None,
             "--low": low,
             "--period": period,
@@ -200,7 +200,7 @@ def bench(
             "--jitter": jitter or None,
             "--dropouts": dropouts or None,
         }
-        refuse_given(simulated, "--design", "a simulated record")
+        refuse_given(record_options, "--design", "a simulated record")
         return design_bench(
             model,
             design,
@@ -219,13 +219,13 @@ def bench(
             say=say,
             command=command,
         )
-    designed = {
+    design_options = {
         "--target-sigma": target_sigma,
         "--max-speed": max_speed,
         "--slew": slew,
         "--ripple": ripple,
     }
-    refuse_given(designed, "a simulated record", "--design")
+    refuse_given(design_options, "a simulated record", "--design")
     from gyrostat.core.files import check_writable
     from gyrostat.core.outputs import new_files
     from gyrostat.simulation import CurrentRange, Telemetry, bench_record, default_range
@@ -267,12 +267,12 @@ def bench(
 
 def _drive(hold: Named, model: "type[Friction]") -> dict[str, float]:
     """Current offset of the drive, A, which is not part of a model file."""
-    given = parameters_in_si(named(hold, "--hold", bare=True), model, "--hold")
-    for name, value in given.items():
+    parameters = parameters_in_si(named(hold, "--hold", bare=True), model, "--hold")
+    for name, value in parameters.items():
         if name != "current_bias":
             raise InputError(
                 f"--hold: found {name}, expected current_bias: the model file holds the wheel"
             )
         if value is None:
             raise InputError("--hold current_bias: found no value, expected one in A")
-    return given
+    return parameters

@@ -71,7 +71,7 @@ class PointingBudget:
         self._error.add(Part(self._next, counted[0]))
         self._next += counted[0].shape[1]
         for _, signal, places, collected in self._entries:
-            collected.add(vectors[signal], [counted[place] < np.inf for place in places])
+            collected.add(vectors[signal], [counted[index] < np.inf for index in places])
 
     def finish(self) -> None:
         """Process what remains after the last sample."""
@@ -94,14 +94,14 @@ class PointingBudget:
         """
         ended = (status == 0)[:, None]
         has = ended & (run < PROFILED)[:, None]
-        found = {ERROR_PROFILE: np.where(has, self._error.values[picked], np.nan)}
+        columns = {ERROR_PROFILE: np.where(has, self._error.values[picked], np.nan)}
         for each, *_, collected in self._entries:
             if each.operation != "reproducibility":
                 values = collected.profile.values[picked]
-                found[profile_name(each.metric)] = np.where(has, values, np.nan)
+                columns[profile_name(each.metric)] = np.where(has, values, np.nan)
             if each.interpretation == "mixed":
                 counts = collected.counts()[picked]
                 total = counts[:, -1:]
                 shares = counts[:, :-1] / np.maximum(total, 1.0)
-                found[counts_name(each.metric)] = np.where(ended & (total > 0.0), shares, np.nan)
-        return {name: values.astype(np.float32) for name, values in found.items()}
+                columns[counts_name(each.metric)] = np.where(ended & (total > 0.0), shares, np.nan)
+        return {name: values.astype(np.float32) for name, values in columns.items()}

@@ -55,9 +55,9 @@ class Profile:
     def add(self, part: Part) -> None:
         """Take the values at the times of the profile; infinite ones are missing."""
         places = self._samples - part.first
-        here = (places >= 0) & (places < part.sizes.shape[1])
-        found = part.sizes[:, places[here]]
-        self.values[:, here] = np.where(found < np.inf, found, self.values[:, here])
+        is_inside = (places >= 0) & (places < part.sizes.shape[1])
+        values = part.sizes[:, places[is_inside]]
+        self.values[:, is_inside] = np.where(values < np.inf, values, self.values[:, is_inside])
 
 
 def instants(samples: int) -> NDArray[np.int64]:
@@ -119,9 +119,9 @@ class Collected:
             masks: Whether each sample is in an observation period, for each window.
         """
         # without a measurement there is no knowledge error
-        known = np.all(np.isfinite(vectors), axis=-1)
+        is_measured = np.all(np.isfinite(vectors), axis=-1)
         for index, inside in zip(self._repeated or self._windows, masks, strict=True):
-            self._take(index.add(vectors, inside & known))
+            self._take(index.add(vectors, inside & is_measured))
 
     def _take(self, part: Part) -> None:
         sizes = part.sizes
@@ -148,7 +148,7 @@ class Collected:
         """Process the values that remain after the last sample."""
         if self._repeated:
             runs = zip(*(each.found for each in self._repeated), strict=True)
-            self._take(differences([[*chain(*own)] for own in runs]))
+            self._take(differences([[*chain(*run_means)] for run_means in runs]))
         for index in self._windows:
             self._take(index.finish())
 

@@ -15,7 +15,7 @@ windowed variance of ESSB-HB-E-003 gives. Means are integrals by the trapezoidal
 error that is linear between samples. A window lies within one observation period as a whole.
 """
 
-from collections.abc import Iterator
+from itertools import combinations
 from typing import NamedTuple
 
 import numpy as np
@@ -47,8 +47,8 @@ def component(
 ) -> Float[np.ndarray, "runs samples parts"]:
     """Part of error vectors whose length is compared with the requirement."""
     if requirement.axis in AXES_OF_ERROR[:3]:
-        place = AXES_OF_ERROR.index(requirement.axis)
-        return vectors[..., place : place + 1]
+        index = AXES_OF_ERROR.index(requirement.axis)
+        return vectors[..., index : index + 1]
     if requirement.boresight is None:
         return vectors
     axis = np.array(requirement.boresight)
@@ -87,7 +87,7 @@ class WindowIndex:
         first, self._next = self._next, self._next + count
         if self._delay:
             return Part(first - window, self._within(count))
-        value, place = self._means.mean(0, count), self._means.place(0, count)
+        value, age = self._means.mean(0, count), self._means.age(0, count)
         least = window
         if self._operation == "absolute":
             value = self._means.error(0, count)
@@ -97,7 +97,7 @@ class WindowIndex:
         elif self._operation == "relative":
             back = window // 2 if self._instant == "centre" else 0
             value = self._means.error(back, count) - value
-        return Part(first, np.where(place >= least, _length(value), np.inf))
+        return Part(first, np.where(age >= least, _length(value), np.inf))
 
     def finish(self) -> Part:
         """Return the values that remain after the last sample."""
@@ -107,15 +107,15 @@ class WindowIndex:
     def _within(self, count: int) -> Matrix:
         """Errors relative to the mean over the consecutive window with them, a window later."""
         means, window = self._means, self._window
-        place = means.place(window, count)
+        age = means.age(window, count)
         # samples from each one to the end of its window
-        ahead = np.where(place == 0, window, (-place) % window).astype(int)
+        ahead = np.where(age == 0, window, (-age) % window).astype(int)
         ends = np.arange(count) + ahead
-        both = count + window
-        rows = np.arange(len(place))[:, None]
-        value = means.error(window, count) - means.mean(0, both)[rows, ends]
-        whole = (place >= 0) & (means.place(0, both)[rows, ends] == place + ahead)
-        return np.where(whole, _length(value), np.inf)
+        span = count + window
+        rows = np.arange(len(age))[:, None]
+        value = means.error(window, count) - means.mean(0, span)[rows, ends]
+        is_complete = (age >= 0) & (means.age(0, span)[rows, ends] == age + ahead)
+        return np.where(is_complete, _length(value), np.inf)
 
 
 class ReproducibilityIndex:
@@ -137,7 +137,7 @@ class ReproducibilityIndex:
         """Process the next samples; see `WindowIndex`. There are no values before the end."""
         count = inside.shape[1]
         self._means.add(component(self._requirement, vectors), inside)
-        ends = self._means.place(0, count) == self._window
+        ends = self._means.age(0, count) == self._window
         means = self._means.mean(0, count)
         for run, sample in np.argwhere(ends):
             self.found[run].append(means[run, sample])
@@ -146,17 +146,11 @@ class ReproducibilityIndex:
 
 def differences(means: list[list[NDArray[np.float64]]]) -> Part:
     """Sizes of the differences of all pairs of means of each run."""
-    pairs = [[float(_length(value)) for value in _pairs(run_means)] for run_means in means]
+    pairs = [[float(_length(b - a)) for a, b in combinations(each, 2)] for each in means]
     sizes = np.full((len(pairs), max(map(len, pairs))), np.inf)
     for row, row_pairs in zip(sizes, pairs, strict=True):
         row[: len(row_pairs)] = row_pairs
     return Part(0, sizes)
-
-
-def _pairs(means: list[NDArray[np.float64]]) -> Iterator[NDArray[np.float64]]:
-    for later, mean in enumerate(means):
-        for before in means[:later]:
-            yield mean - before
 
 
 def _length(vectors: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -180,8 +174,8 @@ class _Means:
         number = np.arange(1.0, inside.shape[1] + 1.0)
         # number of the last sample outside; before this part it was the sample at place -1
         outside = np.where(inside, -last[..., -1] - 1.0, number)
-        place = number - np.maximum.accumulate(outside, axis=1) - 1.0
-        self._recent.add(np.concatenate([errors, integral, place[..., None]], axis=2))
+        age = number - np.maximum.accumulate(outside, axis=1) - 1.0
+        self._recent.add(np.concatenate([errors, integral, age[..., None]], axis=2))
 
     def error(self, back: int, count: int) -> NDArray[np.float64]:
         return self._recent.back(back, count)[..., : self._size]
@@ -193,6 +187,6 @@ class _Means:
         now, then = (self._recent.back(k, count) for k in (back, back + self._window))
         return (now - then)[..., self._size : -1] / self._window
 
-    def place(self, back: int, count: int) -> NDArray[np.float64]:
+    def age(self, back: int, count: int) -> NDArray[np.float64]:
         """Number of samples since the start of the observation period; -1 outside."""
         return self._recent.back(back, count)[..., -1]

@@ -22,11 +22,11 @@ class Recent:
         """Add the next samples."""
         count, room = part.shape[1], self._values.shape[1]
         if self._end + count > room:
-            kept = self._values[:, self._end - self._length : self._end].copy()
+            tail = self._values[:, self._end - self._length : self._end].copy()
             if self._length + count > room:
-                shape = (len(kept), 2 * (self._length + count), kept.shape[2])
+                shape = (len(tail), 2 * (self._length + count), tail.shape[2])
                 self._values = np.zeros(shape)
-            self._values[:, : self._length] = kept
+            self._values[:, : self._length] = tail
             self._end = self._length
         self._values[:, self._end : self._end + count] = part
         self._end += count

@@ -50,10 +50,10 @@ def window_gain(requirement: Requirement, frequency: Vector) -> Vector:
     return 2.0 * mean**2 if requirement.operation == "reproducibility" else np.ones_like(mean)
 
 
-def _relative_gain(requirement: Requirement, frequency: Vector, place: float) -> Vector:
-    """Squared gain to the error relative to the mean, at a place from -1 (start) to 1 (end)."""
+def _relative_gain(requirement: Requirement, frequency: Vector, position: float) -> Vector:
+    """Squared gain to the error relative to the mean, at a position from -1 (start) to 1 (end)."""
     mean = np.sinc(frequency * requirement.window)
-    turn = np.cos(np.pi * frequency * requirement.window * place)
+    turn = np.cos(np.pi * frequency * requirement.window * position)
     return 1.0 - 2.0 * turn * mean + mean**2
 
 
@@ -87,8 +87,8 @@ def size_from_spectrum(
             "frequencies and densities of 0 or more"
         )
     if requirement.operation == "relative" and requirement.instant == "any":
-        # normal at each place of the window, with another variance
-        gains = [_relative_gain(requirement, frequency, place) for place in _PLACES]
+        # normal at each position in the window, with another variance
+        gains = [_relative_gain(requirement, frequency, position) for position in _PLACES]
         weights = 0.5 * _WEIGHTS
     else:
         gains, weights = [window_gain(requirement, frequency)], np.ones(1)

@@ -60,8 +60,8 @@ def _root(function: Callable[[float], float], low: float, high: float) -> float:
 
 def _entropy(mean: float, share: float) -> float:
     """Relative entropy of two binary distributions."""
-    found = mean * log(mean / share) if mean > 0.0 else 0.0
-    return found + ((1.0 - mean) * log((1.0 - mean) / (1.0 - share)) if mean < 1.0 else 0.0)
+    entropy = mean * log(mean / share) if mean > 0.0 else 0.0
+    return entropy + ((1.0 - mean) * log((1.0 - mean) / (1.0 - share)) if mean < 1.0 else 0.0)
 
 
 def size_at(level: float, shares: Vector, sizes: Vector) -> float:

@@ -29,27 +29,27 @@ def requirement_text(each: Requirement) -> str:
     if each.window > 0.0:
         parts.append(f"window {each.window:g} s")
     if each.operation == "relative":
-        place = {"any": "anywhere in", "end": "at the end of", "centre": "in the middle of"}
-        parts.append(f"t {place[each.instant]} the window")
+        instants = {"any": "anywhere in", "end": "at the end of", "centre": "in the middle of"}
+        parts.append(f"t {instants[each.instant]} the window")
     if each.stability > 0.0:
         parts.append(f"stability time {each.stability:g} s")
     if each.during:
         parts.append(f"during {', '.join(each.during)}")
     level = f"{100.0 * each.level:.12g} %"
     of_runs = f"{100.0 * each.share:.12g} % of the runs"
-    told = {
+    interpretations = {
         "temporal": f"{level} of the time in {of_runs} (temporal)",
         "ensemble": f"at all times in {level} of the runs (ensemble)",
         "mixed": f"{level} of time and runs together (mixed)",
     }
-    return "; ".join([*parts, told[each.interpretation]])
+    return "; ".join([*parts, interpretations[each.interpretation]])
 
 
 def is_of_error(each: Requirement, scenario: Scenario) -> bool:
     """Whether the index of a requirement is the pointing error of the whole run."""
-    whole = "full" if scenario.boresight is None else "half_cone"
-    same = each.boresight == scenario.boresight and not each.during
-    return each.index == "APE" and each.axis == whole and same
+    axis = "full" if scenario.boresight is None else "half_cone"
+    matches = each.boresight == scenario.boresight and not each.during
+    return each.index == "APE" and each.axis == axis and matches
 
 
 def requirement_lines(scenario: Scenario, runs: int | None = None) -> list[str]:

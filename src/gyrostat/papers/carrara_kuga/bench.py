@@ -44,8 +44,8 @@ def breakaway_current(wheel: Wheel) -> float:
     """Smallest constant current at which the wheel leaves rest within a second, A."""
 
     def leaves(current: float) -> bool:
-        held = np.array([current, current])
-        return bool(modelled_speed(wheel, np.array([0.0, 1.0]), held, 0.0)[-1] != 0.0)
+        currents = np.array([current, current])
+        return bool(modelled_speed(wheel, np.array([0.0, 1.0]), currents, 0.0)[-1] != 0.0)
 
     return _threshold(leaves, 0.0, 1.0)
 
@@ -60,11 +60,11 @@ def stop_time(wheel: Wheel, initial_speed: float) -> float:
     return _threshold(rests, 0.0, 1000.0)
 
 
-def _threshold(reached: Callable[[float], bool], low: float, high: float) -> float:
+def _threshold(condition: Callable[[float], bool], low: float, high: float) -> float:
     """Threshold of a condition that is true at `high` and false at `low`."""
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        low, high = (low, middle) if reached(middle) else (middle, high)
+        low, high = (low, middle) if condition(middle) else (middle, high)
     return high
 
 
@@ -100,13 +100,13 @@ def estimate(record: Record, *, stribeck_speed: float | None = setup.STRIBECK_SP
         record: Record to fit.
         stribeck_speed: Held Stribeck speed, rad/s; None to estimate it too.
     """
-    held: dict[str, Any] = {"initial_speed": 0.0}
+    hold: dict[str, Any] = {"initial_speed": 0.0}
     if stribeck_speed is not None:
-        held["stribeck_speed"] = stribeck_speed
+        hold["stribeck_speed"] = stribeck_speed
     return identify(
         record,
         inertia=setup.INERTIA,
-        hold=held,
+        hold=hold,
         free=["stribeck_speed"] if stribeck_speed is None else [],
         prior={
             name: (setup.INERTIA * mean, setup.INERTIA * sigma)
@@ -189,9 +189,9 @@ def rms(series: Vector) -> float:
 
 def run_trial(seed: int) -> Trial:
     """Simulate both records, estimate from profile 2 and predict both."""
-    first, second = profile1(seed), profile2(seed)
-    fit = estimate(second)
-    return Trial(fit, _predict(first, fit), _predict(second, fit))
+    validation, estimation = profile1(seed), profile2(seed)
+    fit = estimate(estimation)
+    return Trial(fit, _predict(validation, fit), _predict(estimation, fit))
 
 
 def _predict(record: Record, fit: Fit) -> Prediction:
@@ -204,9 +204,9 @@ def _predict(record: Record, fit: Fit) -> Prediction:
 def trials(run: Run) -> Sequence[Trial]:
     """Trials with seeds 0, 1, ..."""
     count = QUICK_RECORDS if run.quick else RECORDS
-    found = []
+    results = []
     for seed in range(count):
-        found.append(run_trial(seed))
+        results.append(run_trial(seed))
         if (seed + 1) % max(1, count // 10) == 0:
             run.say(f"{seed + 1} of {count} records estimated and validated")
-    return found
+    return results

@@ -166,10 +166,10 @@ def presliding() -> AirBearingTable:
     return _table(LuGre(setup.STATISTICAL.friction(), stiffness, damping))
 
 
-def _chatter(flown: "xr.Dataset") -> tuple[Vector, Vector]:
+def _chatter(histories: "xr.Dataset") -> tuple[Vector, Vector]:
     """Rms deviation of each current from its running mean, A, and sign changes per second."""
-    current, time = flown.commanded_current.values, flown.time.values[None]
-    crossing = crossings(flown)[:, None]
+    current, time = histories.commanded_current.values, histories.time.values[None]
+    crossing = crossings(histories)[:, None]
     near = (time > crossing - 10.0) & (time < crossing + 20.0)
     mean = np.stack([np.convolve(c, np.full(11, 1.0 / 11.0), "same") for c in current])
     rms = np.sqrt(np.mean((current - mean) ** 2, axis=1, where=near))
@@ -194,30 +194,30 @@ def evaluate(candidate: Candidate, runs: int) -> dict[str, float]:
     start = stack([setup.TABLE.start(speed=speed) for speed in speeds])
     options: dict[str, Any] = {"runs": runs, "command_delay": 1, "seed": 1}
 
-    def flown(plant: AirBearingTable, sensors: TableSensors) -> "xr.Dataset":
+    def fly_with(plant: AirBearingTable, sensors: TableSensors) -> "xr.Dataset":
         return fly(controller, DURATION, plant=plant, sensors=sensors, start=start, **options)
 
-    white, hall = flown(setup.TABLE, candidate.white), flown(setup.TABLE, candidate.hall)
+    white, hall = fly_with(setup.TABLE, candidate.white), fly_with(setup.TABLE, candidate.hall)
     plants = _stepped(1.0 - STEP), _stepped(1.0 + STEP), presliding()
-    *stepped, lugre = [flown(plant, candidate.white) for plant in plants]
-    worse = max(stepped, key=lambda one: _ninety_five(peaks(one, "measured_attitude", 5.0)))
+    *stepped, lugre = [fly_with(plant, candidate.white) for plant in plants]
+    worse = max(stepped, key=lambda flight: _ninety_five(peaks(flight, "measured_attitude", 5.0)))
     too_much = _table(setup.scaled(1.1, 1.1))
     hunts = settled(candidate.make(too_much), sensors=candidate.white, **options)
     cases = {"white": white, "hall": hall, "step30": worse, "lugre": lugre}
-    largest = {case: peaks(one, "measured_attitude", 5.0) for case, one in cases.items()}
-    chatter, changes = zip(*(_chatter(one) for one in (white, hall)), strict=True)
+    largest = {case: peaks(flight, "measured_attitude", 5.0) for case, flight in cases.items()}
+    chatter, changes = zip(*(_chatter(flight) for flight in (white, hall)), strict=True)
     every = (white, hall, *stepped, lugre, hunts)
     return {
         **{f"peak95_{case}_deg": _ninety_five(values) for case, values in largest.items()},
         **{f"peak_max_{case}_deg": float(np.max(largest[case])) for case in ("white", "hall")},
         **{
-            f"true_peak95_{case}_deg": _ninety_five(peaks(one, "attitude", 5.0))
-            for case, one in (("white", white), ("hall", hall))
+            f"true_peak95_{case}_deg": _ninety_five(peaks(flight, "attitude", 5.0))
+            for case, flight in (("white", white), ("hall", hall))
         },
         "chatter95_A": max(map(_ninety_five, chatter)),
         "sign_changes95_per_s": max(map(_ninety_five, changes)),
         "hunt_deg": float(np.max(wander(hunts.measured_attitude))),
-        "incomplete": float(sum(np.sum(one.status.values != 0) for one in every)),
+        "incomplete": float(sum(np.sum(flight.status.values != 0) for flight in every)),
     }
 
 
@@ -227,11 +227,11 @@ def _ninety_five(values: Vector) -> float:
 
 def crossing_figure() -> Figure:
     """Plot attitude error and current around one crossing, for four controllers."""
-    shown, flights = [c for key in SHOWN for c in CANDIDATES if c.key == key], {}
-    for c in shown:
-        flown = fly(c.make(WRONG), DURATION, sensors=c.white, command_delay=1, seed=1)
-        flights[c.key] = flown.assign_coords(time=flown.time - crossings(flown)[0])
-    return figures.crossing({c.key: (c.name, c.colour) for c in shown}, flights)
+    candidates, flights = [c for key in SHOWN for c in CANDIDATES if c.key == key], {}
+    for c in candidates:
+        histories = fly(c.make(WRONG), DURATION, sensors=c.white, command_delay=1, seed=1)
+        flights[c.key] = histories.assign_coords(time=histories.time - crossings(histories)[0])
+    return figures.crossing({c.key: (c.name, c.colour) for c in candidates}, flights)
 
 
 def dispersed_runs(run: Run) -> Part:
@@ -253,8 +253,8 @@ def claimed(numbers: Mapping[str, Mapping[str, float]], drawings: tuple[Drawing,
     """
     ours = numbers["compensator"]
     values: dict[str, Value] = {f"compensator.{name}": ours[name] for name in CLAIMED}
-    beside = {
+    comparison = {
         name: "; ".join(f"{c.name} {numbers[c.key][name]:.3g}" for c in CANDIDATES[1:])
         for name in CLAIMED
     }
-    return Part(values, {"beside": beside, "compensator": ours}, drawings)
+    return Part(values, {"beside": comparison, "compensator": ours}, drawings)

@@ -20,8 +20,8 @@ NEAR_ZERO = 16.0 * RPM
 def friction() -> Drawing:
     """Fig. 2: the friction curve of both columns of Table 1, whole and near zero speed."""
     columns = ((STATISTICAL, MODEL, "statistical"), (DETERMINISTIC, MARK, "deterministic"))
-    with panels(1, 2, height=3.4) as (figure, (whole, near)):
-        for axes, limit in ((whole, 200.0 * RPM), (near, NEAR_ZERO)):
+    with panels(1, 2, height=3.4) as (figure, (wide, near)):
+        for axes, limit in ((wide, 200.0 * RPM), (near, NEAR_ZERO)):
             half = jnp.linspace(0.0, limit, 400)
             for column, colour, label in columns:
                 for sense, name in ((-1.0, None), (1.0, label)):
@@ -30,7 +30,7 @@ def friction() -> Drawing:
                     axes.plot(speed, 1e3 * np.asarray(torque), color=colour, lw=1.3, label=name)
             axes.axhline(0.0, lw=0.6, color=GREY)
             axes.set(xlabel="speed (rpm)", ylabel="friction torque (mN·m)")
-        whole.legend(loc="upper left")
+        wide.legend(loc="upper left")
         near.set(xlim=(0.0, NEAR_ZERO / RPM), ylim=(0.87, 0.91))
     return Drawing(
         "Friction torque (Fig. 2)",

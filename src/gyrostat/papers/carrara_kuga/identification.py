@@ -83,79 +83,81 @@ def _not_separable(factor: float) -> bool:
         Wheel(factor * setup.INERTIA, larger.motor_constant, larger.friction()),
     )
     record = profile2(0)
-    first, second = (modelled_speed(w, record.time, record.current, 0.0) for w in wheels)
-    return bool(np.max(np.abs(second - first)) < 1e-6 * setup.SPEED_SIGMA)
+    speed, scaled_speed = (modelled_speed(w, record.time, record.current, 0.0) for w in wheels)
+    return bool(np.max(np.abs(scaled_speed - speed)) < 1e-6 * setup.SPEED_SIGMA)
 
 
 def recovery(run: Run) -> Part:
     """Errors and residuals of the estimates from profile 2."""
-    found: Sequence[Trial] = run.once(trials)
-    errors = np.array([trial.error for trial in found])
-    covariances = np.array([trial.covariance for trial in found])
+    results: Sequence[Trial] = run.once(trials)
+    errors = np.array([trial.error for trial in results])
+    covariances = np.array([trial.covariance for trial in results])
     sigmas = np.sqrt(np.diagonal(covariances, axis1=1, axis2=2))
     efficiency = np.std(errors / sigmas, axis=0, ddof=1)
-    iterations = [trial.fit.iterations for trial in found]
-    apart = np.array([0.0, 0.0, -1.0, 1.0])
-    static_sigma = np.mean([np.sqrt(apart @ covariance @ apart) for covariance in covariances])
-    first = [trial.profile1 for trial in found]
-    second = [trial.profile2 for trial in found]
+    iterations = [trial.fit.iterations for trial in results]
+    contrast = np.array([0.0, 0.0, -1.0, 1.0])
+    static_sigma = np.mean(
+        [np.sqrt(contrast @ covariance @ contrast) for covariance in covariances]
+    )
+    sines = [trial.profile1 for trial in results]
+    steps = [trial.profile2 for trial in results]
     values: dict[str, Value] = {
         **{
             f"recovery.{name}_std": float(std)
             for name, std in zip(setup.NAMES, np.std(errors, axis=0, ddof=1), strict=True)
         },
         "recovery.efficiency_min": float(np.min(efficiency)),
-        "convergence.fraction": float(np.mean([trial.recovered for trial in found])),
+        "convergence.fraction": float(np.mean([trial.recovered for trial in results])),
         "convergence.iterations_max": float(max(iterations)),
-        "rms.profile2_rpm": _mean_rpm([p.residual for p in second]),
-        "rms.profile1_rpm": _mean_rpm([p.residual for p in first]),
-        "rms.deterministic_profile2_rpm": _mean_rpm([p.deterministic_residual for p in second]),
-        "crossings.profile2": float(np.median([p.crossings for p in second])),
-        "crossings.profile1": float(np.median([p.crossings for p in first])),
+        "rms.profile2_rpm": _mean_rpm([p.residual for p in steps]),
+        "rms.profile1_rpm": _mean_rpm([p.residual for p in sines]),
+        "rms.deterministic_profile2_rpm": _mean_rpm([p.deterministic_residual for p in steps]),
+        "crossings.profile2": float(np.median([p.crossings for p in steps])),
+        "crossings.profile1": float(np.median([p.crossings for p in sines])),
     }
     facts = {
-        "records": len(found),
+        "records": len(results),
         "bias": dict(zip(setup.NAMES, errors.mean(axis=0), strict=True)),
-        "chance": 1.0 / np.sqrt(2.0 * (len(found) - 1)),
+        "chance": 1.0 / np.sqrt(2.0 * (len(results) - 1)),
         "least_efficient": setup.NAMES[int(np.argmin(efficiency))],
         "largest_efficiency": float(np.max(efficiency)),
         "median_iterations": np.median(iterations),
         "significance": (setup.STATISTICAL.static - setup.STATISTICAL.coulomb) / static_sigma,
-        "deterministic_profile1": _mean_rpm([p.deterministic_residual for p in first]),
-        "wins": 100.0 * np.mean([rms(p.residual) < rms(p.deterministic_residual) for p in second]),
+        "deterministic_profile1": _mean_rpm([p.deterministic_residual for p in sines]),
+        "wins": 100.0 * np.mean([rms(p.residual) < rms(p.deterministic_residual) for p in steps]),
     }
     drawings = (
-        figures.profiles(found[0]),
-        figures.speeds(found[0]),
-        figures.residuals(found[0]),
+        figures.profiles(results[0]),
+        figures.speeds(results[0]),
+        figures.residuals(results[0]),
     )
     return Part(values, facts, drawings)
 
 
 def _mean_rpm(series: Sequence[np.ndarray]) -> float:
     """Root mean square of each series, averaged, rpm."""
-    return float(np.mean([rms(one) for one in series])) / RPM
+    return float(np.mean([rms(residual) for residual in series])) / RPM
 
 
 def stribeck_speed(run: Run) -> Part:
     """Estimates with free Stribeck speed, and with half and twice its value."""
-    varied: Sequence[Trial] = run.once(trials)[: QUICK_VARIED if run.quick else VARIED]
-    run.say(f"the Stribeck speed free, halved and doubled on {len(varied)} records")
-    fits = [estimate(trial.profile2.record, stribeck_speed=None) for trial in varied]
+    subset: Sequence[Trial] = run.once(trials)[: QUICK_VARIED if run.quick else VARIED]
+    run.say(f"the Stribeck speed free, halved and doubled on {len(subset)} records")
+    fits = [estimate(trial.profile2.record, stribeck_speed=None) for trial in subset]
     places = [fit.names.index("stribeck_speed") for fit in fits]
     relative = [float(f.sigma[k] / f.values[k]) for f, k in zip(fits, places, strict=True)]
-    largest = np.max([_shifts(trial) for trial in varied], axis=(0, 1))
-    others, static = float(largest[:3].max()), float(largest[3])
+    largest = np.max([_shifts(trial) for trial in subset], axis=(0, 1))
+    other_shift, static = float(largest[:3].max()), float(largest[3])
     values: dict[str, Value] = {
         "stribeck_speed.not_observable": float(np.median(relative)) > GOOD,
-        "stribeck_speed.barely_affects_motor_viscous_coulomb": others < BARELY,
+        "stribeck_speed.barely_affects_motor_viscous_coulomb": other_shift < BARELY,
         "stribeck_speed.barely_affects_static": static < BARELY,
     }
     facts = {
-        "varied": len(varied),
+        "varied": len(subset),
         "seen": sum(fit.observability["stribeck_speed"].observable for fit in fits),
         "relative_sigma": float(np.median(relative)),
-        "others_shift": others,
+        "others_shift": other_shift,
         "static_shift": static,
     }
     return Part(values, facts)

@@ -107,15 +107,14 @@ def wander(attitude: "xr.DataArray") -> Vector:
 
 def limit_cycle(friction: Friction) -> float:
     """Largest deviation from the mean attitude at rest, compensator with this friction, deg."""
-    flown = settled(compensator(friction))
-    return float(wander(flown.attitude)[0])
+    return float(wander(settled(compensator(friction)).attitude)[0])
 
 
 def stick_time(flown: "xr.Dataset") -> float:
     """Time for which the wheel of a single run rests at its first crossing, s."""
     time, speed = flown.time.values, flown.speed.values[0]
     before = int(np.argmax(speed >= 0.0)) - 1
-    free = int(np.argmax(speed > 0.0)) - 1
+    release = int(np.argmax(speed > 0.0)) - 1
     current = float(flown.commanded_current.values[0, before])
     # the wheel's own motion over one period does not depend on attitude, rate or angle
     state = setup.TABLE.start(speed=speed[before])._replace(current=jnp.asarray(current))
@@ -126,7 +125,7 @@ def stick_time(flown: "xr.Dataset") -> float:
         middle = 0.5 * (low + high)
         landed = float(step(state, command, 0.0, middle)[0].speed) >= 0.0
         low, high = (low, middle) if landed else (middle, high)
-    return float(time[free] - time[before] - high)
+    return float(time[release] - time[before] - high)
 
 
 def crossing_zero(run: Run) -> Part:

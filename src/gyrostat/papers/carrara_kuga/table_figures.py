@@ -26,14 +26,14 @@ CROSSING = (
 
 def attitude(title: str, flown: "xr.Dataset", crossing: float) -> Drawing:
     """Plot the attitude error over time, with the time of the crossing, s."""
-    one = flown.isel(run=0)
+    run = flown.isel(run=0)
     with panels(height=2.8) as (figure, axes):
-        shown = one.sel(time=slice(None, LAST))
-        axes.plot(shown.time, np.degrees(shown.attitude), color=MODEL, lw=1.2)
+        window = run.sel(time=slice(None, LAST))
+        axes.plot(window.time, np.degrees(window.attitude), color=MODEL, lw=1.2)
         axes.axvline(crossing, color=MARK, lw=0.8, label="wheel reaches zero speed")
         axes.set(xlabel="time (s)", ylabel="attitude error (deg)")
         axes.legend(loc="upper right")
-    largest = np.degrees(np.max(np.abs(one.attitude.values)))
+    largest = np.degrees(np.max(np.abs(run.attitude.values)))
     return Drawing(title, figure, f"Constant fan torque; largest error {largest:.3g} deg.")
 
 
@@ -44,9 +44,9 @@ def current(title: str, flown: "xr.Dataset", *, parts: bool) -> Drawing:
         lines.append(("friction_current", MARK, "for the friction", 1.0))
         lines.append(("attitude_current", MODEL, "of the PID", 1.0))
     with panels(height=2.8) as (figure, axes):
-        shown = flown.isel(run=0).sel(time=slice(None, LAST))
+        window = flown.isel(run=0).sel(time=slice(None, LAST))
         for name, colour, label, width in lines:
-            axes.plot(shown.time, 1e3 * shown[name], color=colour, lw=width, label=label)
+            axes.plot(window.time, 1e3 * window[name], color=colour, lw=width, label=label)
         axes.set(xlabel="time (s)", ylabel="current (mA)")
         axes.legend(loc="upper left")
     caption = "The PID part is nearly constant: it only balances the fan." if parts else ""
@@ -62,15 +62,15 @@ def crossing(lines: Mapping[str, tuple[str, str]], flights: Mapping[str, "xr.Dat
     """
     heights = [1.3, 1.3, 1.0]
     with panels(3, height=5.6, sharex=True, height_ratios=heights) as (figure, rows):
-        whole, close, current = rows
+        wide, close, current = rows
         for key, (name, colour) in lines.items():
-            one = flights[key].isel(run=0).sel(time=slice(*SPAN))
-            for axes in (whole, close):
-                axes.plot(one.time, np.degrees(one.attitude), color=colour, lw=1.3, label=name)
+            span = flights[key].isel(run=0).sel(time=slice(*SPAN))
+            for axes in (wide, close):
+                axes.plot(span.time, np.degrees(span.attitude), color=colour, lw=1.3, label=name)
                 axes.set_ylabel("attitude\nerror (deg)")
             if key in ("dmc_raw", "compensator"):
-                current.plot(one.time, 1e3 * one.commanded_current, color=colour, lw=0.9)
+                current.plot(span.time, 1e3 * span.commanded_current, color=colour, lw=0.9)
         close.set_ylim(-0.25, 0.25)
-        whole.legend(loc="upper right")
+        wide.legend(loc="upper right")
         current.set(xlabel="time from the crossing (s)", ylabel="current (mA)")
     return figure

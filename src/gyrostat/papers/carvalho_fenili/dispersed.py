@@ -57,7 +57,7 @@ def fly(
     plants: Any = stack([case.plant for case in cases])
     controllers: Any = stack([case.controller for case in cases])
     sensors: Any = stack([sensor(case.plant) for case in cases])
-    flown = simulate(
+    histories = simulate(
         plants,
         controllers,
         sensors,
@@ -69,9 +69,9 @@ def fly(
     )
     over_time = jax.vmap(error_angle, in_axes=(0, None))
     targets = jnp.stack([case.target for case in cases])
-    errors = jax.jit(jax.vmap(over_time))(jnp.asarray(flown.attitude.values), targets)
-    flown["error"] = (("run", "time"), np.asarray(errors), {"units": "rad"})
-    return flown
+    errors = jax.jit(jax.vmap(over_time))(jnp.asarray(histories.attitude.values), targets)
+    histories["error"] = (("run", "time"), np.asarray(errors), {"units": "rad"})
+    return histories
 
 
 def settling_times(flown: "xr.Dataset", slowest: float = np.inf) -> Vector:
@@ -84,6 +84,5 @@ def settling_times(flown: "xr.Dataset", slowest: float = np.inf) -> Vector:
     turns = np.linalg.norm(flown.rate.values, axis=2)
     # comparisons with NaN are false
     out = ~((flown.error.values < ANGLE) & (turns < slowest))
-    last = np.where(out.any(axis=1), out.shape[1] - np.argmax(out[:, ::-1], axis=1), 0)
-    times = np.append(flown.time.values, np.inf)
-    return times[last]
+    index = np.where(out.any(axis=1), out.shape[1] - np.argmax(out[:, ::-1], axis=1), 0)
+    return np.append(flown.time.values, np.inf)[index]

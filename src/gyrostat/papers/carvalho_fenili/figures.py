@@ -50,11 +50,6 @@ def _thin(count: int) -> np.ndarray:
     return np.unique(np.append(np.arange(0, count, EVERY), count - 1))
 
 
-def _resolved(flight: Flight) -> np.ndarray:
-    """Indices of drawn samples for which the steps resolve the motion."""
-    return _thin(int(np.sum(flight.time <= flight.resolved_until + 1e-9)))
-
-
 def _histories(axes: Axes, flight: Flight, values: np.ndarray, threshold: float) -> None:
     """Plot three signals on a scale that shows both settling and diverging ones."""
     if np.max(np.abs(values)) > 8.0 * threshold:
@@ -99,7 +94,7 @@ def frozen_rates(flights: Flights) -> Drawing:
             for k, law in enumerate(setup.LAWS):
                 axes = grid[number // 2, 2 * (number % 2) + k]
                 flight = flights[law][case]
-                span = _resolved(flight)
+                span = _thin(int(np.sum(flight.time <= flight.resolved_until + 1e-9)))
                 for axis, colour in enumerate(COLOURS):
                     width = 2.2 if axis in flight.failed else 0.9
                     line = {"color": colour, "lw": width, "label": f"about {setup.AXES[axis]}"}
@@ -150,26 +145,26 @@ def recovery_figure(runs: Mapping[str, Mapping[str, Mapping[str, Recovery]]]) ->
 def _history(axes: Axes, law: str, kind: str, recovery: Recovery) -> None:
     if recovery.flight is None:
         return
-    left = np.degrees(recovery.flight.error.values)
+    remaining = np.degrees(recovery.flight.error.values)
     # up to the first sample below the smallest angle drawn
-    end = int(np.argmax(left < LEAST)) + 1 if np.any(left < LEAST) else len(left)
+    end = int(np.argmax(remaining < LEAST)) + 1 if np.any(remaining < LEAST) else len(remaining)
     time = recovery.flight.time.values[:end]
-    axes.plot(time, np.maximum(left[:end], LEAST), STROKES[law], color=KINDS[kind], lw=1.1)
+    axes.plot(time, np.maximum(remaining[:end], LEAST), STROKES[law], color=KINDS[kind], lw=1.1)
 
 
 def _line_of_text(axes: Axes, row: int, law: str, kind: str, recovery: Recovery) -> None:
     answer = recovery.plan.answer
     if answer.angle is None:
-        says = f"no rest, turns at {np.degrees(answer.for_ever.rate):.2g} deg/s or more"
+        text = f"no rest, turns at {np.degrees(answer.for_ever.rate):.2g} deg/s or more"
     else:
         missed = "no controller" if recovery.flight is None else "not settled"
         settle = recovery.settle
         when = missed if settle is None else f"settled at {settle:.5g} s"
-        says = f"{np.degrees(answer.angle):.3g} deg off, {when}"
+        text = f"{np.degrees(answer.angle):.3g} deg off, {when}"
     axes.text(
         0.03,
         0.965 - 0.068 * row,
-        f"{setup.LAWS[law]}, {kind}: {says}",
+        f"{setup.LAWS[law]}, {kind}: {text}",
         transform=axes.transAxes,
         va="top",
         fontsize=6.5,

@@ -128,9 +128,9 @@ def _continuous(law: Any, failing: Float[Array, "cases 3"], start: EulerState, c
             finite = jnp.all(jnp.isfinite(jnp.stack(after)))
             still = valid & clear & finite & ~body.diverged(after) & (slip <= LOST)
             # a run that has ended stays where the Riccati equation converges fast
-            kept = jax.tree.map(lambda new, old: jnp.where(still, new, old), after, start)
+            next_state = jax.tree.map(lambda new, old: jnp.where(still, new, old), after, start)
             row = (state, state.body_rate(), valid, slip <= LARGEST_SLIP)
-            return (kept, still), row
+            return (next_state, still), row
 
         return jax.lax.scan(step, (start, jnp.array(True)), jnp.arange(count + 1))[1]
 
@@ -150,18 +150,18 @@ def flights(law: Any) -> dict[str, Flight]:
     state, rate, valid, fine = jax.tree.map(
         np.asarray, _continuous(law, jnp.asarray(setup.failure_times()), setup.START, count)
     )
-    found = {}
+    runs = {}
     for run, case in enumerate(setup.CASES):
-        last = int(np.sum(valid[run]))
-        coarse = np.flatnonzero(~fine[run, :last])
-        theta, phi, psi, *rates = (part[run, :last] for part in state)
-        found[case] = Flight(
+        length = int(np.sum(valid[run]))
+        coarse = np.flatnonzero(~fine[run, :length])
+        theta, phi, psi, *rates = (part[run, :length] for part in state)
+        runs[case] = Flight(
             case=case,
-            time=setup.STEP * np.arange(last),
+            time=setup.STEP * np.arange(length),
             angles=np.stack([theta - 0.5 * np.pi, phi, psi], axis=1),
             rates=np.stack(rates, axis=1),
-            body_rate=rate[run, :last],
-            complete=last == count + 1,
-            resolved_until=float(setup.STEP * (coarse[0] if len(coarse) else last - 1)),
+            body_rate=rate[run, :length],
+            complete=length == count + 1,
+            resolved_until=float(setup.STEP * (coarse[0] if len(coarse) else length - 1)),
         )
-    return found
+    return runs

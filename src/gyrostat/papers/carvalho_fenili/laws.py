@@ -91,11 +91,11 @@ def _solve(states: Array, state: Array, input: Array, doublings: int) -> tuple[A
 @jax.custom_batching.custom_vmap
 def _solved(states: Array, state_weight: Array, input_weight: Array) -> tuple[Array, Array]:
     """Gains and residuals at (runs, 6) states; all take more doubling steps if one needs them."""
-    found = _solve(states, state_weight, input_weight, FEW)
+    solution = _solve(states, state_weight, input_weight, FEW)
     # comparisons with NaN are false
-    enough = jnp.all(found[1] <= SOLVED)
+    enough = jnp.all(solution[1] <= SOLVED)
     return jax.lax.cond(
-        enough, lambda: found, lambda: _solve(states, state_weight, input_weight, MANY)
+        enough, lambda: solution, lambda: _solve(states, state_weight, input_weight, MANY)
     )
 
 
@@ -103,8 +103,8 @@ def _solved(states: Array, state_weight: Array, input_weight: Array) -> tuple[Ar
 def _(size: int, batched: Any, states: Array, state_weight: Array, input_weight: Array) -> Any:
     # one condition for all runs: with one for each, a batch would always evaluate both branches
     del batched
-    found = _solved(states.reshape(-1, 6), state_weight, input_weight)
-    return tuple(part.reshape(size, -1, *part.shape[1:]) for part in found), (True, True)
+    solution = _solved(states.reshape(-1, 6), state_weight, input_weight)
+    return tuple(part.reshape(size, -1, *part.shape[1:]) for part in solution), (True, True)
 
 
 class StateDependent(eqx.Module):
@@ -120,11 +120,11 @@ class StateDependent(eqx.Module):
 
     def __call__(self, state: EulerState) -> Vector3:
         """Commanded torque, N·m; NaN if the Riccati equation has no solution."""
-        here = regulated(state)
-        found = _solved(here[None], self.state_weight, self.input_weight)
-        gain, residual = (part[0] for part in found)
+        regulated_state = regulated(state)
+        solution = _solved(regulated_state[None], self.state_weight, self.input_weight)
+        gain, residual = (part[0] for part in solution)
         # near the singularity the solver's other verdict asks for more doublings than P needs
-        return jnp.where(residual <= LARGEST_RESIDUAL, -gain @ here, jnp.nan)
+        return jnp.where(residual <= LARGEST_RESIDUAL, -gain @ regulated_state, jnp.nan)
 
 
 def laws() -> dict[str, LinearQuadratic | StateDependent]:

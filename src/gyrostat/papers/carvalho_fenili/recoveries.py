@@ -96,8 +96,8 @@ class EitherLaw(eqx.Module):
     def __call__(self, state: EulerState) -> Vector3:
         """Commanded torque, N·m."""
         # made here: the weights of SDRE must have no axis of runs
-        both = laws()
-        return jnp.where(self.dependent, both["sdre"](state), both["lqr"](state))
+        law_by_name = laws()
+        return jnp.where(self.dependent, law_by_name["sdre"](state), law_by_name["lqr"](state))
 
 
 def start() -> GyrostatState:
@@ -131,7 +131,7 @@ def fly_on_wheels(
         begin: Initial state; None for that of Table 2.
     """
     every: Any = stack(plants)
-    controller: Any = stack([WheelsOnAngles(one) for one in law]) if each else WheelsOnAngles(law)
+    controller: Any = stack([WheelsOnAngles(item) for item in law]) if each else WheelsOnAngles(law)
     return simulate(
         every,
         controller,
@@ -173,13 +173,13 @@ def without_limits(state: GyrostatState) -> Mapping[str, str]:
         state: State at the failure in the run without limits.
     """
     momenta = setup.ROTOR * np.asarray(state.wheel_speed + Gyrostat(CRAFT).rate(state))
-    found = {}
+    texts = {}
     for case in WITHOUT_REST:
-        kept = {wheel: float(momenta[wheel]) for wheel in setup.CASES[case]}
-        plan = plan_recovery(LIMITED, state.momentum, failed=kept, target=TARGET)
+        wheel_momenta = {wheel: float(momenta[wheel]) for wheel in setup.CASES[case]}
+        plan = plan_recovery(LIMITED, state.momentum, failed=wheel_momenta, target=TARGET)
         angle = plan.answer.angle
-        found[case] = "none" if angle is None else f"one at {np.degrees(angle):.4g} deg"
-    return found
+        texts[case] = "none" if angle is None else f"one at {np.degrees(angle):.4g} deg"
+    return texts
 
 
 def before_failure(run: Run) -> "Mapping[str, xr.Dataset]":
@@ -188,29 +188,29 @@ def before_failure(run: Run) -> "Mapping[str, xr.Dataset]":
     Both laws are in one batch, because compiling takes longer than simulating.
     """
     run.say("simulating healthy wheels until the failure under each law")
-    chosen = [EitherLaw(np.array(law == "sdre")) for law in setup.LAWS for _ in range(2)]
+    run_laws = [EitherLaw(np.array(law == "sdre")) for law in setup.LAWS for _ in range(2)]
     healthy = [Gyrostat(craft, WheelFailures.none(3)) for craft in (CRAFT, LIMITED)]
-    flown = fly_on_wheels(chosen, 2 * healthy, setup.FAILURE, each=True)
-    return {law: flown.isel(run=slice(2 * k, 2 * k + 2)) for k, law in enumerate(setup.LAWS)}
+    histories = fly_on_wheels(run_laws, 2 * healthy, setup.FAILURE, each=True)
+    return {law: histories.isel(run=slice(2 * k, 2 * k + 2)) for k, law in enumerate(setup.LAWS)}
 
 
 def at_failure(flown: "xr.Dataset") -> tuple[GyrostatState, GyrostatState]:
     """States at the end of the runs of a law, without and with limits; see `before_failure`."""
-    last = [flown[name].values[:, -1] for name in GyrostatState._fields[:3]]
-    free, limited = (GyrostatState(*(jnp.asarray(x[k]) for x in last)) for k in range(2))
-    return free, limited
+    final = [flown[name].values[:, -1] for name in GyrostatState._fields[:3]]
+    unlimited, limited = (GyrostatState(*(jnp.asarray(x[k]) for x in final)) for k in range(2))
+    return unlimited, limited
 
 
 def without_rest(run: Run) -> Part:
     """Failures after which the body does not come to rest."""
     values: dict[str, Value] = {}
     facts: dict[str, Any] = {"recover": {}, "free": {}}
-    for law, flown in run.once(before_failure).items():
+    for law, histories in run.once(before_failure).items():
         run.say(f"recovery after each failure under {law.upper()}")
-        free, limited = at_failure(flown)
-        found = recovered(limited, WITHOUT_REST)
-        facts["recover"][law], facts["free"][law] = found, without_limits(free)
-        for case, kinds in found.items():
+        unlimited, limited = at_failure(histories)
+        recoveries = recovered(limited, WITHOUT_REST)
+        facts["recover"][law], facts["free"][law] = recoveries, without_limits(unlimited)
+        for case, kinds in recoveries.items():
             for kind, recovery in kinds.items():
                 values[f"recover.{law}.{case}.{kind}.settle_s"] = recovery.settle
             angle = kinds["frozen"].plan.answer.angle
@@ -223,11 +223,11 @@ def every_recovery(run: Run) -> Part:
     """All recoveries, and the end of one run with wheels and without recovery."""
     run.say("simulating all recoveries")
     healthy = run.once(before_failure)
-    found = {
-        law: recovered(at_failure(one)[1], dict.fromkeys(setup.FAILING, LOSSES))
-        for law, one in healthy.items()
+    recoveries = {
+        law: recovered(at_failure(dataset)[1], dict.fromkeys(setup.FAILING, LOSSES))
+        for law, dataset in healthy.items()
     }
-    flown = fly_on_wheels(laws()["lqr"], [failing("MxMy")], setup.DURATION)
-    attitude = jnp.asarray(flown.attitude.values[0, -1])
+    histories = fly_on_wheels(laws()["lqr"], [failing("MxMy")], setup.DURATION)
+    attitude = jnp.asarray(histories.attitude.values[0, -1])
     error = float(rotations.error_angle(attitude, jnp.asarray(TARGET)))
-    return Part({"gyrostat.lqr.MxMy.pointing_error": error}, {}, (recovery_figure(found),))
+    return Part({"gyrostat.lqr.MxMy.pointing_error": error}, {}, (recovery_figure(recoveries),))

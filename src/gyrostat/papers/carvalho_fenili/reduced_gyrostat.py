@@ -96,10 +96,10 @@ class ReducedGyrostat(Checked):
             return rate_of_quaternion(attitude, rate)
 
         def stage(carry, node):
-            last, total = carry
+            previous, total = carry
             length, weight = node
-            found = slope(state.attitude + length * last, length)
-            return (found, total + weight * found), None
+            derivative = slope(state.attitude + length * previous, length)
+            return (derivative, total + weight * derivative), None
 
         nodes = duration * jnp.array([[0.0, 1 / 6], [0.5, 1 / 3], [0.5, 1 / 3], [1.0, 1 / 6]])
         start = (jnp.zeros(4), jnp.zeros(4))

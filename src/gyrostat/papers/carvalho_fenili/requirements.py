@@ -26,18 +26,18 @@ def every_set(run: Run) -> Part:
         for shape in PRINCIPAL
         for suffix, error in ERRORS.items()
     ]
-    for one in REQUIREMENTS:
-        found = times(one, WITHOUT, run.say)
-        parts.append(counted(f"goals.{one.key}", found, one.allowed, "worst_s"))
+    for requirement in REQUIREMENTS:
+        settling = times(requirement, WITHOUT, run.say)
+        parts.append(counted(f"goals.{requirement.key}", settling, requirement.allowed, "worst_s"))
     run.say(f"{SIDE_BY_SIDE} cases on the full gyrostat and on the reduced one")
-    apart, change = full_beside_reduced(SIDE_BY_SIDE)
+    difference, change = full_beside_reduced(SIDE_BY_SIDE)
     values: dict[str, Value] = {
-        "goals.full_beside_reduced_s": apart if np.isfinite(apart) else None,
+        "goals.full_beside_reduced_s": difference if np.isfinite(difference) else None,
         "goals.momentum_change": change,
     }
     counts: dict[str, str] = {}
-    for found_values, text in parts:
-        values |= found_values
+    for set_values, text in parts:
+        values |= set_values
         counts |= text
     return Part(values, {"counts": counts})
 

@@ -33,9 +33,9 @@ EXCITED = 0.1
 def flown(run: Run) -> Flights:
     """Simulate all cases with both laws."""
     run.say(f"{len(setup.CASES)} cases under each law, evaluated at every stage")
-    with ThreadPoolExecutor() as beside:
-        both = {law: beside.submit(flights, one) for law, one in laws().items()}
-        return {law: found.result() for law, found in both.items()}
+    with ThreadPoolExecutor() as pool:
+        futures = {name: pool.submit(flights, law) for name, law in laws().items()}
+        return {name: future.result() for name, future in futures.items()}
 
 
 def design(run: Run) -> Part:
@@ -46,23 +46,23 @@ def design(run: Run) -> Part:
         values[f"lqr.gain_{name}"] = float(gains[row, column])
         values[f"lqr.gain_{name}_rate"] = float(gains[row, column + 1])
     for row, (axis, name) in enumerate(zip(setup.AXES, setup.ANGLE_NAMES, strict=True)):
-        others = np.delete(gains[row], [2 * row, 2 * row + 1])
-        belongs = np.max(np.abs(others)) < 1e-9 < gains[row, 2 * row]
+        other_gains = np.delete(gains[row], [2 * row, 2 * row + 1])
+        belongs = np.max(np.abs(other_gains)) < 1e-9 < gains[row, 2 * row]
         values[f"lqr.M{axis}_belongs_to_{name}"] = bool(belongs)
     return Part({**values, **{f"rank.{case}": float(rank(case)) for case in setup.CASES}})
 
 
 def drawn(run: Run) -> Part:
     """Plot all runs."""
-    found = run.once(flown)
-    cases = (figures.case(case, found) for case in setup.CASES)
-    return Part({}, found, (*cases, figures.frozen_rates(found)))
+    by_law = run.once(flown)
+    cases = (figures.case(case, by_law) for case in setup.CASES)
+    return Part({}, by_law, (*cases, figures.frozen_rates(by_law)))
 
 
 def numbers(run: Run) -> Part:
     """State at 15 s, and ends of the runs."""
-    found: Flights = run.once(flown)
-    linear, dependent = found["lqr"], found["sdre"]
+    by_law: Flights = run.once(flown)
+    linear, dependent = by_law["lqr"], by_law["sdre"]
     row = round(setup.FAILURE / setup.STEP)
     healthy, my, mz = linear["none"], linear["My"], linear["Mz"]
     values: dict[str, Value] = {
@@ -86,12 +86,12 @@ def numbers(run: Run) -> Part:
 
 def linear(run: Run) -> Part:
     """Section 6.1: statements on LQR."""
-    found: Mapping[str, Flight] = run.once(flown)["lqr"]
-    x, y, z = found["Mx"], found["My"], found["Mz"]
+    by_case: Mapping[str, Flight] = run.once(flown)["lqr"]
+    x, y, z = by_case["Mx"], by_case["My"], by_case["Mz"]
     late = x.time >= x.valid_until - 10.0
     least = float(np.min(np.abs(x.rates[late, THETA])))
     poles = _decoupled_poles()
-    moved = _by_torques()[:, 0]
+    accelerations = _by_torques()[:, 0]
     values: dict[str, Value] = {
         "lqr.Mx.theta_rate_does_not_converge": least > MOVING,
         "lqr.Mx.theta_unstable": not x.stays(THETA),
@@ -103,26 +103,26 @@ def linear(run: Run) -> Part:
         "lqr.Mz.similar_to_My": (z.stays(THETA) == y.stays(THETA) and z.stays(PHI) == y.stays(PSI)),
         "lqr.Mz.theta_and_phi_stable": z.stays(THETA) and z.stays(PHI),
         "lqr.Mz.failure_compensated": z.controlled,
-        **_unstable("lqr.MxMy", found, "psi_cannot_stabilise_the_others"),
-        **_unstable("lqr.MxMz", found, "coupling_with_phi_does_not_suffice"),
-        "lqr.MyMz.all_angles_controlled": found["MyMz"].controlled,
+        **_unstable("lqr.MxMy", by_case, "psi_cannot_stabilise_the_others"),
+        **_unstable("lqr.MxMz", by_case, "coupling_with_phi_does_not_suffice"),
+        "lqr.MyMz.all_angles_controlled": by_case["MyMz"].controlled,
         "lqr.MyMz.coupling_makes_it_possible": rank("MyMz") == 6,
-        "lqr.MyMz.Mx_moves_all_angles": bool(np.all(np.abs(moved) > 1e-6)),
+        "lqr.MyMz.Mx_moves_all_angles": bool(np.all(np.abs(accelerations) > 1e-6)),
         "lqr.MyMz.euler_angles_are_the_reason": rank("MyMz") == 6,
     }
     facts = {
         "least_rate": least,
         "poles": ", ".join(f"{pole:.3f}" for pole in poles),
-        "moved": ", ".join(f"{value:.4f}" for value in moved),
+        "moved": ", ".join(f"{value:.4f}" for value in accelerations),
         "rank": {case: rank(case) for case in setup.CASES},
     }
     return Part(values, facts)
 
 
-def _unstable(prefix: str, found: Mapping[str, Flight], reason: str) -> dict[str, Value]:
+def _unstable(prefix: str, by_case: Mapping[str, Flight], reason: str) -> dict[str, Value]:
     """Statements on two failures: all angles unstable, and the working torque cannot help."""
     case = prefix.split(".")[1]
-    flight = found[case]
+    flight = by_case[case]
     stays = [flight.stays(angle) for angle in range(3)]
     return {
         f"{prefix}.all_angles_unstable": not any(stays),
@@ -133,22 +133,22 @@ def _unstable(prefix: str, found: Mapping[str, Flight], reason: str) -> dict[str
 def _decoupled_poles() -> np.ndarray:
     """Poles of theta and psi without My in the decoupled linear model, real parts in order, 1/s."""
     dynamics, torques = linearised()
-    kept = [0, 1, 4, 5]
-    without = torques.copy()
-    without[:, 1] = 0.0
-    closed = (dynamics - without @ gain())[np.ix_(kept, kept)]
-    return np.sort(np.linalg.eigvals(closed).real)
+    states = [0, 1, 4, 5]
+    inputs = torques.copy()
+    inputs[:, 1] = 0.0
+    closed_loop = (dynamics - inputs @ gain())[np.ix_(states, states)]
+    return np.sort(np.linalg.eigvals(closed_loop).real)
 
 
 def dependent(run: Run) -> Part:
     """Section 6.2: statements on SDRE."""
-    found: Flights = run.once(flown)
-    runs = found["sdre"]
+    by_law: Flights = run.once(flown)
+    runs = by_law["sdre"]
     x, y, z = runs["Mx"], runs["My"], runs["Mz"]
     healthy = runs["none"].excursion(THETA)
-    moved = setup.INERTIA * _by_torques()[:, 0]
+    accelerations = setup.INERTIA * _by_torques()[:, 0]
     share = _nonlinear_share()
-    spreads = {case: _spreads(found, case) for case in setup.FAILING}
+    spreads = {case: _spreads(by_law, case) for case in setup.FAILING}
     values: dict[str, Value] = {
         "sdre.nonlinear_terms_excited": share >= EXCITED,
         "sdre.Mx.unstable": not x.controlled,
@@ -169,14 +169,14 @@ def dependent(run: Run) -> Part:
         **_unstable("sdre.MxMz", runs, "phi_cannot_stabilise_the_others"),
         "sdre.MyMz.all_angles_controlled": runs["MyMz"].controlled,
         "sdre.MyMz.coupling_makes_it_possible": rank("MyMz") == 6,
-        "sdre.MyMz.Mx_moves_all_angles_strongly": bool(np.min(np.abs(moved)) >= 0.5),
+        "sdre.MyMz.Mx_moves_all_angles_strongly": bool(np.min(np.abs(accelerations)) >= 0.5),
     }
     facts = {
         "nonlinear_percent": 100.0 * share,
         "theta_moved": y.excursion(THETA),
         "theta_healthy": healthy,
         "spreads": spreads,
-        "strongly_moved": ", ".join(f"{value:.2f}" for value in moved),
+        "strongly_moved": ", ".join(f"{value:.2f}" for value in accelerations),
     }
     return Part(values, facts)
 
@@ -193,36 +193,36 @@ def _nonlinear_share() -> float:
     bend = setup.HEALTHY.accelerations(start, torque)
     dynamics, torques = linearised()
     linear = (dynamics @ np.asarray(regulated(start)) + torques @ np.asarray(torque))[1::2]
-    apart = np.linalg.norm(np.array([bend.theta, bend.phi, bend.psi]) - linear)
-    return float(apart / np.linalg.norm(linear))
+    difference = np.linalg.norm(np.array([bend.theta, bend.phi, bend.psi]) - linear)
+    return float(difference / np.linalg.norm(linear))
 
 
-def _spreads(found: Flights, case: str) -> tuple[float, float]:
+def _spreads(by_law: Flights, case: str) -> tuple[float, float]:
     """`Flight.spread` with LQR and with SDRE over the time for which both are valid."""
-    linear, dependent = found["lqr"][case], found["sdre"][case]
+    linear, dependent = by_law["lqr"][case], by_law["sdre"][case]
     until = min(linear.valid_until, dependent.valid_until)
     return linear.spread(until), dependent.spread(until)
 
 
 def conclusion(run: Run) -> Part:
     """Section 7: statements on all runs."""
-    found: Flights = run.once(flown)
-    pairs = {case: _spreads(found, case) for case in setup.FAILING}
+    by_law: Flights = run.once(flown)
+    pairs = {case: _spreads(by_law, case) for case in setup.FAILING}
     better = [case for case, (linear, dependent) in pairs.items() if dependent < linear]
-    runs = [found[law][case] for law in found for case in setup.CASES]
+    runs = [by_law[law][case] for law in by_law for case in setup.CASES]
     agree = all(run.controlled == (0 not in run.failed) for run in runs)
-    held = [run.case for run in runs if run.controlled]
+    cases = [run.case for run in runs if run.controlled]
     still = jax.jacfwd(
         lambda x: jnp.stack(setup.HEALTHY.accelerations(EulerState(*x), jnp.zeros(3)))
     )
     turned = float(np.max(np.abs(np.asarray(still(jnp.stack(setup.START)))[:, [1, 2]])))
     entries = int(np.count_nonzero(np.abs(_by_torques()) > 1e-6))
-    rates = np.linalg.norm(found["lqr"]["none"].body_rate[[0, -1]], axis=1)
-    first, left = (float(setup.INERTIA * rate) for rate in rates)
+    rates = np.linalg.norm(by_law["lqr"]["none"].body_rate[[0, -1]], axis=1)
+    initial, final = (float(setup.INERTIA * rate) for rate in rates)
     values: dict[str, Value] = {
         "conclusion.every_variable_moves_the_others": turned > 0.0,
         "conclusion.torques_are_coupled": entries > 3,
-        "conclusion.actuators_are_momentum_wheels": abs(left - first) < 1e-3 * first,
+        "conclusion.actuators_are_momentum_wheels": abs(final - initial) < 1e-3 * initial,
         "conclusion.one_or_two_actuators_fail": {len(f) for f in setup.CASES.values()} == {0, 1, 2},
         "conclusion.controlled_if_and_only_if_x_works": agree,
         "conclusion.euler_angles_explain_it": agree,
@@ -231,8 +231,8 @@ def conclusion(run: Run) -> Part:
     facts = {
         "turned": turned,
         "entries": entries,
-        "momenta": (first, left),
-        "held": f"{len(held)} of {len(runs)} runs (case {', '.join(sorted(set(held)))})",
+        "momenta": (initial, final),
+        "held": f"{len(cases)} of {len(runs)} runs (case {', '.join(sorted(set(cases)))})",
         "better": f"{len(better)} of {len(setup.FAILING)} failures ({', '.join(better)})",
     }
     return Part(values, facts)

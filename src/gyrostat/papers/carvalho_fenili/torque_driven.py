@@ -104,9 +104,9 @@ class TorqueDrivenBody(Checked):
                 f"failure time: found shape {times.shape}, expected (3,), one per axis"
             )
         if not np.all(times >= 0.0):
-            found = times[~(times >= 0.0)].flat[0]
+            invalid = times[~(times >= 0.0)].flat[0]
             raise InputError(
-                f"failure time: found {found:g} s, expected 0 s or later, or inf for none: a "
+                f"failure time: found {invalid:g} s, expected 0 s or later, or inf for none: a "
                 "failure before the start is a torque that fails at 0 s"
             )
 
@@ -177,11 +177,11 @@ class TorqueDrivenBody(Checked):
             slope, total, impulse, clear = carried
             reach, weight = coefficients
             at = begin + reach * duration * slope
-            here = EulerState(*at)
-            torque = working * law(here)
-            bend = self.accelerations(here, torque)
+            stage_state = EulerState(*at)
+            torque = working * law(stage_state)
+            bend = self.accelerations(stage_state, torque)
             slope = jnp.concatenate([at[3:], jnp.stack([bend.theta, bend.phi, bend.psi])])
-            clear = clear & (jnp.sin(here.theta) >= LEAST_SINE)
+            clear = clear & (jnp.sin(stage_state.theta) >= LEAST_SINE)
             return (slope, total + weight * slope, impulse + weight * torque, clear), None
 
         # a scan compiles the law once
@@ -201,8 +201,8 @@ class TorqueDrivenBody(Checked):
             State at the end, and whether the step was resolved: away from the singularity, with a
             slip within `LARGEST_SLIP`; see `carry`.
         """
-        held = jnp.asarray(command.torque)
-        after, clear, slip = self.carry(state, lambda _: held, time, duration)
+        torque = jnp.asarray(command.torque)
+        after, clear, slip = self.carry(state, lambda _: torque, time, duration)
         return after, clear & (slip <= LARGEST_SLIP)
 
     def diverged(self, state: EulerState) -> Bool[Array, ""]:

@@ -5,10 +5,10 @@ component of the total momentum orthogonal to the failed axis is 0.1 to 2.9 N·m
 momentum of the failed wheel is uniform in +-2.9 N·m·s. The target is a feasible attitude (uniform
 phase and roll, up to 180 deg away). The initial states, in turn:
 
-        frozen    at rest with the momentum in all three wheels; the failed wheel keeps its own
-        emptied   the same; the failed wheel stops at once, and the body takes its momentum (total
-        <= 2.9) drifting  any attitude; the working wheels stop the body as far as possible tumbling
-        any attitude; momenta of the working wheels between zero and those of the target
+    frozen    at rest with the momentum in all three wheels; the failed wheel keeps its momentum
+    emptied   the same; the failed wheel stops at once and the body takes its momentum, total <= 2.9
+    drifting  any attitude; the working wheels stop the body as far as possible
+    tumbling  any attitude; momenta of the working wheels between zero and those of the target
 """
 
 import numpy as np
@@ -46,14 +46,15 @@ def _start(
     """Attitudes at the start and at the target, total momentum (inertial), rotor momenta, and rho.
 
     Momenta in N·m·s, those of rotors about their axes; rho is the momentum orthogonal to the failed
-        axis.
+    axis.
     """
     works = np.arange(3) != failed
-    rho, held = np.exp(random.uniform(np.log(0.1), np.log(MOST))), random.uniform(-MOST, MOST)
+    rho = np.exp(random.uniform(np.log(0.1), np.log(MOST)))
+    failed_momentum = random.uniform(-MOST, MOST)
 
     def on_circle() -> Vector:
         phase = random.uniform(-np.pi, np.pi)
-        return np.insert(rho * np.array([np.cos(phase), np.sin(phase)]), failed, held)
+        return np.insert(rho * np.array([np.cos(phase), np.sin(phase)]), failed, failed_momentum)
 
     start = Rotation.random(rng=random)
     rotors = on_circle()
@@ -61,15 +62,15 @@ def _start(
     if kind == "emptied":
         scale = min(1.0, MOST / float(np.linalg.norm(rotors)))
         total, rotors = total * scale, rotors * scale * works
-        rho, held = float(np.linalg.norm(total)), 0.0
+        rho, failed_momentum = float(np.linalg.norm(total)), 0.0
     if kind in ("drifting", "tumbling"):
         start = Rotation.random(rng=random)
         carried = start.inv().apply(total)
         if kind == "tumbling":
             carried = random.uniform(-rho, rho, 3)
         rotors = np.where(works, np.clip(carried, -setup.MOMENTUM, setup.MOMENTUM), rotors)
-    goal, wanted = Rotation.random(rng=random), on_circle()
-    goal = goal * Rotation.align_vectors(goal.inv().apply(total)[None], wanted[None])[0]
+    goal, goal_rotors = Rotation.random(rng=random), on_circle()
+    goal = goal * Rotation.align_vectors(goal.inv().apply(total)[None], goal_rotors[None])[0]
     return start, goal, total, rotors, float(rho)
 
 
@@ -98,11 +99,11 @@ def draw(random: np.random.Generator, kind: str, shape: str, error: float) -> Di
         return Spacecraft(symmetric, setup.wheels_along_axes())
 
     total = jnp.asarray(momentum)
-    known = spacecraft(1.0 + error * random.choice([-1.0, 1.0], 3))
+    model = spacecraft(1.0 + error * random.choice([-1.0, 1.0], 3))
     target = _quaternion(goal)
     return Dispersed(
         plant=ReducedGyrostat(spacecraft(np.ones(3)), jnp.asarray(works), total),
-        controller=MomentumRecovery.plan(known, works, total_momentum=total, target=target),
+        controller=MomentumRecovery.plan(model, works, total_momentum=total, target=target),
         start=ReducedState(_quaternion(start), jnp.asarray(rotors)),
         target=target,
         allowed=100.0 + 15.0 * principal.max() / rho,
@@ -124,15 +125,15 @@ def ratios(shape: str, error: float, cases: int, say: Say) -> Vector:
         say: Called after each block.
     """
     random = np.random.default_rng(1)
-    drawn = [draw(random, KINDS[k % len(KINDS)], shape, error) for k in range(cases)]
-    drawn.sort(key=lambda case: case.allowed)
+    draws = [draw(random, KINDS[k % len(KINDS)], shape, error) for k in range(cases)]
+    draws.sort(key=lambda case: case.allowed)
 
-    def block(some: list[Dispersed]) -> Vector:
-        flown = fly(some, ReducedSensor, duration=_duration(some[-1].allowed), period=PERIOD)
-        return settling_times(flown) / np.array([case.allowed for case in some])
+    def block(chunk: list[Dispersed]) -> Vector:
+        flights = fly(chunk, ReducedSensor, duration=_duration(chunk[-1].allowed), period=PERIOD)
+        return settling_times(flights) / np.array([case.allowed for case in chunk])
 
     name = f"with momentum, {shape}, inertia {error:.0%} wrong"
-    return np.concatenate(list(in_blocks(drawn, BLOCK, block, say=say, name=name)))
+    return np.concatenate(list(in_blocks(draws, BLOCK, block, say=say, name=name)))
 
 
 def full_beside_reduced(cases: int) -> tuple[float, float]:
@@ -147,16 +148,16 @@ def full_beside_reduced(cases: int) -> tuple[float, float]:
     """
     random = np.random.default_rng(2)
     shapes = list(PRINCIPAL)
-    drawn = [
+    draws = [
         draw(random, KINDS[k % len(KINDS)], shapes[k // len(KINDS) % 2], 0.0) for k in range(cases)
     ]
-    duration = _duration(max(case.allowed for case in drawn))
+    duration = _duration(max(case.allowed for case in draws))
     options = {"duration": duration, "period": PERIOD, "engine": "jax"}
-    reduced = fly(drawn, ReducedSensor, **options)
-    full = fly([_full(case) for case in drawn], SpacecraftSensor, **options)
+    reduced = fly(draws, ReducedSensor, **options)
+    full = fly([_full(case) for case in draws], SpacecraftSensor, **options)
     times = np.array([settling_times(full), settling_times(reduced)])
-    apart = float(np.max(np.abs(times[0] - times[1]))) if np.isfinite(times).all() else np.inf
-    return apart, max(_change(drawn[k], full.isel(run=k)) for k in range(cases))
+    difference = float(np.max(np.abs(times[0] - times[1]))) if np.isfinite(times).all() else np.inf
+    return difference, max(_change(draws[k], full.isel(run=k)) for k in range(cases))
 
 
 def _full(case: Dispersed) -> Dispersed:
@@ -170,10 +171,12 @@ def _full(case: Dispersed) -> Dispersed:
     )
 
 
-def _change(case: Dispersed, flown) -> float:
+def _change(case: Dispersed, histories) -> float:
     """Relative change of the momentum computed from attitude, body rate and wheels."""
     locked = case.plant.spacecraft.inertia_locked()
-    body = flown.rate.values @ np.asarray(locked) + flown.wheel_momentum.values
-    there = jax.vmap(rotations.to_inertial)(jnp.asarray(flown.attitude.values), jnp.asarray(body))
+    body = histories.rate.values @ np.asarray(locked) + histories.wheel_momentum.values
+    momentum = jax.vmap(rotations.to_inertial)(
+        jnp.asarray(histories.attitude.values), jnp.asarray(body)
+    )
     total = np.asarray(case.plant.total_momentum)
-    return float(np.max(np.abs(there - total)) / np.linalg.norm(total))
+    return float(np.max(np.abs(momentum - total)) / np.linalg.norm(total))

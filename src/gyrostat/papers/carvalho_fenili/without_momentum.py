@@ -60,15 +60,15 @@ REQUIREMENTS = (
 )
 
 
-def _nearest_rest(wanted: Rotation, momentum: Vector, normal: Vector) -> Rotation:
+def _nearest_rest(goal: Rotation, momentum: Vector, normal: Vector) -> Rotation:
     """Attitude nearest to a wanted one at which the momentum has no component along the normal."""
-    body = wanted.inv().apply(momentum)
+    body = goal.inv().apply(momentum)
     across = body - normal * (normal @ body)
     axis = np.cross(across, body)
     if np.linalg.norm(axis) < 1e-15:
-        return wanted
+        return goal
     angle = np.arctan2(np.linalg.norm(axis), across @ body)
-    return wanted * Rotation.from_rotvec(axis / np.linalg.norm(axis) * angle)
+    return goal * Rotation.from_rotvec(axis / np.linalg.norm(axis) * angle)
 
 
 def draw(random: np.random.Generator, one: Requirement, *, tilted: bool) -> Dispersed:
@@ -82,15 +82,15 @@ def draw(random: np.random.Generator, one: Requirement, *, tilted: bool) -> Disp
     turn = Rotation.random(rng=random).as_matrix() if tilted else np.eye(3)
     inertia = turn @ np.diag((8.0, 12.0, 16.0) if tilted else (12.0,) * 3) @ turn.T
     inertia = 0.5 * (inertia + inertia.T)
-    wrong = random.normal(size=(3, 3))
-    wrong = (wrong + wrong.T) / np.linalg.norm(wrong + wrong.T, 2)
-    known = inertia + one.error * np.linalg.norm(inertia, 2) * wrong
+    deviation = random.normal(size=(3, 3))
+    deviation = (deviation + deviation.T) / np.linalg.norm(deviation + deviation.T, 2)
+    model_inertia = inertia + one.error * np.linalg.norm(inertia, 2) * deviation
     failed = int(random.integers(3))
     normal, working = np.eye(3)[failed], np.arange(3) != failed
-    attitude, wanted = Rotation.random(2, rng=random)
+    attitude, goal = Rotation.random(2, rng=random)
     momentum = random.normal(size=3)
     momentum *= random.uniform(one.least, one.most) / np.linalg.norm(momentum)
-    target = _nearest_rest(wanted, momentum, normal)
+    target = _nearest_rest(goal, momentum, normal)
     body = attitude.inv().apply(momentum)
     locked = inertia + setup.ROTOR * np.eye(3)
     drift = locked @ normal
@@ -102,18 +102,18 @@ def draw(random: np.random.Generator, one: Requirement, *, tilted: bool) -> Disp
     failures = WheelFailures.none(3).seizes(failed, 0.0)
     plant = Gyrostat(Spacecraft(jnp.asarray(inertia), WHEELS), failures)
     wheels = np.where(working, body - locked @ rate, 0.0)
-    reached = jnp.asarray(target.as_quat(scalar_first=True))
+    target_quaternion = jnp.asarray(target.as_quat(scalar_first=True))
     return Dispersed(
         plant=plant,
         controller=ZeroMomentumRecovery.plan(
-            Spacecraft(jnp.asarray(known), WHEELS), working, target=reached
+            Spacecraft(jnp.asarray(model_inertia), WHEELS), working, target=target_quaternion
         ),
         start=plant.start(
             attitude=attitude.as_quat(scalar_first=True),
             rate=rate,
             wheel_speed=wheels / setup.ROTOR,
         ),
-        target=reached,
+        target=target_quaternion,
         allowed=one.allowed,
     )
 
@@ -129,10 +129,10 @@ def times(one: Requirement, cases: int, say: Say) -> Vector:
         say: Called after each block.
     """
     random = np.random.default_rng(1)
-    drawn = [draw(random, one, tilted=k % 2 == 1) for k in range(cases)]
+    draws = [draw(random, one, tilted=k % 2 == 1) for k in range(cases)]
 
-    def block(some: list[Dispersed]) -> Vector:
-        flown = fly(some, SpacecraftSensor, duration=one.duration, period=PERIOD)
-        return settling_times(flown, RATE)
+    def block(chunk: list[Dispersed]) -> Vector:
+        flights = fly(chunk, SpacecraftSensor, duration=one.duration, period=PERIOD)
+        return settling_times(flights, RATE)
 
-    return np.concatenate(list(in_blocks(drawn, BLOCK, block, say=say, name=one.key)))
+    return np.concatenate(list(in_blocks(draws, BLOCK, block, say=say, name=one.key)))

@@ -72,28 +72,28 @@ class Outcome(NamedTuple):
 
 def outcomes_of(flights: Iterable[Flight]) -> list[Outcome]:
     """Summaries of runs from other starts."""
-    return [Outcome(one.settled, one.top_speed, one.valid_until) for one in flights]
+    return [Outcome(flight.settled, flight.top_speed, flight.valid_until) for flight in flights]
 
 
 def own_start(run: Run) -> tuple[Flights, list[Outcome]]:
     """Simulate the paper's own start, and the other starts with FRIT."""
-    plain = Case()
+    base = Case()
     untuned = {
         "ideal": (Case(total=setup.NOMINAL, momentum=0.0), 0.0),
-        "no_mec": (plain, 0.0),
+        "no_mec": (base, 0.0),
         "inertia_only": (Case(momentum=0.0), 0.0),
-        **{name: (plain, gain) for name, gain in FIXED.items()},
+        **{name: (base, gain) for name, gain in FIXED.items()},
     }
     run.say(f"{len(untuned)} runs of 10 000 s without tuning")
     cases = [case for case, _ in untuned.values()]
-    found = flown(cases, [setup.fixed(gain) for _, gain in untuned.values()])
-    flights = dict(zip(untuned, found, strict=True))
+    runs = flown(cases, [setup.fixed(gain) for _, gain in untuned.values()])
+    flights = dict(zip(untuned, runs, strict=True))
     run.say(f"FRIT, from {len(OTHERS)} other starts too")
-    every = flown([plain, *OTHERS], [setup.tuned()] * (1 + len(OTHERS)))
-    flights["mec_frit"] = next(every)
-    outcomes = outcomes_of(every)
+    frit_runs = flown([base, *OTHERS], [setup.tuned()] * (1 + len(OTHERS)))
+    flights["mec_frit"] = next(frit_runs)
+    outcomes = outcomes_of(frit_runs)
     run.say("simulating with the momentum computed from measurements")
-    (flights["known_momentum"],) = flown([plain], [setup.law(momentum_measured=True)])
+    (flights["known_momentum"],) = flown([base], [setup.law(momentum_measured=True)])
     return flights, outcomes
 
 
@@ -104,9 +104,9 @@ def filtered(signal: np.ndarray, start: np.ndarray | float = 0.0) -> np.ndarray:
         signal: Signal x, (N, n).
         start: Initial value m(0).
     """
-    first = np.broadcast_to(start, signal.shape[1:])[None]
+    initial = np.broadcast_to(start, signal.shape[1:])[None]
     numerator, denominator = [0.0, 1.0 - SAMPLED_POLE], [1.0, -SAMPLED_POLE]
-    return np.asarray(lfilter(numerator, denominator, signal, axis=0, zi=first)[0])
+    return np.asarray(lfilter(numerator, denominator, signal, axis=0, zi=initial)[0])
 
 
 def identity(flight: Flight, sign: float = -1.0) -> float:
@@ -119,9 +119,9 @@ def identity(flight: Flight, sign: float = -1.0) -> float:
         sign: -1 where (25) agrees with (22), +1 as (25) is printed.
     """
     output, virtual = flight.output[:-1], flight.virtual[:-1]
-    seen = filtered(np.diff(flight.output, axis=0) / setup.PERIOD - virtual)
+    disturbance = filtered(np.diff(flight.output, axis=0) / setup.PERIOD - virtual)
     eta = filtered(virtual) + sign * setup.FEEDBACK * (output - filtered(output, output[0]))
-    return float(np.max(np.abs(eta + seen)) / np.max(np.abs(seen)))
+    return float(np.max(np.abs(eta + disturbance)) / np.max(np.abs(disturbance)))
 
 
 def turns(flight: Flight) -> list[int]:
@@ -133,16 +133,16 @@ def turns(flight: Flight) -> list[int]:
 def numbers(run: Run) -> Part:
     """Numbers and figures of the paper's own start."""
     flights, _ = run.once(own_start)
-    bare, frit = flights["no_mec"], flights["mec_frit"]
+    uncompensated, frit = flights["no_mec"], flights["mec_frit"]
     values: dict[str, Value] = {
         "pointing.initial_deg": frit.error_at(0.0),
         "ideal.settle_0p05deg_s": flights["ideal"].settled,
         **{
-            f"no_mec.error_{time}s_deg": bare.error_at(float(time))
+            f"no_mec.error_{time}s_deg": uncompensated.error_at(float(time))
             for time in (1000, 5000, 7000, 10000)
         },
-        "no_mec.rms_deg": float(np.sqrt(np.mean(bare.judged**2))),
-        "no_mec.max_deg": float(np.max(bare.judged)),
+        "no_mec.rms_deg": float(np.sqrt(np.mean(uncompensated.judged**2))),
+        "no_mec.max_deg": float(np.max(uncompensated.judged)),
         **{
             f"{name}.error_10000s_deg": flights[name].error_at(setup.DURATION)
             for name in list(FIXED)[:3]
@@ -166,45 +166,45 @@ def numbers(run: Run) -> Part:
 def statements(run: Run) -> Part:
     """Statements on the paper's own start, and on the other starts with FRIT."""
     flights, outcomes = run.once(own_start)
-    bare, frit, ideal = flights["no_mec"], flights["mec_frit"], flights["ideal"]
-    far, near = bare.distance(ideal), frit.distance(ideal)
-    rounds = turns(bare)
-    left = np.max(np.abs(bare.output[-30_000:]), axis=0)
+    uncompensated, frit, ideal = flights["no_mec"], flights["mec_frit"], flights["ideal"]
+    far, near = uncompensated.distance(ideal), frit.distance(ideal)
+    rounds = turns(uncompensated)
+    final_output = np.max(np.abs(uncompensated.output[-30_000:]), axis=0)
     settling = [name for name in FIXED if flights[name].settled is not None]
-    apart = {name: flights[name].distance(ideal) for name in FIXED}
-    best = min(apart, key=lambda name: apart[name])
-    change = np.max(np.abs(frit.speed - bare.speed), axis=0)
+    distances = {name: flights[name].distance(ideal) for name in FIXED}
+    best = min(distances, key=lambda name: distances[name])
+    change = np.max(np.abs(frit.speed - uncompensated.speed), axis=0)
     steps = np.abs(np.diff(frit.gain, axis=0))
     samples = int(np.sum(np.max(steps, axis=(1, 2)) > 0.0))
     jump = float(np.max(steps) / np.max(np.abs(frit.gain)))
-    held = sum(one.holds for one in outcomes)
-    wild = sum(one.top_speed > BOUNDED for one in outcomes)
-    lost = sum(one.valid_until < setup.DURATION for one in outcomes)
+    success_count = sum(outcome.holds for outcome in outcomes)
+    diverged_count = sum(outcome.top_speed > BOUNDED for outcome in outcomes)
+    incomplete_count = sum(outcome.valid_until < setup.DURATION for outcome in outcomes)
     printed = identity(frit, 1.0)
     ends = np.max(np.abs(ideal.output[-1]))
     values: dict[str, Value] = {
         "fig5_6.no_mec_vibrational": min(rounds) > 0,
-        "fig5_6.no_mec_not_zero": bool(np.min(left) > 10.0 * ends),
+        "fig5_6.no_mec_not_zero": bool(np.min(final_output) > 10.0 * ends),
         "fig5_6.mec_close_to_ideal": near < CLOSE * far,
-        "fig7.no_mec_misses": bare.settled is None,
+        "fig7.no_mec_misses": uncompensated.settled is None,
         "fig7.mec_frit_points": frit.settled is not None,
         "fig8.gain_updated_consecutively": samples > 0,
         "fig8.update_is_the_reason": not settling,
         "fig9_10.input_modified": bool(np.min(change) > 0.0),
-        "conclusion.mec_structure_is_the_reason": bool(settling) and bare.settled is None,
+        "conclusion.mec_structure_is_the_reason": bool(settling) and uncompensated.settled is None,
         "conclusion.gain_tuned_automatically": bool(np.max(np.abs(frit.gain[-1])) > 0.0),
-        "method.gain_becomes_optimum": near <= apart[best],
+        "method.gain_becomes_optimum": near <= distances[best],
         "method.gain_changes_gently": jump <= GENTLE,
-        "abstract.fluctuating_error_suppressed": held == len(OTHERS),
-        "method.dead_zone_stops_divergence": wild == 0 and lost == 0,
+        "abstract.fluctuating_error_suppressed": success_count == len(OTHERS),
+        "method.dead_zone_stops_divergence": diverged_count == 0 and incomplete_count == 0,
         "introduction.exact_parameters_essential": flights["inertia_only"].settled is None,
-        "introduction.model_error_deteriorates": bare.settled is None,
+        "introduction.model_error_deteriorates": uncompensated.settled is None,
         "equation_25.sign": printed < 1e-6,
     }
     facts = {
         "flights": flights,
         "rounds": rounds,
-        "left": left,
+        "left": final_output,
         "near": near,
         "far": far,
         "samples": samples,
@@ -212,15 +212,15 @@ def statements(run: Run) -> Part:
         "change": change,
         "final": np.round(frit.gain[-1], 3).tolist(),
         "best": best,
-        "best_distance": apart[best],
+        "best_distance": distances[best],
         "jump": jump,
         "smoothing_time": -setup.PERIOD / np.log(1.0 - setup.SMOOTHING),
-        "required_ratio": float(np.sqrt(np.mean(bare.judged**2))) / setup.REQUIRED,
+        "required_ratio": float(np.sqrt(np.mean(uncompensated.judged**2))) / setup.REQUIRED,
         "first_torque": float(np.max(np.abs(frit.speed[0])) * setup.ROTOR / setup.PERIOD),
         "others": len(OTHERS),
-        "holding": held,
-        "wild": wild,
-        "lost": lost,
+        "holding": success_count,
+        "wild": diverged_count,
+        "lost": incomplete_count,
         "printed_residual": printed,
     }
     return Part(values, facts)

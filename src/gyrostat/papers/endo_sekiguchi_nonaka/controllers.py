@@ -43,8 +43,8 @@ class Estimated(eqx.Module):
         """Update the estimate, then compute the command."""
         estimate, inner, period = memory
         estimate = self.filter(estimate, measurement.attitude, measurement.rate, period)
-        seen = measurement._replace(attitude=estimate.attitude, rate=estimate.rate)
-        inner, command = self.controller(inner, seen)
+        filtered = measurement._replace(attitude=estimate.attitude, rate=estimate.rate)
+        inner, command = self.controller(inner, filtered)
         return (estimate, inner, period), command
 
 
@@ -123,8 +123,8 @@ class Outcome(NamedTuple):
         return self.last < REQUIRED
 
 
-def _fold(kept, time, row, judged_from):
-    settled, last, demand, roll = kept
+def _fold(summary, time, row, judged_from):
+    settled, last, demand, roll = summary
     p = to_body(row.state.attitude, jnp.array([0.0, 0.0, 1.0]))
     error = jnp.rad2deg(jnp.arctan2(jnp.sqrt(p[0] ** 2 + p[1] ** 2), p[2]))
     error = jnp.where(row.status == 0, error, jnp.inf)
@@ -142,7 +142,7 @@ def _runner(controller: Any, count: int, judged_from: float, engine: str) -> Run
     def make(plant, start, sensor, key):
         loop = control_loop(plant, controller, sensor, start, key, PERIOD)
         return loop.folded(
-            lambda kept, row, k: (_fold(kept, k * PERIOD, row, judged_from), None),
+            lambda summary, row, k: (_fold(summary, k * PERIOD, row, judged_from), None),
             (jnp.zeros(()),) * 4,
         )
 
@@ -173,19 +173,19 @@ def evaluate(
 
     runs = list(zip(cases, keys, strict=True))
 
-    def simulated(engine: str) -> list[np.ndarray]:
+    def simulate_with(engine: str) -> list[np.ndarray]:
         runner = _runner(controller, count, judged_from, engine)
 
-        def block(some: list[tuple[Case, Any]]) -> np.ndarray:
+        def block(block_runs: list[tuple[Case, Any]]) -> np.ndarray:
             plants, starts, sensors = (
-                stack([getattr(case, name) for case, _ in some]).items
+                stack([getattr(case, name) for case, _ in block_runs]).items
                 for name in ("plant", "start", "sensor")
             )
-            keys = jnp.stack([key for _, key in some])
-            (((_, kept), _),) = runner.chunks(plants, starts, sensors, keys)
-            return np.stack(kept, axis=1)
+            keys = jnp.stack([key for _, key in block_runs])
+            (((_, summary), _),) = runner.chunks(plants, starts, sensors, keys)
+            return np.stack(summary, axis=1)
 
         name = f"{candidate.name}, runs of {candidate.duration:g} s"
         return list(in_blocks(runs, block_size, block, say=say, name=name, threads=THREADS))
 
-    return Outcome(*np.concatenate(by_engine("auto", simulated)).T)
+    return Outcome(*np.concatenate(by_engine("auto", simulate_with)).T)

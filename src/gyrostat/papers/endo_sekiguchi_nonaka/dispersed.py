@@ -27,7 +27,7 @@ def dispersed_runs(run: Run) -> Part:
     """Simulate the dispersed cases and the paper's own."""
     cases = [*draw(CASES, SEED), paper_case()]
     every = (OURS, SAFE_FRIT, UNCOMPENSATED, *SLOW)
-    return claimed(cases, {one.key: evaluate(one, cases, say=run.say) for one in every})
+    return claimed(cases, {each.key: evaluate(each, cases, say=run.say) for each in every})
 
 
 def claimed(cases: Sequence[Case], found: Mapping[str, Outcome]) -> Part:
@@ -37,16 +37,17 @@ def claimed(cases: Sequence[Case], found: Mapping[str, Outcome]) -> Part:
         cases: Dispersed cases, followed by the paper's own.
         found: Key of a candidate -> its runs of all cases.
     """
-    own_settled = float(found[OURS.key].settled[-1])
-    found = {key: Outcome(*(x[:-1] for x in one)) for key, one in found.items()}
-    ours, share = found[OURS.key], {key: float(np.mean(one.holds)) for key, one in found.items()}
+    paper_settled = float(found[OURS.key].settled[-1])
+    found = {key: Outcome(*(x[:-1] for x in outcome)) for key, outcome in found.items()}
+    ours = found[OURS.key]
+    share = {key: float(np.mean(outcome.holds)) for key, outcome in found.items()}
     quickest = np.array([case.quickest for case in cases[:-1]])
     values: dict[str, Value] = {
         "dispersed.cases": float(len(quickest)),
         "dispersed.success_fraction": share[OURS.key],
         "dispersed.worst_settle_ratio": float(np.max(ours.settled / quickest)),
         "dispersed.worst_last_error_deg": float(np.max(ours.last)),
-        "paper_case.settle_s": own_settled,
+        "paper_case.settle_s": paper_settled,
         "dispersed.paper_success_fraction": share["paper"],
         "dispersed.fixed_gain_success_fraction": share["fixed_gain"],
     }
@@ -56,6 +57,6 @@ def claimed(cases: Sequence[Case], found: Mapping[str, Outcome]) -> Part:
         "in_time": in_time,
         "demand": float(np.max(ours.demand)),
         "roll": float(np.rad2deg(np.max(ours.roll))),
-        "mean_last": {key: float(np.mean(one.last)) for key, one in found.items()},
+        "mean_last": {key: float(np.mean(outcome.last)) for key, outcome in found.items()},
     }
     return Part(values, facts, (dispersed_figure(quickest, found),))

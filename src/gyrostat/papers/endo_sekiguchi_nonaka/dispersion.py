@@ -133,7 +133,7 @@ def draw(count: int, seed: int) -> list[Case]:
         seed: Seed of all cases.
     """
     random = np.random.default_rng(seed)
-    return [_drawn(random) for _ in range(count)]
+    return [_draw_case(random) for _ in range(count)]
 
 
 def inertia_of(random: np.random.Generator, error: float) -> Matrix:
@@ -158,18 +158,18 @@ def axes_of(random: np.random.Generator, tilt: float) -> Matrix:
         random: Source of random numbers.
         tilt: Angle of each axis from the body axis, rad.
     """
-    found = []
+    columns = []
     for axis in np.eye(3)[:2]:
-        beside = random.normal(size=3)
-        beside -= beside @ axis * axis
-        found.append(np.cos(tilt) * axis + np.sin(tilt) * (beside / np.linalg.norm(beside)))
-    return np.stack(found, axis=1)
+        normal = random.normal(size=3)
+        normal -= normal @ axis * axis
+        columns.append(np.cos(tilt) * axis + np.sin(tilt) * (normal / np.linalg.norm(normal)))
+    return np.stack(columns, axis=1)
 
 
-def _drawn(random: np.random.Generator) -> Case:
+def _draw_case(random: np.random.Generator) -> Case:
     total, axes = inertia_of(random, INERTIA_ERROR), axes_of(random, TILT)
     direction = random.normal(size=3)
-    given = SinusoidalMomentum(
+    momentum = SinusoidalMomentum(
         amplitude=jnp.asarray(
             random.uniform(0.0, LARGEST_MOMENTUM) * direction / np.linalg.norm(direction)
         ),
@@ -189,7 +189,7 @@ def _drawn(random: np.random.Generator) -> Case:
         ]
     )
     speeds = random.choice(WHEEL_SPEEDS, 2)
-    return case_of(total, axes, given, quaternion, speeds, BIAS * random.choice((-1.0, 1.0), 3))
+    return case_of(total, axes, momentum, quaternion, speeds, BIAS * random.choice((-1.0, 1.0), 3))
 
 
 def paper_case() -> Case:

@@ -108,10 +108,10 @@ def dispersed_figure(quickest: Vector, found: Mapping[str, Outcome]) -> Drawing:
         left.set(xlabel="shortest possible slew T (s)", ylabel="settling time (s)")
         left.legend()
         colours = (MODEL, MARK, GREEN, MEASURED)
-        for one, colour in zip((OURS, *SLOW), colours, strict=True):
-            error = np.sort(np.minimum(found[one.key].last, 180.0))
+        for candidate, colour in zip((OURS, *SLOW), colours, strict=True):
+            error = np.sort(np.minimum(found[candidate.key].last, 180.0))
             share = (1.0 + np.arange(len(error))) / len(error)
-            right.semilogx(error, share, color=colour, lw=1.2, label=one.name)
+            right.semilogx(error, share, color=colour, lw=1.2, label=candidate.name)
         right.axvline(REQUIRED, color=INK, lw=0.8, ls=":")
         right.set(xlabel="largest error in the final window (deg)", ylabel="share of cases")
         right.legend(fontsize=7, loc="upper center", bbox_to_anchor=(0.5, -0.18), ncols=2)

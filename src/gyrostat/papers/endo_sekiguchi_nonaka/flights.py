@@ -140,12 +140,12 @@ def flown(
     """
     pairs = list(zip(cases, controllers, strict=True))
     # the last block is filled up with its last run, so that one size is compiled
-    for rows, kept in blocks(len(pairs), min(BLOCK, len(pairs))):
-        runs = _simulated([pairs[row] for row in rows], duration)
-        yield from (_flight(runs.isel(run=k)) for k in range(kept))
+    for rows, count in blocks(len(pairs), min(BLOCK, len(pairs))):
+        runs = _simulate([pairs[row] for row in rows], duration)
+        yield from (_flight(runs.isel(run=k)) for k in range(count))
 
 
-def _simulated(pairs: Sequence[tuple[Case, Any]], duration: float) -> "xr.Dataset":
+def _simulate(pairs: Sequence[tuple[Case, Any]], duration: float) -> "xr.Dataset":
     plants = [case.plant() for case, _ in pairs]
     starts = [
         plant.start(attitude=setup.attitude(case.axis))
@@ -153,7 +153,7 @@ def _simulated(pairs: Sequence[tuple[Case, Any]], duration: float) -> "xr.Datase
     ]
     plant: Any = stack(plants)
     controller: Any = stack([controller for _, controller in pairs])
-    sensor: Any = stack([Ideal(one) for one in plants])
+    sensor: Any = stack([Ideal(body) for body in plants])
     return simulate(
         plant,
         controller,
@@ -167,7 +167,7 @@ def _simulated(pairs: Sequence[tuple[Case, Any]], duration: float) -> "xr.Datase
 
 
 def _flight(run: Any) -> Flight:
-    def own(name: str) -> np.ndarray:
+    def copy_of(name: str) -> np.ndarray:
         # a view would keep the whole block
         return np.array(run[name].values)
 
@@ -177,9 +177,9 @@ def _flight(run: Any) -> Flight:
     return Flight(
         time=run.time.values,
         output=output,
-        speed=own("speed"),
-        virtual=own("virtual_input"),
-        gain=own("gain"),
+        speed=copy_of("speed"),
+        virtual=copy_of("virtual_input"),
+        gain=copy_of("gain"),
         error=np.rad2deg(2.0 * np.arcsin(half)),
         valid_until=float(run.valid_until),
     )

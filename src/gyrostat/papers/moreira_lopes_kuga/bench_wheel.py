@@ -113,8 +113,8 @@ class BenchWheel(Checked):
             drive = command.torque + command.fading_torque
             direction = jnp.sign(state.speed)
             sense = jnp.sign(drive)
-            held = sense * jnp.minimum(jnp.abs(drive), friction.breakaway_torque(sense))
-            torque = jnp.where(direction == 0.0, held, friction.torque(state.speed, direction))
+            stiction = sense * jnp.minimum(jnp.abs(drive), friction.breakaway_torque(sense))
+            torque = jnp.where(direction == 0.0, stiction, friction.torque(state.speed, direction))
         return BenchRecord(self.wheel.inertia * state.speed, torque)
 
 

@@ -29,13 +29,13 @@ def loops(run: Run) -> Part:
     seeds = setup.QUICK_SEEDS if run.quick else setup.SEEDS
     run.say(f"{seeds} runs with and without the filter")
     kalman = setup.fly(FrictionTorqueControl(setup.FILTER, setup.GAIN, setup.to_reference), seeds)
-    plain = setup.fly(ProportionalMomentumControl(setup.GAIN, setup.to_reference), seeds)
+    unfiltered = setup.fly(ProportionalMomentumControl(setup.GAIN, setup.to_reference), seeds)
     gain = np.asarray(setup.FILTER.steady_gain(setup.PERIOD))
     residual = (kalman.measured_momentum - kalman.estimated_momentum).values
     late = kalman.isel(time=slice(SETTLED, None))
     momentum = kalman.momentum
-    effective = [_largest_effective(flown) for flown in (kalman, plain)]
-    spread = [_friction_spread(flown) for flown in (kalman, plain)]
+    effective = [_largest_effective(histories) for histories in (kalman, unfiltered)]
+    spread = [_friction_spread(histories) for histories in (kalman, unfiltered)]
     values: dict[str, Value] = {
         "kf.friction_torque_300s_Nm": setup.mean_at(kalman.friction, 300),
         "kf.friction_torque_steady_Nm": setup.steady_friction(),
@@ -49,11 +49,11 @@ def loops(run: Run) -> Part:
         "kf.residual_posterior_max_Nms": _mean_largest(residual),
         "kf.innovation_max_Nms": _mean_largest(kalman.innovation.values),
         "kf.friction_estimate_std_Nm": float((late.estimated_friction - late.friction).std()),
-        "no_estimator.momentum_300s_Nms": setup.mean_at(plain.momentum, 300),
-        "no_estimator.overshoot": bool(plain.momentum.max() > setup.REFERENCE),
-        "no_estimator.momentum_280s_Nms": setup.mean_at(plain.momentum, 280),
-        "no_estimator.friction_torque_300s_Nm": setup.mean_at(plain.friction, 300),
-        "no_estimator.bristle_deflection_m": setup.RADIUS * setup.mean_at(plain.bristle, 300),
+        "no_estimator.momentum_300s_Nms": setup.mean_at(unfiltered.momentum, 300),
+        "no_estimator.overshoot": bool(unfiltered.momentum.max() > setup.REFERENCE),
+        "no_estimator.momentum_280s_Nms": setup.mean_at(unfiltered.momentum, 280),
+        "no_estimator.friction_torque_300s_Nm": setup.mean_at(unfiltered.friction, 300),
+        "no_estimator.bristle_deflection_m": setup.RADIUS * setup.mean_at(unfiltered.bristle, 300),
         "kf.larger_effective_torque": effective[0] > effective[1],
         "kf.friction_more_spread": spread[0] > spread[1],
         "reference.speed_rpm": setup.REFERENCE / setup.INERTIA / RPM,
@@ -66,7 +66,7 @@ def loops(run: Run) -> Part:
         "spread": spread,
         "steady": setup.steady_friction(),
     }
-    return Part(values, facts, figures(kalman, plain))
+    return Part(values, facts, figures(kalman, unfiltered))
 
 
 def _mean_largest(signal: np.ndarray) -> float:
@@ -74,15 +74,15 @@ def _mean_largest(signal: np.ndarray) -> float:
     return float(np.max(np.abs(signal), axis=1).mean())
 
 
-def _largest_effective(flown: "xr.Dataset") -> float:
+def _largest_effective(histories: "xr.Dataset") -> float:
     """Largest commanded minus friction torque of each run, averaged over the runs, N·m."""
-    effective = flown.torque + flown.fading_torque - flown.friction
+    effective = histories.torque + histories.fading_torque - histories.friction
     return float(np.max(effective.values, axis=1).mean())
 
 
-def _friction_spread(flown: "xr.Dataset") -> float:
+def _friction_spread(histories: "xr.Dataset") -> float:
     """Standard deviation of the settled friction torque over time, averaged over the runs, N·m."""
-    return float(flown.friction.isel(time=slice(SETTLED, None)).std("time").mean())
+    return float(histories.friction.isel(time=slice(SETTLED, None)).std("time").mean())
 
 
 class _SineTorque(BearingEquation):
@@ -114,8 +114,8 @@ def sine_momentum(friction: AnyFriction = setup.FRICTION) -> Scalar:
         motion, bristle, _ = step_wheel(contact, Motion(speed, ()), bristle, 1.0)
         return (motion.speed, bristle), None
 
-    rest = (jnp.array(0.0), jnp.array(0.0))
-    (speed, _), _ = jax.lax.scan(second, rest, jnp.arange(SINE_END, dtype=float))
+    start = (jnp.array(0.0), jnp.array(0.0))
+    (speed, _), _ = jax.lax.scan(second, start, jnp.arange(SINE_END, dtype=float))
     return setup.WHEEL.inertia * speed
 
 

@@ -48,10 +48,10 @@ def friction(one: "xr.Dataset") -> Drawing:
     return Drawing("Friction torque (Fig. 2)", figure, caption)
 
 
-def _torques(axes: Axes, one: "xr.Dataset") -> None:
-    commanded = one.torque + one.fading_torque
-    axes.step(one.time, 1e3 * commanded, where="post", color=MODEL, lw=0.9, label="commanded")
-    axes.plot(one.time, 1e3 * (commanded - one.friction), ".", ms=3, color=MARK, label="effective")
+def _torques(axes: Axes, run: "xr.Dataset") -> None:
+    commanded = run.torque + run.fading_torque
+    axes.step(run.time, 1e3 * commanded, where="post", color=MODEL, lw=0.9, label="commanded")
+    axes.plot(run.time, 1e3 * (commanded - run.friction), ".", ms=3, color=MARK, label="effective")
     axes.set_ylabel("torque (mN·m)")
     axes.legend(loc="upper right")
 
@@ -64,8 +64,8 @@ def control(one: "xr.Dataset") -> Drawing:
     return Drawing("Control torque (Fig. 3)", figure, "Effective: commanded minus friction.")
 
 
-def _deflection(axes: Axes, one: "xr.Dataset") -> None:
-    axes.plot(one.time, 1e6 * RADIUS * one.bristle, color=MODEL, lw=1.2)
+def _deflection(axes: Axes, run: "xr.Dataset") -> None:
+    axes.plot(run.time, 1e6 * RADIUS * run.bristle, color=MODEL, lw=1.2)
     axes.set_ylabel("deflection (µm)")
 
 
@@ -82,10 +82,10 @@ def residual(one: "xr.Dataset") -> Drawing:
 def comparison(kalman: "xr.Dataset", plain: "xr.Dataset") -> Drawing:
     """Fig. 5: momentum and friction torque with and without the estimator."""
     with panels(2, height=4.2, sharex=True) as (figure, (top, bottom)):
-        for one, colour, name in ((kalman, MARK, "with"), (plain, MODEL, "without")):
+        for run, colour, name in ((kalman, MARK, "with"), (plain, MODEL, "without")):
             label = f"{name} estimator"
-            top.plot(one.time, one.momentum, color=colour, lw=1.2, label=label)
-            bottom.plot(one.time, 1e3 * one.friction, color=colour, lw=1.2, label=label)
+            top.plot(run.time, run.momentum, color=colour, lw=1.2, label=label)
+            bottom.plot(run.time, 1e3 * run.friction, color=colour, lw=1.2, label=label)
         top.axhline(REFERENCE, color=INK, lw=0.7, ls="--")
         top.set_ylabel("momentum (N·m·s)")
         bottom.set(xlabel="time (s)", ylabel="friction (mN·m)")

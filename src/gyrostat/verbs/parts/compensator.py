@@ -33,7 +33,7 @@ class Compensator(ExportedPart):
         from gyrostat.core.validation import check_parts
 
         limit, law = given.current_limit(), given.law()
-        made = EstimatingCompensator.tune(
+        part = EstimatingCompensator.tune(
             law,
             wheel,
             given.si("--table-inertia", "inertia"),
@@ -42,16 +42,12 @@ class Compensator(ExportedPart):
             current_limit=limit,
             delay=int(given.values["--delay"] or 0),
         )
-        check_parts(made)
-        return made
+        check_parts(part)
+        return part
 
     @classmethod
     def module(
-        cls,
-        part: Any,
-        period: float,
-        limits: "Mapping[str, FieldLimits]",
-        on_bad: str,
+        cls, part: Any, period: float, limits: "Mapping[str, FieldLimits]", on_bad: str
     ) -> "Target":
         """See `ExportedPart.module`."""
         from gyrostat.exports.targets import compensator
@@ -80,11 +76,7 @@ class CompensatedWheelPart(Compensator):
 
     @classmethod
     def module(
-        cls,
-        part: Any,
-        period: float,
-        limits: "Mapping[str, FieldLimits]",
-        on_bad: str,
+        cls, part: Any, period: float, limits: "Mapping[str, FieldLimits]", on_bad: str
     ) -> "Target":
         """See `ExportedPart.module`."""
         from gyrostat.exports.targets import compensated_wheel
