@@ -143,7 +143,28 @@ def composed(x, m, k, n):
     )
 
 
-CASES = [replaced, picked, ordered, whole, elementary, composed]
+def searched(x, m, k, n):
+    """Tables, filters and bits."""
+    grid = jnp.array([-1.0, -0.2, 0.3, 1.1])
+    return (
+        jnp.searchsorted(grid, x),
+        jnp.searchsorted(grid, m, side="right"),
+        jnp.digitize(x, grid),
+        jnp.interp(x, grid, grid**2),
+        jnp.interp(m[0], grid, grid**3, left=-7.0, right=jnp.nan),
+        # a batch of JAX adds NaN times 0 of other runs
+        jnp.convolve(jnp.nan_to_num(x), jnp.nan_to_num(m[0])),
+        jnp.convolve(jnp.nan_to_num(m[1]), jnp.nan_to_num(x[:2]), mode="same"),
+        jnp.correlate(jnp.nan_to_num(x), m[0], mode="valid"),
+        jax.lax.cumlogsumexp(m[1], reverse=True),
+        jax.grad(jax.checkpoint(lambda x: jnp.sum(jnp.sin(x) ** 2)))(x),
+        n >> 3,
+        n >> jnp.array([0, 1, 61, 62, 63]),
+        jnp.roll(x, k),
+    )
+
+
+CASES = [replaced, picked, ordered, whole, elementary, composed, searched]
 ARGUMENTS = (VECTOR, MATRIX, INDEX, COUNT)
 
 

@@ -145,6 +145,12 @@ class Builder:
             index = self.compute("select", beyond, limit, index, hint="index")
         return index
 
+    def signed(self, index: Operand) -> Operand:
+        """Index as a signed integer, which the limits of an array are."""
+        if index.kind != "bits":
+            return index
+        return self.assign("to_integer", (index,), Name("integer", "index", next(self.groups)))
+
     def scalars(self, array: Scalars | Data) -> Scalars:
         """Elements of an array as scalars.
 

@@ -231,8 +231,17 @@ def _cond(
     return targets
 
 
+def _linear_solve(build: Builder, *given: Scalars | Data) -> Sequence[Scalars | Data]:
+    """Solution of linear equations: the function that solves them, without its derivatives."""
+    counts, functions = build.params["const_lengths"], build.params["jaxprs"]
+    before = counts.matvec + counts.vecmat
+    constants, right = given[before : before + counts.solve], given[sum(counts) :]
+    return build.lower(functions.solve, [*constants, *right], build.block, build.where)
+
+
 RULES: dict[str, Callable[..., Sequence[Scalars | Data]]] = {
     "cond": _cond,
+    "custom_linear_solve": _linear_solve,
     "scan": _scan,
     "while": _while,
 }

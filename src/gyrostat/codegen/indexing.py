@@ -32,7 +32,7 @@ class _Pick:
         """Position in the table of the first element of the part that starts at some indices."""
         base: Operand = ZERO
         known = self._first
-        for axis, start in enumerate(starts):
+        for axis, start in enumerate(map(self._build.signed, starts)):
             last = Number("integer", self._array.shape[axis] - self._sizes[axis])
             step = self._build.clamp(start, ZERO, last)
             if self._table.memory and isinstance(step, Number):
@@ -99,7 +99,7 @@ def _filling(params: dict[str, Any], dtype: Any) -> Any:
 def _inside(build: Builder, starts: Sequence[Operand], limits: Sequence[int]) -> Operand:
     """Whether a part that starts at the given indices lies within the array."""
     inside: Operand = Number("logical", True)
-    for start, limit in zip(starts, limits, strict=True):
+    for start, limit in zip(map(build.signed, starts), limits, strict=True):
         for low, high in ((ZERO, start), (start, Number("integer", limit))):
             one = build.compute("le", low, high, hint="inside")
             inside = build.compute("and", inside, one, hint="inside")
@@ -170,7 +170,8 @@ def _placed(
 
     def tests(row: tuple[int, ...]) -> list[list[Operand]]:
         found = []
-        for start, limit in zip(windows.starts(row, indices, array.ndim), limits, strict=True):
+        starts = map(build.signed, windows.starts(row, indices, array.ndim))
+        for start, limit in zip(starts, limits, strict=True):
             kept = build.clamp(start, ZERO, Number("integer", limit - 1)) if clipped else start
             numbers = (Number("integer", k) for k in range(limit))
             found.append([build.compute("eq", kept, number, hint="chosen") for number in numbers])

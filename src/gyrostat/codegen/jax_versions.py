@@ -5,16 +5,14 @@ primitives there are, and changes them from one minor version to the next. Rules
 through this module. JAX itself computes with any version.
 """
 
-import math
 import re
-from collections.abc import Callable, Sequence
-from functools import partial
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 from jax.extend import core
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.jax64 import jax
 
 LOWEST, NEWEST = (0, 10), (0, 12)
 """Lowest and newest minor version that the tests have run with, as pyproject.toml has them."""
@@ -67,37 +65,3 @@ def scan_counts(params: dict[str, Any]) -> ScanCounts:
 def closed(jaxpr: Any, constants: Sequence[Any]) -> Any:
     """Closed jaxpr of a jaxpr and the values of its constants; from JAX 0.11 on, each is closed."""
     return jaxpr if hasattr(jaxpr, "consts") else core.ClosedJaxpr(jaxpr, constants)
-
-
-def _polynomial(x: Any, *coefficients: Any, **_: Any) -> Any:
-    total = coefficients[-1]
-    for coefficient in reversed(coefficients[:-1]):
-        total = total * x + coefficient
-    return total
-
-
-_COMPOSED: dict[str, Callable[..., Any]] = {
-    "log2": lambda x, **_: jnp.log(x) * (1.0 / math.log(2.0)),
-    "one_minus_square": lambda x: (1.0 + x) * (1.0 - x),
-    "polynomial": _polynomial,
-}
-"""Primitive since JAX 0.11 -> the operations that JAX compiles for it, in their order."""
-
-
-def expanded(equation: Any) -> Any | None:
-    """Closed jaxpr of the simpler operations that a composed primitive of JAX stands for.
-
-    Args:
-        equation: Equation.
-
-    Returns:
-        The jaxpr, with the operands of the equation as arguments; None for other primitives.
-    """
-    params = equation.params
-    composed = _COMPOSED.get(equation.primitive.name)
-    # since JAX 0.12: sums by indices, searches and others carry their own expansion
-    expand = getattr(params.get("_prim"), "expand", composed and partial(composed, **params))
-    if expand is None:
-        return None
-    operands = [jax.ShapeDtypeStruct(a.aval.shape, a.aval.dtype) for a in equation.invars]
-    return jax.make_jaxpr(expand)(*operands)

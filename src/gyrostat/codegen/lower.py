@@ -11,7 +11,7 @@ import numpy as np
 from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.control_flow import argument_name, is_rows
 from gyrostat.codegen.data import Data, moved
-from gyrostat.codegen.primitives import ALIKE, COMPILED, MOVES, OVERFLOWING, Scalars
+from gyrostat.codegen.primitives import ALIKE, COMPILED, MOVES, OVERFLOWING, PRODUCTS, Scalars
 from gyrostat.codegen.program import Block, Call, Function, Table
 from gyrostat.codegen.rules import RULES
 from gyrostat.codegen.scope import FLIGHT, Scope
@@ -130,9 +130,12 @@ class Lowering:
         return self._large[id(value)][1]
 
     def _narrowed(self, build: Builder, made: Sequence[Scalars | Data]) -> Sequence[Scalars | Data]:
-        if build.equation.primitive.name not in OVERFLOWING:
+        name, dtype = build.equation.primitive.name, build.target.aval.dtype
+        if name not in OVERFLOWING:
             return made
-        operation = self._scope.narrow.get(build.target.aval.dtype)
+        operation = self._scope.narrow.get(dtype)
+        if operation == "to_word" and name in PRODUCTS and self._scope.kind(build.target) != "bits":
+            raise build.refused("products of uint32", "of int64, which hold theirs")
         return made if operation is None else [build.apply(operation, *made)]
 
     def _call(self, name: str, inner: Any, given: list[Scalars], build: Builder) -> list[Scalars]:

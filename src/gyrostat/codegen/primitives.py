@@ -21,8 +21,8 @@ def one_by_one(shape: tuple[int, ...], make: Callable[..., Any], *arrays: Scalar
 
 COMPILED = (
     "one that compiled code has: arithmetic, selects, elementary functions, moves and indices of "
-    "elements, loops of a known length, Cholesky factorisations (for a symmetric matrix, "
-    "gyrostat.core.linear.inverse_definite)"
+    "elements, loops of a known length, jax.numpy.linalg for real matrices (but eig; QR without "
+    "pivoting)"
 )
 
 ELEMENTWISE = {
@@ -69,6 +69,9 @@ OVERFLOWING = frozenset(
     }
 )
 """Primitives whose result may need more bits than their operands."""
+
+PRODUCTS = frozenset({"mul", "square", "integer_pow", "reduce_prod", "cumprod", "shift_left"})
+"""Primitives whose result may need twice as many bits."""
 
 ALIKE = frozenset({"copy", "copy_p", "stop_gradient", "reduce_precision", "optimization_barrier"})
 """Primitives whose results are their operands."""

@@ -23,7 +23,7 @@ def kind_of(dtype: Any) -> Kind | None:
         return "real"
     if dtype == np.bool_:
         return "logical"
-    return "integer" if dtype in (np.int32, np.int64) else None
+    return "integer" if dtype in (np.int32, np.int64, np.uint32) else None
 
 
 @dataclass(frozen=True)
@@ -86,4 +86,4 @@ class Scope:
         return one_by_one(array.shape, lambda value: Number(kind, value.item()), array)
 
 
-FLIGHT = Scope(constant_tables=True)
+FLIGHT = Scope(narrow={np.dtype(np.uint32): "to_word"}, constant_tables=True)

@@ -1,15 +1,20 @@
 """Rules for primitives that need more than one operation for each element."""
 
 from collections.abc import Callable, Sequence
+from functools import cache
 from typing import Any
 
 import numpy as np
 
 from gyrostat.codegen.builder import Builder
+from gyrostat.codegen.data import Data
 from gyrostat.codegen.primitives import Scalars, one_by_one
 from gyrostat.codegen.program import Number, Operand
+from gyrostat.core.jax64 import jax
 
 ONE = np.array(Number("real", 1.0), dtype=object)
+LOOPED = 1000
+"""Number of products from which a matrix product is a loop over rows."""
 
 
 def _power(build: Builder, base: Scalars) -> Scalars:
@@ -88,7 +93,7 @@ def _iota(build: Builder) -> Scalars:
     return build.scope.numbers(every.astype(build.params["dtype"]))
 
 
-def _dot(build: Builder, one: Scalars, other: Scalars) -> Scalars:
+def _dot(build: Builder, first: Scalars, second: Scalars) -> Scalars | Sequence[Scalars | Data]:
     """Sums of products, added from first to last."""
     (left_axes, right_axes), (left_batch, right_batch) = build.params["dimension_numbers"]
     if any(operand.aval.dtype != np.float64 for operand in build.equation.invars):
@@ -99,16 +104,35 @@ def _dot(build: Builder, one: Scalars, other: Scalars) -> Scalars:
         counts = [int(np.prod([array.shape[k] for k in group])) for group in (batch, free, axes)]
         return array.transpose([*batch, *free, *axes]).reshape(counts)
 
-    left, right = rows(one, left_batch, left_axes), rows(other, right_batch, right_axes)
-    made = np.empty((len(left), left.shape[1], right.shape[1]), dtype=object)
+    left, right = rows(first, left_batch, left_axes), rows(second, right_batch, right_axes)
+    if len(left) == 1 and left.shape[1] * right.size > LOOPED and not _has_numbers(left, right):
+        shapes = [jax.ShapeDtypeStruct(each.shape[1:], np.float64) for each in (left, right)]
+        (product,) = build.lower(_product(*shapes), [left[0], right[0]], build.block, build.where)
+        return build.scalars(product).reshape(build.shape)
+    sums = np.empty((len(left), left.shape[1], right.shape[1]), dtype=object)
     group = next(build.groups)
-    for b, i, j in np.ndindex(made.shape):
+    for b, i, j in np.ndindex(sums.shape):
         terms: list[Operand] = [
             build.compute("mul", *pair, group=group)
             for pair in zip(left[b, i], right[b, j], strict=True)
         ]
-        made[b, i, j] = build.fold("add", terms)
-    return made.reshape(build.shape)
+        sums[b, i, j] = build.fold("add", terms)
+    return sums.reshape(build.shape)
+
+
+def _has_numbers(*arrays: Scalars) -> bool:
+    """Whether some elements are constants, which save operations where all are written out."""
+    return any(isinstance(operand, Number) for array in arrays for operand in array.flat)
+
+
+@cache
+def _product(left: jax.ShapeDtypeStruct, right: jax.ShapeDtypeStruct) -> Any:
+    """Closed jaxpr of the product of two arrays of rows, a loop over those of the first."""
+
+    def product(left: Any, right: Any) -> Any:
+        return jax.lax.scan(lambda _, row: (None, right @ row), None, left)[1]
+
+    return jax.make_jaxpr(product)(left, right)
 
 
 def _reduction(operation: str) -> Callable[..., Scalars]:
@@ -143,7 +167,7 @@ def _shifted(build: Builder, *given: Scalars) -> Scalars:
     return build.apply("shift_right", *given)
 
 
-RULES: dict[str, Callable[..., Scalars]] = {
+RULES: dict[str, Callable[..., Scalars | Sequence[Scalars | Data]]] = {
     "clamp": _clamp,
     "convert_element_type": _convert,
     "dot_general": _dot,

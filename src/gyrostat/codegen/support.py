@@ -1,13 +1,27 @@
-"""Whether a traced function can be compiled, for many runs or for flight."""
+"""What can be compiled, for many runs or for flight: primitives of JAX, and traced functions."""
 
 from types import SimpleNamespace
 from typing import Any
 
+from jax.extend.core import primitives
+
+from gyrostat.codegen.composed import COMPOSED
 from gyrostat.codegen.lower import Lowering
+from gyrostat.codegen.rules import RULES
 from gyrostat.codegen.scope import Scope
+from gyrostat.codegen.simd.batch_scope import BATCH
 from gyrostat.codegen.simd.inputs import inputs_of
 from gyrostat.codegen.source import UnsupportedError
+from gyrostat.codegen.tracing import CALLS
 from gyrostat.core.jax64 import Tracer
+
+
+def compiled_primitives() -> dict[str, tuple[bool, bool]]:
+    """Primitives of JAX -> whether many runs and whether flight code can be compiled with them."""
+    every = {getattr(primitives, name).name for name in dir(primitives) if name.endswith("_p")}
+    both = RULES.keys() | COMPOSED.keys() | CALLS.keys()
+    native = both | BATCH.rules.keys()
+    return {name: (name in native, name in both) for name in sorted(every | native)}
 
 
 def unsupported(closed: Any, scope: Scope) -> UnsupportedError | None:

@@ -11,19 +11,21 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
-from gyrostat.codegen.jax_versions import expanded, require_supported
+from gyrostat.codegen.composed import expanded
+from gyrostat.codegen.jax_versions import closed, require_supported
 from gyrostat.codegen.source import NOWHERE, Source, in_library, refused, source, source_at
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 
 _OWN = str(Path(__file__).parent) + os.sep
-_CALLS = {
+CALLS = {
     "jit": "jaxpr",
     "pjit": "jaxpr",
     "closed_call": "call_jaxpr",
     "custom_jvp_call": "call_jaxpr",
     "custom_vjp_call": "call_jaxpr",
     "custom_vmap_call": "call",
+    "remat2": "jaxpr",
 }
 """Primitive that only calls another jaxpr -> parameter that holds the jaxpr."""
 
@@ -124,11 +126,8 @@ def inner_jaxprs(equation: Any) -> list[Any]:
 
 def called(equation: Any) -> Any | None:
     """Closed jaxpr that an equation only calls; None if the equation is an operation itself."""
-    parameter = _CALLS.get(equation.primitive.name)
-    inner = equation.params.get(parameter) if parameter else expanded(equation)
-    if inner is None or not hasattr(inner, "consts"):
-        return None
-    return inner
+    parameter = CALLS.get(equation.primitive.name)
+    return closed(equation.params[parameter], ()) if parameter else expanded(equation)
 
 
 def own_function(equation: Any, inner: Any) -> str | None:

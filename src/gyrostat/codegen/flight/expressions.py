@@ -121,6 +121,8 @@ class Dialect:
         if name in ("to_real", "to_integer"):
             kind = self.real if name == "to_real" else "int64_t"
             return Text(f"({kind}){operands[0].word()}", UNARY)
+        if name == "to_word":
+            return self.operation("bits_and", [*operands, Text("4294967295", WORD)])
         return self._call(name, operands)
 
     def _call(self, name: str, operands: Sequence[Text]) -> Text:

@@ -1,0 +1,170 @@
+"""Eigenvalues of symmetric matrices and singular values, by Jacobi's rotations.
+
+Each round rotates all columns in pairs of neighbours, and then moves them on to other neighbours: a
+pass of a loop whose indices are known beforehand. The number of sweeps has a bound. Source: Golub
+and Van Loan, Matrix Computations, 4th edition (sections below).
+"""
+
+from collections.abc import Callable
+from typing import Any
+
+import numpy as np
+from jaxtyping import Array, Float
+
+from gyrostat.codegen.linear_algebra import Matrix, batched, qr, scale_of
+from gyrostat.core.jax64 import jax, jnp
+
+SWEEPS = 30
+"""Largest number of sweeps of Jacobi's methods; 20 were enough for all matrices of the tests."""
+ROUNDING = 2.0**-52
+"""Off-diagonal element, relative to the norm, that counts as a rounding error."""
+
+
+def _tournament(size: int) -> np.ndarray:
+    """Order of the columns for the next round (section 8.5.5).
+
+    After size - 1 rounds, all pairs have been neighbours (2k, 2k + 1) once, and the order is again
+    the first.
+    """
+    if size == 2:
+        return np.arange(2)
+    top, bottom = np.arange(size).reshape(-1, 2).T
+    pairs = [top[0], bottom[0], *top[1:-1]], [*bottom[1:], top[-1]]
+    return np.stack(pairs, axis=1).reshape(-1)
+
+
+def _rotation(first: Any, second: Any, product: Any) -> tuple[Any, Any]:
+    """Cosine and sine that remove the off-diagonal elements of [[first, product], [., second]]."""
+    needed = product != 0.0
+    ratio = (second - first) / jnp.where(needed, 2.0 * product, 1.0)
+    # beyond 1e150, the square overflows and the tangent is 1 / (2 ratio)
+    size = jnp.minimum(jnp.abs(ratio), 1e150)
+    tangent = 1.0 / (jnp.abs(ratio) + jnp.sqrt(1.0 + size * size))
+    tangent = jnp.where(needed, jnp.where(ratio < 0.0, -tangent, tangent), 0.0)
+    cosine = 1.0 / jnp.sqrt(1.0 + tangent * tangent)
+    return cosine, tangent * cosine
+
+
+def _rotated(array: Any, cosine: Any, sine: Any) -> Any:
+    """Array whose neighbouring columns are rotated, (m, n) with (n / 2,) angles."""
+    pairs = array.reshape(len(array), -1, 2)
+    left, right = pairs[..., 0], pairs[..., 1]
+    pairs = jnp.stack([cosine * left - sine * right, sine * left + cosine * right], axis=-1)
+    return pairs.reshape(array.shape)
+
+
+def _swept(size: int, rotate: Callable[[Any], tuple[Any, Any]], carry: Any) -> Any:
+    """Whether a sweep of size - 1 rounds has found nothing to rotate, and the carry after it.
+
+    Args:
+        size: Number of columns, which is even.
+        rotate: One round: carry -> (whether a product was more than a rounding error, carry).
+        carry: Arrays at the start.
+    """
+
+    def sweep(state: Any) -> Any:
+        _, number, carry = state
+
+        def step(_: Any, inner: Any) -> Any:
+            rotated, carry = inner
+            in_round, carry = rotate(carry)
+            return rotated | in_round, carry
+
+        rotated, carry = jax.lax.fori_loop(0, size - 1, step, (jnp.array(False), carry))
+        return rotated, number + 1, carry
+
+    start = jnp.array(True), jnp.zeros((), jnp.int64), carry
+    rotated, _, carry = jax.lax.while_loop(
+        lambda state: state[0] & (state[1] < SWEEPS), sweep, start
+    )
+    return ~rotated, carry
+
+
+def eigh(
+    matrix: Matrix, *, lower: bool, sort_eigenvalues: bool = True, **params: Any
+) -> tuple[Matrix, Float[Array, " n"]]:
+    """Eigenvectors and eigenvalues of a symmetric matrix, by Jacobi's method (section 8.5).
+
+    The sign of an eigenvector is not that of LAPACK. All NaN if an element is not finite, or if
+    `SWEEPS` were not enough.
+    """
+    if params.get("subset_by_index") is not None:
+        raise NotImplementedError
+    size, half = len(matrix), jnp.tril(matrix) if lower else jnp.triu(matrix).T
+    symmetric = half + jnp.tril(half, -1).T
+    even = size + size % 2
+    scale = scale_of(symmetric)
+    padded = jnp.pad(symmetric * scale, (0, even - size))
+    order, index = _tournament(even), np.arange(even)
+    is_product = index == (index ^ 1)[:, None]
+    limit = ROUNDING * jnp.sqrt(jnp.sum(padded * padded))
+
+    def rotate(carry: Any) -> Any:
+        rest, vectors = carry
+        diagonal = jnp.diagonal(rest)
+        product = rest[index[::2], index[1::2]]
+        angles = _rotation(diagonal[::2], diagonal[1::2], product)
+        rest = _rotated(_rotated(rest, *angles).T, *angles)
+        rest = jnp.where(is_product, 0.0, rest)
+        carry = rest[order][:, order], _rotated(vectors, *angles)[:, order]
+        return jnp.any(jnp.abs(product) > limit), carry
+
+    is_result, (rest, vectors) = _swept(even, rotate, (padded, jnp.eye(size, even)))
+    is_result &= jnp.all(jnp.isfinite(symmetric))
+    values = jnp.diagonal(rest) / scale
+    # after whole sweeps, the columns stand in their first order
+    values, vectors = values[:size], vectors[:, :size]
+    if sort_eigenvalues:
+        rank = jnp.argsort(values)
+        values, vectors = values[rank], vectors[:, rank]
+    return jnp.where(is_result, vectors, jnp.nan), jnp.where(is_result, values, jnp.nan)
+
+
+def svd(
+    matrix: Matrix, *, full_matrices: bool, compute_uv: bool, **params: Any
+) -> tuple[Float[Array, " k"], ...]:
+    """Singular values, and vectors if `compute_uv`, by one-sided rotations (section 8.6.3).
+
+    The signs of a pair of singular vectors are not those of LAPACK. All NaN if an element is not
+    finite, or if `SWEEPS` were not enough.
+    """
+    if params.get("subset_by_index") is not None:
+        raise NotImplementedError
+    height, width = matrix.shape
+    if height < width:
+        values, *vectors = svd(matrix.T, full_matrices=full_matrices, compute_uv=compute_uv)
+        return values, *(each.T for each in vectors[::-1])
+    even, scale = width + width % 2, scale_of(matrix)
+    order = _tournament(even)
+    columns = jnp.pad(matrix * scale, ((0, 0), (0, even - width)))
+
+    limit = ROUNDING * np.sqrt(height) * jnp.sqrt(jnp.sum(columns * columns))
+
+    def rotate(carry: Any) -> Any:
+        columns, right = carry
+        first, second = columns[:, ::2], columns[:, 1::2]
+        norm, next_norm = (jnp.sum(each * each, axis=0) for each in (first, second))
+        product = jnp.sum(first * second, axis=0)
+        angles = _rotation(norm, next_norm, product)
+        carry = tuple(_rotated(each, *angles)[:, order] for each in (columns, right))
+        # a column that is only rounding errors need not be orthogonal
+        return jnp.any(jnp.abs(product) > limit * jnp.sqrt(jnp.maximum(norm, next_norm))), carry
+
+    is_result, (columns, right) = _swept(even, rotate, (columns, jnp.eye(width, even)))
+    is_result &= jnp.all(jnp.isfinite(matrix))
+    columns, right = columns[:, :width], right[:, :width]
+    values = jnp.sqrt(jnp.sum(columns * columns, axis=0))
+    rank = jnp.argsort(-values)
+    values, columns, right = values[rank], columns[:, rank], right[:, rank]
+    values = jnp.where(is_result, values / scale, jnp.nan)
+    if not compute_uv:
+        return (values,)
+    # the columns are orthogonal: their triangular factor is diagonal
+    left, diagonal = qr(columns, pivoting=False, full_matrices=full_matrices)
+    signs = jnp.where(jnp.diagonal(diagonal) < 0.0, -1.0, 1.0)
+    left = left * jnp.pad(signs, (0, left.shape[1] - width), constant_values=1.0)
+    return values, *(jnp.where(is_result, each, jnp.nan) for each in (left, right.T))
+
+
+COMPOSED: dict[str, Callable[..., Any]] = {"eigh": batched(eigh), "svd": batched(svd)}
+"""Primitive -> function of its operand and parameters, of simpler operations."""
