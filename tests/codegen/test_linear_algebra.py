@@ -268,3 +268,23 @@ def names_of(jaxpr):
         if equation.primitive.name in CALLS:
             for inner in inner_jaxprs(equation):
                 yield from names_of(inner)
+
+
+def tiny(a, b):
+    """Results of subnormal matrices, scaled back."""
+    small = 1e-310 * (a + a.T)
+    return jnp.linalg.solve(small, 1e-310 * b), jnp.linalg.eigvalsh(small) * 1e155 * 1e155
+
+
+def test_subnormal_matrices_are_not_zero(module_at, tmp_path):
+    """In flight C. XLA takes subnormal numbers as zero, C does not; spaced 5e-324, they have 13
+    digits here."""
+    compiled = module_at(Path(__file__).with_name("compiled.py"))
+    arguments = {"a": MATRIX[0], "b": RIGHT[0]}
+    entry = Entry("tiny", tiny, arguments, ("solution", "values"))
+    program = compiled.Compiled(emit("tiny_matrices", [entry]), tmp_path)
+    symmetric = MATRIX[REGULAR] + np.swapaxes(MATRIX[REGULAR], -1, -2)
+    _, found = program("tiny", {"a": MATRIX[REGULAR], "b": RIGHT[REGULAR]})
+    expected = np.linalg.solve(symmetric, RIGHT[REGULAR, :, None])[..., 0]
+    np.testing.assert_allclose(found["solution"][0], expected, rtol=1e-9)
+    np.testing.assert_allclose(found["values"][0], np.linalg.eigvalsh(symmetric), rtol=1e-10)

@@ -6,6 +6,7 @@ import pytest
 
 from gyrostat.control import BoresightLaw, FirstOrderLags, SafeFrit, TwoWheelPointing, WheelMap
 from gyrostat.control.underactuated.boresight import governed
+from gyrostat.control.underactuated.two_wheel_law import largest_inertia
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.simulation import simulate, stack
@@ -245,3 +246,14 @@ def test_a_bias_is_added_to_the_rate_and_refused_where_it_is_none():
     assert np.allclose(seen.rate, [0.011, -2e-3, 3e-3], atol=1e-15)
     with pytest.raises(InputError, match="rate bias"):
         SpacecraftSensor(body, rate_bias=np.nan).check()
+
+
+def test_the_largest_inertia_bounds_the_principal_ones():
+    """Gershgorin's bound, which a diagonal tensor attains."""
+    random = np.random.default_rng(3)
+    assert float(largest_inertia(jnp.diag(jnp.array([2.0, 5.0, 3.0])))) == 5.0
+    for _ in range(50):
+        axes = np.linalg.qr(random.standard_normal((3, 3)))[0]
+        inertia = axes @ np.diag(random.uniform(1.0, 4.0, 3)) @ axes.T
+        bound = float(largest_inertia(jnp.asarray(inertia)))
+        assert np.linalg.eigvalsh(inertia)[-1] <= bound <= 3.0 * np.linalg.eigvalsh(inertia)[-1]

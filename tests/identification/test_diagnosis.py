@@ -9,7 +9,7 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import RPM
 from gyrostat.identification import identify
 from gyrostat.identification.fit.prediction import Linearisation
-from gyrostat.identification.judge.faults import wrong_units
+from gyrostat.identification.judge.faults import implausible, wrong_units
 from gyrostat.identification.read.clipping import clipped_current, without_clipped
 from gyrostat.identification.read.signs import lost_sign, signed_current, signed_speed
 from gyrostat.identification.read.statistics import chi_square_tail
@@ -268,3 +268,20 @@ def test_mean_speeds_over_the_intervals_give_the_same_wheel(record, changed, tru
         dataclasses.replace(averaged, averaged=False), inertia=INERTIA, white_noise=True
     )
     assert abs(late.values[place] - true) > 10.0 * late.sigma[place]
+
+
+@pytest.mark.parametrize(
+    ("values", "reason"),
+    [
+        ((None, None, 1501.0, 1.0), "the wheel reaches 1501 rad/s"),
+        ((None, None, 0.099, 1.0), "the wheel reaches only 0.099 rad/s"),
+        ((None, None, 100.0, 51.0), "the current reaches 51 A"),
+        ((None, None, 100.0, 0.9e-3), "the current reaches only 0.0009 A"),
+        ((0.1, None, 610.0, 1.0), "k_m times the largest speed is a back-EMF of 61 V"),
+    ],
+)
+def test_each_limit_of_a_plausible_wheel_is_the_documented_one(values, reason):
+    (found,) = implausible(*values)
+    assert found.startswith(reason)
+    inside = {1501.0: 1499.0, 0.099: 0.101, 51.0: 49.0, 0.9e-3: 1.1e-3, 610.0: 590.0}
+    assert implausible(*(inside.get(value, value) for value in values)) == []

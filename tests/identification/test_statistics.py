@@ -213,3 +213,10 @@ def test_runs_are_those_of_wald_and_wolfowitz():
     assert (found.runs, found.runs_expected) == (4, pytest.approx(np.mean(runs)))
     z = abs(4 - np.mean(runs)) / np.std(runs)
     assert found.runs_probability == pytest.approx(2.0 * norm.sf(z), rel=1e-12)
+
+
+def test_one_white_record_of_twenty_is_rejected():
+    """The documented false-alarm rate of all tests together, 5 %."""
+    random = np.random.default_rng(7)
+    rejected = [not whiteness(random.standard_normal(300)).white for _ in range(4000)]
+    assert 0.035 < np.mean(rejected) < 0.06

@@ -1,5 +1,7 @@
 """Measured points of the friction curve."""
 
+from dataclasses import replace
+
 import numpy as np
 
 from gyrostat.core.units import RPM
@@ -30,3 +32,19 @@ def test_the_regression_on_torque_agrees_with_the_fit_and_with_the_truth(record,
     for row in rows:
         assert abs(row.value - truth["stribeck"][row.name]) < 4.0 * row.sigma
         assert abs(row.disagreement) < 4.0
+
+
+def test_a_mirrored_record_has_mirrored_points(record):
+    """Speed and current of the other sign: the same friction, but for the bins at the ends.
+
+    The largest speed is the edge of a bin, which belongs to one side.
+    """
+    points = []
+    for sign in (1.0, -1.0):
+        given = record()
+        given = replace(given, speed=sign * given.speed, current=sign * given.current)
+        fit = identify(given, inertia=1.5e-3, speed_sigma=5.0 * RPM, white_noise=True)
+        points.append(torque_points(fit))
+    inner = slice(1, -1)
+    np.testing.assert_allclose(points[1].speed[inner], -points[0].speed[::-1][inner], rtol=1e-9)
+    np.testing.assert_allclose(points[1].torque[inner], -points[0].torque[::-1][inner], rtol=1e-4)

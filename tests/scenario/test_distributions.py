@@ -26,6 +26,7 @@ ALONE = {
     "triangular": ((2.0, 7.0, 3.0), stats.triang(0.2, 2.0, 5.0)),
     "triangular at its end": ((3.0, 7.0, 3.0), stats.triang(0.0, 3.0, 4.0)),
     "truncated_normal": ((0.4, 2.5, 5.0), stats.truncnorm(-1.25, 5.0, 3.0, 0.4)),
+    "truncated_normal at both": ((0.4, 2.5, 3.3), stats.truncnorm(-1.25, 0.75, 3.0, 0.4)),
     "truncated_normal below": ((0.4, 2.9, np.inf), stats.truncnorm(-0.25, np.inf, 3.0, 0.4)),
 }
 """Name -> parameters, and the distribution of SciPy."""

@@ -98,6 +98,9 @@ def test_refuses_lines_of_no_elements(lines, words):
     [
         (1, 18, "xx"),
         (1, 20, "zzz"),
+        (1, 33, "x"),
+        (1, 44, "x"),
+        (1, 53, "x"),
         (2, 8, "  ab.cdef"),
         (2, 52, "00.00000000"),
         (2, 26, "99999x9"),
