@@ -3,9 +3,9 @@
     python benchmarks/linear_algebra.py                 1e5 matrices, some minutes
     python benchmarks/linear_algebra.py --matrices 2000
 
-Each matrix is factored by the functions that compiled code contains and by LAPACK. Here JAX compiles
-them: the same operations, but for subnormal numbers, which XLA takes as zero. Errors are relative to
-the norm of the matrix, in n eps.
+Each matrix is factored by the functions that compiled code contains and by LAPACK. Here JAX
+compiles them: the same operations, but for subnormal numbers, which XLA takes as zero. Errors are
+relative to the norm of the matrix, in n eps.
 """
 
 import argparse

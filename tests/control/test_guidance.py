@@ -23,6 +23,7 @@ from gyrostat.control.guidance import (
     WheelEnvelope,
     reference_at,
 )
+from gyrostat.control.guidance.pointing import frame_of_axes
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import from_rotation_vector
@@ -401,3 +402,10 @@ def test_a_profile_of_numbers_is_traced_once_in_a_program():
     jax.make_jaxpr(rates)(0.1)
     assert len(Counted.calls) == 1
     np.testing.assert_allclose(rates(0.2), 0.2, rtol=1e-12)
+
+
+@pytest.mark.parametrize(("sine", "parallel"), [(0.8e-6, True), (1.25e-6, False)])
+def test_axes_are_parallel_below_a_millionth(sine, parallel):
+    second = jnp.array([np.sqrt(1.0 - sine**2), sine, 0.0])
+    body = frame_of_axes(jnp.array([3.0, 0.0, 0.0]), 5.0 * second)
+    assert np.all(np.isnan(body)) == parallel

@@ -67,6 +67,10 @@ BROKEN = {
         lambda self, w, d: d * self.coulomb * jnp.where(d > 0.0, 1.0, 1.2),
         "expected opposite torques; or write `odd = False`",
     ),
+    "hardly odd": (
+        lambda self, w, d: d * self.coulomb * jnp.where(d > 0.0, 1.0, 1.0 + 1.3e-9),
+        "expected opposite torques; or write `odd = False`",
+    ),
     "hidden bend": (
         lambda self, w, d: d * self.coulomb * (1.0 + jnp.exp(-((w / 0.4) ** 2))),
         "and a speed_scale of inf rad/s, expected a method speed_scale",
