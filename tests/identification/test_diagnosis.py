@@ -1,6 +1,7 @@
 """Diagnosis: its parts against dense algebra, and each cause found in a record that has it."""
 
 import dataclasses
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -14,7 +15,7 @@ from gyrostat.identification.read.clipping import clipped_current, without_clipp
 from gyrostat.identification.read.signs import lost_sign, signed_current, signed_speed
 from gyrostat.identification.read.statistics import chi_square_tail
 from gyrostat.identification.uncertainty.diagnosis import diagnose
-from gyrostat.identification.uncertainty.effects import Nuisance, TorqueNoise
+from gyrostat.identification.uncertainty.effects import Nuisance, TorqueNoise, _lag
 from gyrostat.identification.uncertainty.hypotheses import Segment, grid, whitened
 from gyrostat.wheel import Wheel, speed_response
 from gyrostat.wheel.friction import Stribeck
@@ -285,3 +286,13 @@ def test_each_limit_of_a_plausible_wheel_is_the_documented_one(values, reason):
     assert found.startswith(reason)
     inside = {1501.0: 1499.0, 0.099: 0.101, 51.0: 49.0, 0.9e-3: 1.1e-3, 610.0: 590.0}
     assert implausible(*(inside.get(value, value) for value in values)) == []
+
+
+def test_every_lag_of_a_fast_record_is_near_a_level():
+    """From a tenth of the sample interval to 0.1 s, no gap between the levels is above 10 dB."""
+    record = SimpleNamespace(time=np.arange(0.0, 1.0, 1e-3))
+    motion = SimpleNamespace(speed=np.linspace(0.0, 5.0, len(record.time)))
+    levels = np.array(_lag([record], [motion]).scales)
+    assert levels[0] <= 1.001e-4
+    assert levels[-1] >= 0.1
+    assert np.max(levels[1:] / levels[:-1]) < 3.4
