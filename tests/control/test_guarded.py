@@ -181,6 +181,21 @@ def test_a_sensor_with_a_flag_loses_its_own_value_alone():
     assert int(command.sample_status) == SampleStatus.NOT_FINITE
 
 
+def test_the_count_of_missed_samples_does_not_overflow():
+    seen = Flagged(0.0, np.array([1.0, 2.0, 4.0]), np.array([True, True, True]))
+    guard = MeasurementGuard.of(seen, {"wheel_speed": FieldLimits(-10.0, 10.0, 5.0)})
+    begun = jax.tree.map(jnp.asarray, guard.start())
+    most = jnp.iinfo(begun.samples_missed.dtype).max
+    full = jax.tree.map(lambda count: jnp.full_like(count, most), begun.fields_missed)
+    begun = begun._replace(samples_missed=jnp.full_like(begun.samples_missed, most))
+    after = guard(begun._replace(fields_missed=full), seen._replace(rate=np.nan), PERIOD).missed
+    assert int(after.samples_missed) == most
+    broken = seen._replace(wheel_speed=np.full(3, np.nan))
+    after = guard(begun._replace(fields_missed=full), broken, PERIOD)
+    counts = {**after.used.fields_missed, **after.missed.fields_missed}
+    assert all(np.all(np.asarray(count) >= 0) for count in counts.values())
+
+
 @pytest.mark.parametrize(
     ("limits", "on_bad", "told"),
     [

@@ -202,7 +202,7 @@ class MeasurementGuard(Checked):
         rejected = jnp.array(False)
         values: dict[str, Any] = {}
         flags: dict[str, Any] = {}
-        later = {name: missed + 1 for name, missed in memory.fields_missed.items()}
+        later = {name: _counted(missed) for name, missed in memory.fields_missed.items()}
         reset = {}
         for name, limits in self.limits.items():
             flag, last = self._flag(name), getattr(memory.last, name)
@@ -239,7 +239,7 @@ class MeasurementGuard(Checked):
             good=slow,
             status=jnp.where(slow, fine, reason),
             used=GuardMemory(sample, jnp.zeros_like(memory.samples_missed), reset),
-            missed=GuardMemory(memory.last, memory.samples_missed + 1, later),
+            missed=GuardMemory(memory.last, _counted(memory.samples_missed), later),
         )
 
     def _flag(self, name: str) -> str | None:
@@ -258,3 +258,8 @@ def _is_real(shape: Any) -> bool:
 def _expand(missed: Any, value: Any) -> Any:
     """Sample counts with as many axes as the value that they belong to."""
     return jnp.reshape(missed, jnp.shape(missed) or (1,) * jnp.ndim(value))
+
+
+def _counted(missed: Int[Array, ""]) -> Int[Array, ""]:
+    """Count one more; the largest number stays, because signed overflow is undefined in C."""
+    return missed + (missed < jnp.iinfo(missed.dtype).max)
