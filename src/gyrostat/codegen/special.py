@@ -13,6 +13,7 @@ from gyrostat.codegen.program import Number, Operand
 from gyrostat.core.jax64 import jax
 
 ONE = np.array(Number("real", 1.0), dtype=object)
+ZERO = Number("real", 0.0)
 LOOPED = 1000
 """Number of products from which a matrix product is a loop over rows."""
 
@@ -94,7 +95,11 @@ def _iota(build: Builder) -> Scalars:
 
 
 def _dot(build: Builder, first: Scalars, second: Scalars) -> Scalars | Sequence[Scalars | Data]:
-    """Sums of products, added from first to last."""
+    """Sums of products, added from first to last, without those with a constant zero.
+
+    A zero of a matrix means that two quantities have nothing to do with each other: NaN and
+    infinity do not spread through it.
+    """
     (left_axes, right_axes), (left_batch, right_batch) = build.params["dimension_numbers"]
     if any(operand.aval.dtype != np.float64 for operand in build.equation.invars):
         raise build.refused("operands of other types", "float64 ones")
@@ -115,8 +120,9 @@ def _dot(build: Builder, first: Scalars, second: Scalars) -> Scalars | Sequence[
         terms: list[Operand] = [
             build.compute("mul", *pair, group=group)
             for pair in zip(left[b, i], right[b, j], strict=True)
+            if ZERO not in pair
         ]
-        sums[b, i, j] = build.fold("add", terms)
+        sums[b, i, j] = build.fold("add", terms) if terms else ZERO
     return sums.reshape(build.shape)
 
 
