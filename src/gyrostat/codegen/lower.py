@@ -130,10 +130,10 @@ class Lowering:
         return self._large[id(value)][1]
 
     def _narrowed(self, build: Builder, made: Sequence[Scalars | Data]) -> Sequence[Scalars | Data]:
-        name, dtype = build.equation.primitive.name, build.target.aval.dtype
+        name = build.equation.primitive.name
         if name not in OVERFLOWING:
             return made
-        operation = self._scope.narrow.get(dtype)
+        operation = self._scope.narrow.get(build.target.aval.dtype)
         if operation == "to_word" and name in PRODUCTS and self._scope.kind(build.target) != "bits":
             raise build.refused("products of uint32", "of int64, which hold theirs")
         return made if operation is None else [build.apply(operation, *made)]
