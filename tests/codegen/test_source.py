@@ -16,7 +16,7 @@ def test_threads_may_look_up_lines_at_the_same_time():
     sys.setswitchinterval(1e-5)
     try:
         with ThreadPoolExecutor(4) as pool:
-            found = list(pool.map(source._parsed.__wrapped__, 4 * files))
+            found = list(pool.map(source._syntax_tree.__wrapped__, 4 * files))
     finally:
         sys.setswitchinterval(before)
     assert all(tree is not None and tree.body for tree in found)

@@ -63,24 +63,24 @@ class Builder:
     def names(self, atom: Any, hint: str | None = None) -> Scalars:
         """Array of new names for a variable."""
         kind, group, shape = self.scope.kind(atom), next(self.groups), atom.aval.shape
-        made = np.empty(shape, dtype=object)
-        for place in np.ndindex(shape):
-            made[place] = Name(kind, self.where.name if hint is None else hint, group, place)
-        return made
+        names = np.empty(shape, dtype=object)
+        for index in np.ndindex(shape):
+            names[index] = Name(kind, self.where.name if hint is None else hint, group, index)
+        return names
 
     def assign(self, operation: str, operands: Sequence[Operand], target: Name) -> Operand:
         """Append an operation; return a constant, one of the operands, or the assigned target."""
         if operation in whole.OPERATIONS and operands[0].kind != "real":
             return whole.OPERATIONS[operation](
-                lambda inner, *given: self.compute(inner, *given, hint=target.hint), *operands
+                lambda inner, *inputs: self.compute(inner, *inputs, hint=target.hint), *operands
             )
         if operation in FOLDED and all(isinstance(o, Number) for o in operands):
             value = FOLDED[operation](*(o.value for o in operands if isinstance(o, Number)))
             return Number(target.kind, WRAPPED.get(target.kind, lambda v: v)(value))
         if operation == "mul":
-            for one, other in (operands, operands[::-1]):
-                if one == Number("real", 1.0):
-                    return other
+            for first, second in (operands, operands[::-1]):
+                if first == Number("real", 1.0):
+                    return second
         if operation == "select":
             test, yes, no = operands
             if isinstance(test, Number):
@@ -88,9 +88,9 @@ class Builder:
             if yes is no or (isinstance(yes, Number) and repr(yes) == repr(no)):
                 return yes
         if operation in LOGICAL_ONLY and len(operands) == 2 and target.kind == "logical":
-            for one, other in (operands, operands[::-1]):
-                if operation != "xor" and isinstance(one, Number):
-                    return other if one.value == (operation == "and") else one
+            for first, second in (operands, operands[::-1]):
+                if operation != "xor" and isinstance(first, Number):
+                    return second if first.value == (operation == "and") else first
         self.block.append(Assign(target, operation, tuple(operands), self.where))
         return target
 
@@ -125,8 +125,8 @@ class Builder:
         def make(name: Name, *operands: Operand) -> Operand:
             return self.assign(operation, operands, name)
 
-        filled = (np.broadcast_to(array, names.shape) for array in arrays)
-        return one_by_one(names.shape, make, names, *filled)
+        broadcast = (np.broadcast_to(array, names.shape) for array in arrays)
+        return one_by_one(names.shape, make, names, *broadcast)
 
     def fold(self, operation: str, scalars: Sequence[Operand]) -> Operand:
         """Combine scalars by an operation, from first to last."""
@@ -178,9 +178,9 @@ class Builder:
         if isinstance(array, Data) and strides is not None:
             return array.table, int(array.places.flat[0]), strides
         array = self.scalars(array)
-        made = Table(array.flat[0].kind, array.size, self.where.name)
-        self.block.append(Fill(made, tuple(array.flat), self.where))
-        return made, 0, [int(np.prod(array.shape[k + 1 :])) for k in range(array.ndim)]
+        table = Table(array.flat[0].kind, array.size, self.where.name)
+        self.block.append(Fill(table, tuple(array.flat), self.where))
+        return table, 0, [int(np.prod(array.shape[k + 1 :])) for k in range(array.ndim)]
 
     def element(self, table: Table, index: Operand, offset: int, name: Name) -> Operand:
         """Append the reading of a table's element at an index plus a constant offset."""

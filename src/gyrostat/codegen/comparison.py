@@ -67,14 +67,14 @@ def outline_of(closed: Any, *, same_run: bool = False, equations: bool = True) -
         same_run: See `first_difference`.
         equations: Whether the operations have their equations; an outline without can be pickled.
     """
-    known: dict[int, Outline] = {}  # a large trace calls the same few jaxprs many times
+    outlines: dict[int, Outline] = {}  # a large trace calls the same few jaxprs many times
 
     def outline(closed: Any) -> Outline:
-        if id(closed) not in known:
-            made = tuple(_operations(closed, same_run, outline, equations=equations))
-            parts = [(each.digest, *(one.digest for one in each.inner)) for each in made]
-            known[id(closed)] = Outline(_digest(parts), made)
-        return known[id(closed)]
+        if id(closed) not in outlines:
+            operations = tuple(_operations(closed, same_run, outline, equations=equations))
+            parts = [(each.digest, *(inner.digest for inner in each.inner)) for each in operations]
+            outlines[id(closed)] = Outline(_digest(parts), operations)
+        return outlines[id(closed)]
 
     return outline(closed)
 
@@ -100,10 +100,10 @@ def difference_of(one: Outline, other: Outline) -> Difference | None:
     for first, second in zip_longest(one.operations, other.operations):
         if first is None or second is None or first.digest != second.digest:
             equation = next(each.equation for each in (first, second) if each is not None)
-            return Difference(_described(first, second), _described(second, first), equation)
-        found = next(filter(None, map(difference_of, first.inner, second.inner)), None)
-        if found is not None:
-            return found
+            return Difference(_description(first, second), _description(second, first), equation)
+        difference = next(filter(None, map(difference_of, first.inner, second.inner)), None)
+        if difference is not None:
+            return difference
     return None
 
 
@@ -117,28 +117,28 @@ def _operations(
     """Operations of a jaxpr in their order; then its results."""
     jaxpr, consts = getattr(closed, "jaxpr", closed), getattr(closed, "consts", ())
     numbers = count()
-    known: dict[Any, Any] = {variable: next(numbers) for variable in jaxpr.invars}
-    known |= {
+    labels: dict[Any, Any] = {variable: next(numbers) for variable in jaxpr.invars}
+    labels |= {
         variable: _value(value, same_run)
         for variable, value in zip(jaxpr.constvars, consts, strict=False)
     }
 
     def operand(atom: Any) -> Any:
         value = getattr(atom, "val", None)  # of a literal
-        return known.get(atom) if value is None else _value(value, same_run)
+        return labels.get(atom) if value is None else _value(value, same_run)
 
-    def operation(name: str, atoms: Iterable[Any], others: Any = (), *rest: Any) -> Operation:
-        found = [operand(atom) for atom in atoms]
-        shown = tuple(each.shown if isinstance(each, _Value) else None for each in found)
-        return Operation(_digest((name, found, others)), name, shown, *rest)
+    def operation(name: str, atoms: Iterable[Any], signature: Any = (), *fields: Any) -> Operation:
+        operands = [operand(atom) for atom in atoms]
+        texts = tuple(each.shown if isinstance(each, _Value) else None for each in operands)
+        return Operation(_digest((name, operands, signature)), name, texts, *fields)
 
     for equation in jaxpr.eqns:
         name, params = equation.primitive.name, equation.params
         inner = tuple(map(outline, _inner(params.values())))
         results = [str(atom.aval) for atom in equation.outvars]
-        others = _plain(params, same_run), results, len(inner)
-        yield operation(name, equation.invars, others, inner, equation if equations else None)
-        known.update((atom, next(numbers)) for atom in equation.outvars)
+        signature = _plain(params, same_run), results, len(inner)
+        yield operation(name, equation.invars, signature, inner, equation if equations else None)
+        labels.update((atom, next(numbers)) for atom in equation.outvars)
     yield operation("result", jaxpr.outvars)
 
 
@@ -172,10 +172,10 @@ def _value(value: Any, same_run: bool) -> _Value:
     if dtype is not None and jnp.issubdtype(dtype, jax.dtypes.prng_key):
         value = jax.random.key_data(value)
     array = np.asarray(value)
-    shown = np.array2string(array.ravel()[:3], separator=", ", precision=17)
-    shown = shown[1:-1] if array.size <= 3 else f"{shown[1:-1]}, ..."
+    text = np.array2string(array.ravel()[:3], separator=", ", precision=17)
+    text = text[1:-1] if array.size <= 3 else f"{text[1:-1]}, ..."
     content = sha256(array.tobytes()).hexdigest()
-    return _Value(f"{dtype}{array.shape}", content, shown)
+    return _Value(f"{dtype}{array.shape}", content, text)
 
 
 def _plain(value: Any, same_run: bool) -> Any:
@@ -191,12 +191,12 @@ def _plain(value: Any, same_run: bool) -> Any:
     return type(value).__qualname__
 
 
-def _described(operation: Operation | None, other: Operation | None) -> str:
+def _description(operation: Operation | None, counterpart: Operation | None) -> str:
     """Operation for a message: its constants, if only these differ from the other one."""
     if operation is None:
         return "no further operation"
-    if other is not None and other.name == operation.name:
-        for one, two in zip_longest(operation.operands, other.operands):
-            if one is not None and one != two:
-                return one
+    if counterpart is not None and counterpart.name == operation.name:
+        for text, other_text in zip_longest(operation.operands, counterpart.operands):
+            if text is not None and text != other_text:
+                return text
     return f"the operation {operation.name}"

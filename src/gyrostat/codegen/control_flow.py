@@ -53,19 +53,17 @@ def _inner(
     build: Builder, closed: Any, inputs: list[Scalars | Data], block: Block
 ) -> list[Scalars]:
     """Lower the body of a loop or branch; return its results. Rows of a long scan are refused."""
-    made = [build.scalars(array) for array in build.lower(closed, inputs, block)]
-    if any(is_rows(array) for array in made):
+    results = [build.scalars(array) for array in build.lower(closed, inputs, block)]
+    if any(is_rows(array) for array in results):
         raise refusal(
             build.where,
             f"rows of a scan of more than {build.scope.longest} passes inside a loop or branch",
             "them only as a result",
         )
-    return made
+    return results
 
 
-def _picked(
-    build: Builder, body: Block, rows: Scalars | Data, index: Operand, atom: Any
-) -> Scalars:
+def _row(build: Builder, body: Block, rows: Scalars | Data, index: Operand, atom: Any) -> Scalars:
     """Row of a table at an index. The table is built before the loop; its body reads the row."""
     names = build.names(atom)
     if not names.size:
@@ -74,20 +72,20 @@ def _picked(
     inside = build.inside(body)
     for column, name in np.ndenumerate(names):
         offset = first + sum(k * stride for k, stride in zip(column, strides, strict=True))
-        place: Operand = index
+        position: Operand = index
         if width != 1:
-            place = inside.compute("mul", index, Number("integer", width), hint="index")
-        names[column] = inside.element(table, place, offset, name)
+            position = inside.compute("mul", index, Number("integer", width), hint="index")
+        names[column] = inside.element(table, position, offset, name)
     return names
 
 
-def _scan(build: Builder, *given: Scalars | Data) -> Sequence[Scalars]:
+def _scan(build: Builder, *operands: Scalars | Data) -> Sequence[Scalars]:
     params, where = build.params, build.where
     constants, carries = scan_counts(params)
     body_jaxpr, count = params["jaxpr"], params["length"]
     split = constants + carries
-    fixed, rows = given[:constants], given[split:]
-    first = [build.scalars(array) for array in given[constants:split]]
+    fixed, rows = operands[:constants], operands[split:]
+    first = [build.scalars(array) for array in operands[constants:split]]
     results = build.equation.outvars
     if count == 0:
         return [*first, *(np.empty(atom.aval.shape, object) for atom in results[carries:])]
@@ -98,32 +96,32 @@ def _scan(build: Builder, *given: Scalars | Data) -> Sequence[Scalars]:
     if params["reverse"]:
         index = Name("integer", "backward", next(build.groups))
         body.append(Assign(index, "sub", (Number("integer", count - 1), counter), where))
-    picked = [
-        _picked(build, body, array, index, atom)
+    elements = [
+        _row(build, body, array, index, atom)
         for array, atom in zip(rows, body_jaxpr.jaxpr.invars[split:], strict=True)
     ]
-    made = _inner(build, body_jaxpr, [*fixed, *carried, *picked], body)
+    outputs = _inner(build, body_jaxpr, [*fixed, *carried, *elements], body)
     tables = []
-    kept = count > build.scope.longest
-    for array, atom in zip(made[carries:], results[carries:], strict=True):
-        table = Table(build.scope.kind(atom), count * array.size, where.name, kept)
+    as_tables = count > build.scope.longest
+    for array, atom in zip(outputs[carries:], results[carries:], strict=True):
+        table = Table(build.scope.kind(atom), count * array.size, where.name, as_tables)
         tables.append(table)
         for offset, value in enumerate(array.flat):
             body.append(Store(table, index, array.size, offset, value, where))
-    every = _carried(carried, first, made[:carries])
-    build.block.append(Loop(count, counter, every, body, [], None, tables, where))
-    if kept:
+    variables = _loop_variables(carried, first, outputs[:carries])
+    build.block.append(Loop(count, counter, variables, body, [], None, tables, where))
+    if as_tables:
         return [*carried, *(np.array(table, dtype=object) for table in tables)]
-    stacked = []
+    arrays = []
     for table, atom in zip(tables, results[carries:], strict=True):
         names: Any = build.names(atom)
         for offset, name in enumerate(names.flat):
             build.element(table, Number("integer", 0), offset, name)
-        stacked.append(names)
-    return [*carried, *stacked]
+        arrays.append(names)
+    return [*carried, *arrays]
 
 
-def _carried(
+def _loop_variables(
     names: Sequence[Scalars], first: Sequence[Scalars], last: Sequence[Scalars]
 ) -> list[Carried]:
     return [
@@ -133,23 +131,24 @@ def _carried(
     ]
 
 
-def _while(build: Builder, *given: Scalars | Data) -> Sequence[Scalars]:
+def _while(build: Builder, *operands: Scalars | Data) -> Sequence[Scalars]:
     params = build.params
     split, fixed = params["cond_nconsts"], params["body_nconsts"]
-    test_fixed, body_fixed = given[:split], given[split:][:fixed]
-    first = [build.scalars(array) for array in given[split + fixed :]]
+    test_fixed, body_fixed = operands[:split], operands[split:][:fixed]
+    first = [build.scalars(array) for array in operands[split + fixed :]]
     carried = _carried_names(build, params["body_jaxpr"], fixed, len(first))
     test: Block = []
     rows = _inner(build, params["cond_jaxpr"], [*test_fixed, *carried], test)[0]
     goes_on = build.inside(test).fold("or", list(rows.flat))
     body: Block = []
-    made = _inner(build, params["body_jaxpr"], [*body_fixed, *carried], body)
+    results = _inner(build, params["body_jaxpr"], [*body_fixed, *carried], body)
     if rows.ndim > 0:  # of a batch: a row that has ended stays as it is
-        made = [
-            _continued(build.inside(body), rows, *pair) for pair in zip(made, carried, strict=True)
+        results = [
+            _update_rows(build.inside(body), rows, *pair)
+            for pair in zip(results, carried, strict=True)
         ]
-    every = _carried(carried, first, made)
-    count = _bound(goes_on, test, every, body)
+    variables = _loop_variables(carried, first, results)
+    count = _bound(goes_on, test, variables, body)
     if count is None and build.scope.unbounded:
         count = UNBOUNDED
     if count is None:
@@ -159,14 +158,14 @@ def _while(build: Builder, *given: Scalars | Data) -> Sequence[Scalars]:
             "grows by 1",
         )
     counter = Name("integer", "pass", next(build.groups))
-    build.block.append(Loop(count, counter, every, body, test, goes_on, [], build.where))
+    build.block.append(Loop(count, counter, variables, body, test, goes_on, [], build.where))
     return carried
 
 
-def _continued(build: Builder, rows: Scalars, after: Scalars, before: Scalars) -> Scalars:
+def _update_rows(build: Builder, rows: Scalars, after: Scalars, before: Scalars) -> Scalars:
     """Values after a pass in the rows of a batch that go on, and those before it in the others."""
-    whole = np.broadcast_to(rows.reshape(rows.shape + (1,) * (after.ndim - rows.ndim)), after.shape)
-    return one_by_one(after.shape, partial(build.compute, "select"), whole, after, before)
+    mask = np.broadcast_to(rows.reshape(rows.shape + (1,) * (after.ndim - rows.ndim)), after.shape)
+    return one_by_one(after.shape, partial(build.compute, "select"), mask, after, before)
 
 
 def _bound(goes_on: Operand, test: Block, carried: list[Carried], body: Block) -> int | None:
@@ -192,8 +191,8 @@ def _bound(goes_on: Operand, test: Block, carried: list[Carried], body: Block) -
             continue
         low, high = operands
         if low in counters and isinstance(high, Number):
-            more = statement.operation in ("le", "ge")
-            bounds.append(max(int(high.value) + more - int(counters[low]), 0))
+            inclusive = statement.operation in ("le", "ge")
+            bounds.append(max(int(high.value) + inclusive - int(counters[low]), 0))
     return min(bounds, default=None)
 
 
@@ -206,20 +205,20 @@ def _grows(carried: Carried, assigned: dict[Name, Assign]) -> bool:
 
 
 def _cond(
-    build: Builder, which: Scalars | Data, *operands: Scalars | Data
+    build: Builder, selector: Scalars | Data, *operands: Scalars | Data
 ) -> Sequence[Scalars | Data]:
-    index, branches = build.scalars(which).item(), build.params["branches"]
+    index, branches = build.scalars(selector).item(), build.params["branches"]
     if isinstance(index, Number):
-        chosen = min(max(int(index.value), 0), len(branches) - 1)
-        return build.lower(branches[chosen], operands, build.block)
+        number = min(max(int(index.value), 0), len(branches) - 1)
+        return build.lower(branches[number], operands, build.block)
     targets = [build.names(atom) for atom in build.equation.outvars]
     blocks: list[Block] = []
     values: list[list[Operand]] = []
     for branch in branches:
         inner: Block = []
-        made = _inner(build, branch, [*operands], inner)
+        results = _inner(build, branch, [*operands], inner)
         blocks.append(inner)
-        values.append([scalar for array in made for scalar in array.flat])
+        values.append([scalar for array in results for scalar in array.flat])
     flat: list[Any] = [name for array in targets for name in array.flat]
     for statement in build.block:
         # jax.lax.cond converts its condition to a number
@@ -231,11 +230,11 @@ def _cond(
     return targets
 
 
-def _linear_solve(build: Builder, *given: Scalars | Data) -> Sequence[Scalars | Data]:
+def _linear_solve(build: Builder, *operands: Scalars | Data) -> Sequence[Scalars | Data]:
     """Solution of linear equations: the function that solves them, without its derivatives."""
     counts, functions = build.params["const_lengths"], build.params["jaxprs"]
-    before = counts.matvec + counts.vecmat
-    constants, right = given[before : before + counts.solve], given[sum(counts) :]
+    start = counts.matvec + counts.vecmat
+    constants, right = operands[start : start + counts.solve], operands[sum(counts) :]
     return build.lower(functions.solve, [*constants, *right], build.block, build.where)
 
 

@@ -36,12 +36,12 @@ def used(statement: Statement) -> list[Operand]:
 
 def dependencies(functions: Sequence[Function]) -> dict[Name | Table, list[Operand | Table]]:
     """Names and tables that each name and table of some functions depends on directly."""
-    found: dict[Name | Table, list[Operand | Table]] = {}
+    graph: dict[Name | Table, list[Operand | Table]] = {}
     for function in functions:
         for statement in statements(function.body):
             for target, needs in _needs(statement):
-                found.setdefault(target, []).extend(need for need in needs if need is not None)
-    return found
+                graph.setdefault(target, []).extend(need for need in needs if need is not None)
+    return graph
 
 
 def _needs(statement: Statement) -> Iterator[tuple[Name | Table, Sequence[Operand | Table | None]]]:
@@ -56,8 +56,8 @@ def _needs(statement: Statement) -> Iterator[tuple[Name | Table, Sequence[Operan
         case Store(table, index, _, _, value):
             yield table, (index, value)
         case Branch(index, _, values, targets):
-            for target, *made in zip(targets, *values, strict=True):
-                yield target, (index, *made)
+            for target, *choices in zip(targets, *values, strict=True):
+                yield target, (index, *choices)
         case Call(function, operands, targets):
             for target, result in zip(targets, function.results, strict=True):
                 yield target, (result,)
@@ -69,23 +69,23 @@ def reached(
     start: Iterable[Operand | Table], edges: Mapping[Any, Iterable[Operand | Table]]
 ) -> set[Name | Table]:
     """All names and tables reachable from the given ones, including those themselves."""
-    found: set[Name | Table] = set()
-    waiting = list(start)
-    while waiting:
-        thing = waiting.pop()
-        if isinstance(thing, Name | Table) and thing not in found:
-            found.add(thing)
-            waiting += edges.get(thing, ())
-    return found
+    nodes: set[Name | Table] = set()
+    stack = list(start)
+    while stack:
+        node = stack.pop()
+        if isinstance(node, Name | Table) and node not in nodes:
+            nodes.add(node)
+            stack += edges.get(node, ())
+    return nodes
 
 
 def uses(function: Function) -> dict[Operand | Table, set[Name | Table]]:
     """Names and tables that use each operand and table of a function; its results are left out."""
-    makes: dict[Operand | Table, set[Name | Table]] = {}
+    users: dict[Operand | Table, set[Name | Table]] = {}
     for target, needs in dependencies([function]).items():
         for need in needs:
-            makes.setdefault(need, set()).add(target)
-    return makes
+            users.setdefault(need, set()).add(target)
+    return users
 
 
 def made_from(function: Function, given: Iterable[Name | Table]) -> set[Name | Table]:

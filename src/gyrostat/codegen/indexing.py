@@ -31,22 +31,22 @@ class _Pick:
     def base(self, starts: Sequence[Operand]) -> _Base:
         """Position in the table of the first element of the part that starts at some indices."""
         base: Operand = ZERO
-        known = self._first
+        offset = self._first
         for axis, start in enumerate(map(self._build.signed, starts)):
             last = Number("integer", self._array.shape[axis] - self._sizes[axis])
             step = self._build.clamp(start, ZERO, last)
             if self._table.memory and isinstance(step, Number):
-                known += int(step.value) * self._strides[axis]
+                offset += int(step.value) * self._strides[axis]
                 continue
             if self._strides[axis] != 1:
                 stride = Number("integer", self._strides[axis])
                 step = self._build.compute("mul", step, stride, hint="index")
             base = step if base == ZERO else self._build.compute("add", base, step, hint="index")
-        return _Base(base, known)
+        return _Base(base, offset)
 
     def element(self, base: _Base, offset: Sequence[int], name: Name) -> Operand:
         """Element of that part at an offset from its start."""
-        steps = sum(place * stride for place, stride in zip(offset, self._strides, strict=True))
+        steps = sum(step * stride for step, stride in zip(offset, self._strides, strict=True))
         return self._build.element(self._table, base.computed, base.known + steps, name)
 
 
@@ -67,21 +67,21 @@ class _Windows(NamedTuple):
 
     def starts(self, row: tuple[int, ...], indices: Scalars, count: int) -> list[Operand]:
         """Start of the window for one row of indices, on each axis of the operand."""
-        found: list[Operand] = [ZERO] * count
+        starts: list[Operand] = [ZERO] * count
         for axis, column in self.started.items():
-            found[axis] = indices[(*row, column)]
-        for axis, other in self.batched.items():
-            found[axis] = Number("integer", row[other])
-        return found
+            starts[axis] = indices[(*row, column)]
+        for axis, index_axis in self.batched.items():
+            starts[axis] = Number("integer", row[index_axis])
+        return starts
 
     def places(self, shape: tuple[int, ...], count: int) -> Iterator[tuple[Any, Any, list[int]]]:
         """For each element of the array of windows: its position, row of indices and offset."""
-        for place in np.ndindex(shape):
-            row = tuple(p for k, p in enumerate(place) if k not in self.axes)
+        for position in np.ndindex(shape):
+            row = tuple(p for k, p in enumerate(position) if k not in self.axes)
             offset = [0] * count
             for axis, k in zip(self.kept, self.axes, strict=True):
-                offset[axis] = place[k]
-            yield place, row, offset
+                offset[axis] = position[k]
+            yield position, row, offset
 
 
 def _filling(params: dict[str, Any], dtype: Any) -> Any:
@@ -101,8 +101,8 @@ def _inside(build: Builder, starts: Sequence[Operand], limits: Sequence[int]) ->
     inside: Operand = Number("logical", True)
     for start, limit in zip(map(build.signed, starts), limits, strict=True):
         for low, high in ((ZERO, start), (start, Number("integer", limit))):
-            one = build.compute("le", low, high, hint="inside")
-            inside = build.compute("and", inside, one, hint="inside")
+            test = build.compute("le", low, high, hint="inside")
+            inside = build.compute("and", inside, test, hint="inside")
     return inside
 
 
@@ -111,8 +111,8 @@ def _dynamic_slice(build: Builder, array: Scalars | Data, *starts: Scalars | Dat
     pick = _Pick(build, array, build.params["slice_sizes"])
     base = pick.base([build.scalars(start).item() for start in starts])
     names: Any = build.names(build.target)
-    for place in np.ndindex(names.shape):
-        names[place] = pick.element(base, place, names[place])
+    for index in np.ndindex(names.shape):
+        names[index] = pick.element(base, index, names[index])
     return names
 
 
@@ -121,36 +121,36 @@ def _gather(build: Builder, array: Scalars | Data, indices: Scalars | Data) -> S
     params, indices, axes = build.params, build.scalars(indices), len(array.shape)
     dimensions, sizes = params["dimension_numbers"], params["slice_sizes"]
     batched = dimensions.operand_batching_dims
-    gone = (*dimensions.collapsed_slice_dims, *batched)
+    skipped_axes = (*dimensions.collapsed_slice_dims, *batched)
     windows = _Windows(
         dimensions.offset_dims,
-        [k for k in range(axes) if k not in gone],
+        [k for k in range(axes) if k not in skipped_axes],
         {axis: k for k, axis in enumerate(dimensions.start_index_map)},
         dict(zip(batched, dimensions.start_indices_batching_dims, strict=True)),
     )
     limits = [size - part for size, part in zip(array.shape, sizes, strict=True)]
-    filled = _filling(params, build.target.aval.dtype)
+    fill = _filling(params, build.target.aval.dtype)
     pick = _Pick(build, array, sizes)
     names: Any = build.names(build.target)
     bases: dict[tuple[int, ...], tuple[_Base, Operand]] = {}
-    for place, row, offset in windows.places(names.shape, axes):
+    for position, row, offset in windows.places(names.shape, axes):
         if row not in bases:
             starts = windows.starts(row, indices, axes)
             inside: Operand = Number("logical", True)
-            if filled is not None:
+            if fill is not None:
                 inside = _inside(build, starts, limits)
             bases[row] = pick.base(starts), inside
         base, inside = bases[row]
-        group = names[place].group
-        names[place] = element = pick.element(base, offset, names[place])
-        if filled is not None:
-            choice = (inside, element, Number(element.kind, filled))
-            name = Name(element.kind, build.where.name, group, place)
-            names[place] = build.assign("select", choice, name)
+        group = names[position].group
+        names[position] = element = pick.element(base, offset, names[position])
+        if fill is not None:
+            choice = (inside, element, Number(element.kind, fill))
+            name = Name(element.kind, build.where.name, group, position)
+            names[position] = build.assign("select", choice, name)
     return names
 
 
-def _placed(
+def _combine(
     build: Builder,
     arrays: Sequence[Scalars],
     windows: _Windows,
@@ -164,36 +164,38 @@ def _placed(
     known beforehand, so are the tests, and no code is generated for them.
     """
     array, indices, updates = arrays
-    made, limits = array.copy(), list(array.shape)
+    result, limits = array.copy(), list(array.shape)
     for axis, k in zip(windows.kept, windows.axes, strict=True):
         limits[axis] -= updates.shape[k] - 1
 
     def tests(row: tuple[int, ...]) -> list[list[Operand]]:
-        found = []
+        axis_tests = []
         starts = map(build.signed, windows.starts(row, indices, array.ndim))
         for start, limit in zip(starts, limits, strict=True):
-            kept = build.clamp(start, ZERO, Number("integer", limit - 1)) if clipped else start
+            index = build.clamp(start, ZERO, Number("integer", limit - 1)) if clipped else start
             numbers = (Number("integer", k) for k in range(limit))
-            found.append([build.compute("eq", kept, number, hint="chosen") for number in numbers])
-        return found
+            axis_tests.append(
+                [build.compute("eq", index, number, hint="chosen") for number in numbers]
+            )
+        return axis_tests
 
-    known: dict[tuple[int, ...], list[list[Operand]]] = {}
+    row_tests: dict[tuple[int, ...], list[list[Operand]]] = {}
     group = next(build.groups)
-    for place, row, offset in windows.places(updates.shape, array.ndim):
-        if row not in known:
-            known[row] = tests(row)
+    for position, row, offset in windows.places(updates.shape, array.ndim):
+        if row not in row_tests:
+            row_tests[row] = tests(row)
         for cell in np.ndindex(*limits):
-            chosen: Operand = Number("logical", True)
+            is_target: Operand = Number("logical", True)
             for axis, k in enumerate(cell):
-                chosen = build.compute("and", chosen, known[row][axis][k], hint="chosen")
-            if chosen == Number("logical", False):
+                is_target = build.compute("and", is_target, row_tests[row][axis][k], hint="chosen")
+            if is_target == Number("logical", False):
                 continue
             target = tuple(k + step for k, step in zip(cell, offset, strict=True))
-            old: Any = made[target]
-            new = join(old, updates[place])  # pyright: ignore[reportArgumentType]
+            old: Any = result[target]
+            new = join(old, updates[position])  # pyright: ignore[reportArgumentType]
             name = Name(new.kind, build.where.name, group, target)
-            made[target] = build.assign("select", (chosen, new, old), name)
-    return made
+            result[target] = build.assign("select", (is_target, new, old), name)
+    return result
 
 
 def _scatter(build: Builder, *arrays: Scalars) -> Scalars:
@@ -201,10 +203,10 @@ def _scatter(build: Builder, *arrays: Scalars) -> Scalars:
     params, count = build.params, arrays[0].ndim
     dimensions = params["dimension_numbers"]
     batched = dimensions.operand_batching_dims
-    gone = (*dimensions.inserted_window_dims, *batched)
+    skipped_axes = (*dimensions.inserted_window_dims, *batched)
     windows = _Windows(
         dimensions.update_window_dims,
-        [k for k in range(count) if k not in gone],
+        [k for k in range(count) if k not in skipped_axes],
         {axis: k for k, axis in enumerate(dimensions.scatter_dims_to_operand_dims)},
         dict(zip(batched, dimensions.scatter_indices_batching_dims, strict=True)),
     )
@@ -213,11 +215,11 @@ def _scatter(build: Builder, *arrays: Scalars) -> Scalars:
         if params["update_jaxpr"] is None:
             return update
         inner = closed(params["update_jaxpr"], params["update_consts"])
-        both = [np.array(operand, dtype=object) for operand in (old, update)]
-        (made,) = build.lower(inner, both, build.block, build.where)
-        return build.scalars(made).item()
+        operands = [np.array(operand, dtype=object) for operand in (old, update)]
+        (result,) = build.lower(inner, operands, build.block, build.where)
+        return build.scalars(result).item()
 
-    return _placed(build, arrays, windows, join, clipped="CLIP" in str(params["mode"]))
+    return _combine(build, arrays, windows, join, clipped="CLIP" in str(params["mode"]))
 
 
 def _dynamic_update(build: Builder, array: Scalars, updates: Scalars, *starts: Scalars) -> Scalars:
@@ -225,7 +227,7 @@ def _dynamic_update(build: Builder, array: Scalars, updates: Scalars, *starts: S
     axes = range(array.ndim)
     windows = _Windows(tuple(axes), list(axes), {axis: axis for axis in axes}, {})
     arrays = (array, np.array([start.item() for start in starts], dtype=object), updates)
-    return _placed(build, arrays, windows, lambda _, update: update, clipped=True)
+    return _combine(build, arrays, windows, lambda _, update: update, clipped=True)
 
 
 RULES: dict[str, Callable[..., Scalars]] = {

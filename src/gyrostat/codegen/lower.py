@@ -42,8 +42,8 @@ class Lowering:
             inputs: Arguments.
             block: Block that the statements are appended to.
         """
-        made = self._graph(closed, inputs, block)
-        return [array.scalars() if isinstance(array, Data) else array for array in made]
+        arrays = self._graph(closed, inputs, block)
+        return [array.scalars() if isinstance(array, Data) else array for array in arrays]
 
     def _graph(
         self,
@@ -74,7 +74,7 @@ class Lowering:
                 return values[atom]
             return self._data(value) or self._scope.numbers(value)
 
-        def known(atom: Any) -> Scalars | Data | None:
+        def lookup(atom: Any) -> Scalars | Data | None:
             value = constants.get(atom) if constant(atom) is None else constant(atom)
             return values.get(atom) if value is None else self._data(value)
 
@@ -82,37 +82,39 @@ class Lowering:
             where = self._library_call or source(equation, NOWHERE)
             build = Builder(equation, block, where, self._scope, self._groups, self._graph)
             try:
-                self._refuse_arrays(build, [known(atom) for atom in equation.invars])
-                made = self._equation(build, [read(atom) for atom in equation.invars])
-                made = self._narrowed(build, [made] if isinstance(made, np.ndarray) else made)
+                self._refuse_arrays(build, [lookup(atom) for atom in equation.invars])
+                results = self._equation(build, [read(atom) for atom in equation.invars])
+                results = self._narrow(
+                    build, [results] if isinstance(results, np.ndarray) else results
+                )
             except UnsupportedError as error:
                 error.equations.append(equation)
                 raise
-            values.update(zip(equation.outvars, made, strict=True))
+            values.update(zip(equation.outvars, results, strict=True))
         self._library_call = outer
         return [read(atom) for atom in jaxpr.outvars]
 
     def _equation(
-        self, build: Builder, given: list[Scalars | Data]
+        self, build: Builder, operands: list[Scalars | Data]
     ) -> Scalars | Sequence[Scalars | Data]:
         inner, name = called(build.equation), build.equation.primitive.name
         if inner is not None:
             function = None if self._scope.in_place else own_function(build.equation, inner)
             # C has no arrays as arguments of internal functions
-            if function is None or any(isinstance(array, Data) for array in given):
-                return self._graph(inner, given, build.block, build.where)
-            return self._call(function, inner, [build.scalars(array) for array in given], build)
-        if _stays_data(build.equation, given):
-            data: Any = given[0]
+            if function is None or any(isinstance(array, Data) for array in operands):
+                return self._graph(inner, operands, build.block, build.where)
+            return self._call(function, inner, [build.scalars(array) for array in operands], build)
+        if _stays_data(build.equation, operands):
+            data: Any = operands[0]
             return moved(MOVES[name], build.params, data) if name in MOVES else [data]
         if name not in _READING:
-            given = [build.scalars(array) for array in given]
-        if any(is_rows(array) for array in given):
+            operands = [build.scalars(array) for array in operands]
+        if any(is_rows(array) for array in operands):
             raise build.refused("rows of a long scan", "them only as a result")
         rule = self._scope.rules.get(name) or RULES.get(name)
         if rule is None:
             raise build.refused("a primitive", COMPILED)
-        return rule(build, *given)
+        return rule(build, *operands)
 
     def _data(self, value: Any) -> Data | None:
         """Large constant as data of one table, wherever it is read; None if it is not large.
@@ -129,40 +131,40 @@ class Lowering:
             self._large[id(value)] = (value, data)
         return self._large[id(value)][1]
 
-    def _narrowed(self, build: Builder, made: Sequence[Scalars | Data]) -> Sequence[Scalars | Data]:
+    def _narrow(self, build: Builder, arrays: Sequence[Scalars | Data]) -> Sequence[Scalars | Data]:
         name = build.equation.primitive.name
         if name not in OVERFLOWING:
-            return made
+            return arrays
         operation = self._scope.narrow.get(build.target.aval.dtype)
         if operation == "to_word" and name in PRODUCTS and self._scope.kind(build.target) != "bits":
             raise build.refused("products of uint32", "of int64, which hold theirs")
-        return made if operation is None else [build.apply(operation, *made)]
+        return arrays if operation is None else [build.apply(operation, *arrays)]
 
-    def _call(self, name: str, inner: Any, given: list[Scalars], build: Builder) -> list[Scalars]:
+    def _call(self, name: str, inner: Any, inputs: list[Scalars], build: Builder) -> list[Scalars]:
         """Append a call of a function of scalars; the function is lowered at its first call."""
         # keep the jaxpr alive with its function: the id of a deleted object may be reused
         if id(inner.jaxpr) not in self._known:
             body: Block = []
-            hinted = [
+            parameters = [
                 build.names(variable, argument_name(inner, k))
                 for k, variable in enumerate(inner.jaxpr.invars)
             ]
-            results = self.graph(inner, hinted, body)
-            function = Function(name, _flat(hinted), body, _flat(results), build.where)
+            results = self.graph(inner, parameters, body)
+            function = Function(name, _flat(parameters), body, _flat(results), build.where)
             self.functions.append(function)
             self._known[id(inner.jaxpr)] = (inner, function)
         function = self._known[id(inner.jaxpr)][1]
         results = [build.names(variable) for variable in inner.jaxpr.outvars]
-        build.block.append(Call(function, _flat(given), _flat(results), build.where))
+        build.block.append(Call(function, _flat(inputs), _flat(results), build.where))
         return results
 
-    def _refuse_arrays(self, build: Builder, given: Sequence[Scalars | Data | None]) -> None:
+    def _refuse_arrays(self, build: Builder, operands: Sequence[Scalars | Data | None]) -> None:
         """Check that arrays are not too large and of a supported type; raises `InputError`."""
         scope, equation, where = self._scope, build.equation, build.where
         # results of a long scan are kept as tables, not as scalars
         long = equation.params.get("length", 0) > scope.longest or called(equation) is not None
-        is_kept = (long and np.isfinite(scope.longest)) or _stays_data(equation, given)
-        free = [isinstance(array, Data) for array in given] + [is_kept] * len(equation.outvars)
+        is_kept = (long and np.isfinite(scope.longest)) or _stays_data(equation, operands)
+        free = [isinstance(array, Data) for array in operands] + [is_kept] * len(equation.outvars)
         for atom, any_size in zip((*equation.invars, *equation.outvars), free, strict=True):
             size, dtype = math.prod(atom.aval.shape), atom.aval.dtype
             if size > scope.largest and not any_size:
@@ -177,9 +179,9 @@ class Lowering:
             raise refused(equation, where, f"numbers of type {dtype}", expected)
 
 
-def _stays_data(equation: Any, given: Sequence[Scalars | Data | None]) -> bool:
+def _stays_data(equation: Any, operands: Sequence[Scalars | Data | None]) -> bool:
     """Whether an equation only rearranges the elements of data."""
-    if len(given) != 1 or not isinstance(given[0], Data):
+    if len(operands) != 1 or not isinstance(operands[0], Data):
         return False
     name = equation.primitive.name
     if name == "convert_element_type":

@@ -20,56 +20,56 @@ def _largest(test: str) -> Callable[..., Sequence[Scalars]]:
             raise build.refused(f"{len(axes)} axes", "one")
         rows = np.moveaxis(array, axes[0], -1)
         new = partial(build.compute, group=next(build.groups))
-        places = np.empty(rows.shape[:-1], dtype=object)
-        for which in np.ndindex(places.shape):
-            row = rows[which]
-            best, place = row[0], Number("integer", 0)
+        indices = np.empty(rows.shape[:-1], dtype=object)
+        for position in np.ndindex(indices.shape):
+            row = rows[position]
+            best, index = row[0], Number("integer", 0)
             for k in range(1, len(row)):
                 better = new(test, row[k], best)
                 if best.kind == "real":
-                    fresh = new("and", new("ne", row[k], row[k]), new("eq", best, best))
-                    better = new("or", better, fresh)
+                    first_nan = new("and", new("ne", row[k], row[k]), new("eq", best, best))
+                    better = new("or", better, first_nan)
                 best = new("select", better, row[k], best)
-                place = new("select", better, Number("integer", k), place)
-            places[which] = place
-        return [places]
+                index = new("select", better, Number("integer", k), index)
+            indices[position] = index
+        return [indices]
 
     return rule
 
 
-def _sorted(build: Builder, *given: Scalars) -> Sequence[Scalars]:
+def _sort(build: Builder, *operands: Scalars) -> Sequence[Scalars]:
     """Sort arrays by the first one along one axis, by exchanges of neighbours; NaN last."""
     if build.params["num_keys"] != 1:
         raise build.refused(f"{build.params['num_keys']} arrays to sort by", "one")
     axis, new = build.params["dimension"], partial(build.compute, group=next(build.groups))
-    arrays = [np.moveaxis(array.copy(), axis, -1) for array in given]
+    arrays = [np.moveaxis(array.copy(), axis, -1) for array in operands]
     keys = arrays[0]
-    for place in np.ndindex(keys.shape[:-1]):
+    for position in np.ndindex(keys.shape[:-1]):
         for sweep in range(keys.shape[-1]):
             for k in range(sweep % 2, keys.shape[-1] - 1, 2):
-                low, high = keys[*place, k], keys[*place, k + 1]
+                low, high = keys[*position, k], keys[*position, k + 1]
                 swap = new("gt", low, high)
                 if low.kind == "real":
                     numberless = new("and", new("ne", low, low), new("eq", high, high))
                     swap = new("or", swap, numberless)
                 for array in arrays:
-                    first, second = array[*place, k], array[*place, k + 1]
-                    array[*place, k] = new("select", swap, second, first)
-                    array[*place, k + 1] = new("select", swap, first, second)
+                    first, second = array[*position, k], array[*position, k + 1]
+                    array[*position, k] = new("select", swap, second, first)
+                    array[*position, k + 1] = new("select", swap, first, second)
     return [np.moveaxis(array, -1, axis) for array in arrays]
 
 
-def _running(operation: str) -> Callable[..., Sequence[Scalars]]:
+def _cumulative(operation: str) -> Callable[..., Sequence[Scalars]]:
     """Rule for the cumulative sum, product or extreme along one axis."""
 
     def rule(build: Builder, array: Scalars) -> Sequence[Scalars]:
         group, params = next(build.groups), build.params
         rows = np.moveaxis(array.copy(), params["axis"], 0)
         rows = rows[::-1] if params["reverse"] else rows
-        for k, *place in np.ndindex(rows.shape):
+        for k, *position in np.ndindex(rows.shape):
             if k:
-                pair: Any = rows[k - 1, *place], rows[k, *place]
-                rows[k, *place] = build.compute(operation, *pair, group=group)
+                pair: Any = rows[k - 1, *position], rows[k, *position]
+                rows[k, *position] = build.compute(operation, *pair, group=group)
         return [np.moveaxis(rows[::-1] if params["reverse"] else rows, 0, params["axis"])]
 
     return rule
@@ -78,10 +78,10 @@ def _running(operation: str) -> Callable[..., Sequence[Scalars]]:
 RULES: dict[str, Callable[..., Sequence[Scalars]]] = {
     "argmax": _largest("gt"),
     "argmin": _largest("lt"),
-    "cummax": _running("max"),
-    "cummin": _running("min"),
-    "cumprod": _running("mul"),
-    "cumsum": _running("add"),
-    "sort": _sorted,
+    "cummax": _cumulative("max"),
+    "cummin": _cumulative("min"),
+    "cumprod": _cumulative("mul"),
+    "cumsum": _cumulative("add"),
+    "sort": _sort,
 }
 """Primitive -> (builder, operands) -> results."""

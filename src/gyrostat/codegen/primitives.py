@@ -13,10 +13,10 @@ Scalars = NDArray[Any]
 
 def one_by_one(shape: tuple[int, ...], make: Callable[..., Any], *arrays: Scalars) -> Scalars:
     """Array of the results of `make` for the elements of arrays of a given shape."""
-    made = np.empty(shape, dtype=object)
-    for place in np.ndindex(shape):
-        made[place] = make(*(array[place] for array in arrays))
-    return made
+    results = np.empty(shape, dtype=object)
+    for index in np.ndindex(shape):
+        results[index] = make(*(array[index] for array in arrays))
+    return results
 
 
 COMPILED = (
@@ -78,11 +78,11 @@ ALIKE = frozenset({"copy", "copy_p", "stop_gradient", "reduce_precision", "optim
 
 
 def _broadcast(params: dict[str, Any], array: Scalars) -> list[Scalars]:
-    shape, kept = params["shape"], params["broadcast_dimensions"]
-    thin = [1] * len(shape)
-    for axis, place in enumerate(kept):
-        thin[place] = array.shape[axis]
-    return [np.broadcast_to(array.reshape(thin), shape)]
+    shape, axes = params["shape"], params["broadcast_dimensions"]
+    sizes = [1] * len(shape)
+    for axis, target in enumerate(axes):
+        sizes[target] = array.shape[axis]
+    return [np.broadcast_to(array.reshape(sizes), shape)]
 
 
 def _cut(params: dict[str, Any], array: Scalars) -> list[Scalars]:
@@ -92,14 +92,14 @@ def _cut(params: dict[str, Any], array: Scalars) -> list[Scalars]:
 
 
 def _pad(params: dict[str, Any], array: Scalars, value: Scalars) -> list[Scalars]:
-    for axis, (low, high, inside) in enumerate(params["padding_config"]):
+    for axis, (low, high, interior) in enumerate(params["padding_config"]):
         count = array.shape[axis]
-        size = low + high + count + max(count - 1, 0) * inside
-        grown = np.full((*array.shape[:axis], size, *array.shape[axis + 1 :]), value[()])
-        places = low + (inside + 1) * np.arange(count)
-        inner = (places >= 0) & (places < size)
-        grown[(slice(None),) * axis + (places[inner],)] = np.compress(inner, array, axis)
-        array = grown
+        size = low + high + count + max(count - 1, 0) * interior
+        padded = np.full((*array.shape[:axis], size, *array.shape[axis + 1 :]), value[()])
+        positions = low + (interior + 1) * np.arange(count)
+        inner = (positions >= 0) & (positions < size)
+        padded[(slice(None),) * axis + (positions[inner],)] = np.compress(inner, array, axis)
+        array = padded
     return [array]
 
 

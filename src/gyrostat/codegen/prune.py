@@ -30,28 +30,34 @@ def prune(functions: Sequence[Function], roots: Sequence[Function]) -> list[Func
     Returns:
         The remaining functions.
     """
-    left = list(functions)
+    remaining = list(functions)
     # arguments of a call removed in the first round are unused in the second
     for _ in range(2):
-        wanted = [thing for root in roots for thing in (*root.results, *root.rows)]
-        names = reached(wanted, dependencies(left))
-        given: dict[Function, set[int]] = {function: set() for function in left}
-        for function in left:
+        results = [result for root in roots for result in (*root.results, *root.rows)]
+        names = reached(results, dependencies(remaining))
+        used_results: dict[Function, set[int]] = {function: set() for function in remaining}
+        for function in remaining:
             for call in statements(function.body):
                 if isinstance(call, Call):
-                    given[call.function] |= {k for k, t in enumerate(call.targets) if t in names}
-        for function in left:
-            function.body = _kept(function.body, names, given)
-        for function in left:
+                    used_results[call.function] |= {
+                        k for k, t in enumerate(call.targets) if t in names
+                    }
+        for function in remaining:
+            function.body = _prune_block(function.body, names, used_results)
+        for function in remaining:
             if function not in roots:
-                function.results = _at(function.results, given[function])
+                function.results = _at(function.results, used_results[function])
                 function.parameters = [p for p in function.parameters if p in names]
-        left = [function for function in left if function in roots or given[function]]
-    return left
+        remaining = [
+            function for function in remaining if function in roots or used_results[function]
+        ]
+    return remaining
 
 
-def _kept(block: Block, names: set[Name | Table], given: dict[Function, set[int]]) -> Block:
-    kept: list[Statement] = []
+def _prune_block(
+    block: Block, names: set[Name | Table], used_results: dict[Function, set[int]]
+) -> Block:
+    remaining: list[Statement] = []
     for statement in block:
         match statement:
             case Assign(target):
@@ -62,24 +68,26 @@ def _kept(block: Block, names: set[Name | Table], given: dict[Function, set[int]
                 statement.carried = [c for c in statement.carried if c.name in names]
                 statement.stacked = [t for t in statement.stacked if t in names]
                 needed = bool(statement.carried or statement.stacked)
-                statement.test = _kept(statement.test, names, given)
-                statement.body = _kept(statement.body, names, given)
+                statement.test = _prune_block(statement.test, names, used_results)
+                statement.body = _prune_block(statement.body, names, used_results)
             case Branch(targets=targets):
                 rows = {k for k, target in enumerate(targets) if target in names}
                 statement.targets = _at(targets, rows)
-                statement.values = [_at(made, rows) for made in statement.values]
-                statement.blocks = [_kept(inner, names, given) for inner in statement.blocks]
+                statement.values = [_at(choices, rows) for choices in statement.values]
+                statement.blocks = [
+                    _prune_block(inner, names, used_results) for inner in statement.blocks
+                ]
                 needed = bool(rows)
             case Call(function, operands, targets):
                 needed = any(target in names for target in targets)
                 if needed:
                     pairs = zip(function.parameters, operands, strict=True)
                     statement.operands = [o for parameter, o in pairs if parameter in names]
-                    statement.targets = _at(targets, given[function])
+                    statement.targets = _at(targets, used_results[function])
         if needed:
-            kept.append(statement)
-    return kept
+            remaining.append(statement)
+    return remaining
 
 
-def _at(items: Sequence[Any], places: set[int]) -> list[Any]:
-    return [item for k, item in enumerate(items) if k in places]
+def _at(items: Sequence[Any], indices: set[int]) -> list[Any]:
+    return [item for k, item in enumerate(items) if k in indices]

@@ -14,19 +14,19 @@ Rule = Callable[..., Scalars | Sequence[Scalars | Data]]
 
 
 def _elementwise(operation: str) -> Rule:
-    return lambda build, *given: build.apply(operation, *given)
+    return lambda build, *operands: build.apply(operation, *operands)
 
 
 def _move(move: Callable[..., Sequence[Any]]) -> Rule:
-    return lambda build, *given: [
-        np.asarray(array, dtype=object) for array in move(build.params, *given)
+    return lambda build, *operands: [
+        np.asarray(array, dtype=object) for array in move(build.params, *operands)
     ]
 
 
 RULES: Mapping[str, Rule] = {
     **{name: _elementwise(operation) for name, operation in ELEMENTWISE.items()},
     **{name: _move(move) for name, move in MOVES.items()},
-    **dict.fromkeys(ALIKE, lambda build, *given: given),
+    **dict.fromkeys(ALIKE, lambda build, *operands: operands),
     **special.RULES,
     **control_flow.RULES,
     **indexing.RULES,

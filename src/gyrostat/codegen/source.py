@@ -16,8 +16,8 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 
 _LIBRARIES = tuple(
-    str(Path(place).resolve()) + os.sep
-    for place in (
+    str(Path(folder).resolve()) + os.sep
+    for folder in (
         Path(jax.__file__).parent,
         Path(equinox.__file__).parent,
         Path(np.__file__).parent,
@@ -53,8 +53,8 @@ NOWHERE = Source("", 0, "", "")
 
 def source(equation: Any, otherwise: Source) -> Source:
     """Innermost line of Python, outside libraries, that an equation comes from."""
-    found = equation.source_info.traceback
-    for frame in found.frames if found is not None else ():
+    traceback = equation.source_info.traceback
+    for frame in traceback.frames if traceback is not None else ():
         if not in_library(frame.file_name):
             return source_at(frame.file_name, frame.line_num)
     return otherwise
@@ -95,25 +95,25 @@ def in_library(file: str) -> bool:
 def source_at(file: str, line: int) -> Source:
     """Line of a file."""
     path = Path(file)
-    shown = path.name
+    short_path = path.name
     # keep the path from the outermost package on
     while (path.parent / "__init__.py").exists():
         path = path.parent
-        shown = f"{path.name}/{shown}"
-    text, name = linecache.getline(file, line).strip(), _named_at(file).get(line, "")
-    return Source(shown, line, text, name, _part_at(file).get(line, ""))
+        short_path = f"{path.name}/{short_path}"
+    text, name = linecache.getline(file, line).strip(), _names_at(file).get(line, "")
+    return Source(short_path, line, text, name, _part_at(file).get(line, ""))
 
 
 @functools.cache
 def _part_at(file: str) -> dict[int, str]:
     """Line -> outermost class or function that contains it."""
-    tree = _parsed(file)
-    found: dict[int, str] = {}
+    tree = _syntax_tree(file)
+    parts: dict[int, str] = {}
     for part in tree.body if tree is not None else ():
         if isinstance(part, ast.ClassDef | ast.FunctionDef):
             lines = range(part.lineno, (part.end_lineno or part.lineno) + 1)
-            found.update(dict.fromkeys(lines, part.name))
-    return found
+            parts.update(dict.fromkeys(lines, part.name))
+    return parts
 
 
 # CPython 3.11 counts the recursion of its parser once for all threads, and fails if two parse.
@@ -121,7 +121,7 @@ _one_at_a_time = threading.Lock()
 
 
 @functools.cache
-def _parsed(file: str) -> ast.Module | None:
+def _syntax_tree(file: str) -> ast.Module | None:
     with _one_at_a_time:
         try:
             return ast.parse("".join(linecache.getlines(file)))
@@ -130,9 +130,9 @@ def _parsed(file: str) -> ast.Module | None:
 
 
 @functools.cache
-def _named_at(file: str) -> dict[int, str]:
+def _names_at(file: str) -> dict[int, str]:
     """Line -> name that it defines, by an assignment, a keyword argument or a function."""
-    tree = _parsed(file)
+    tree = _syntax_tree(file)
     if tree is None:
         return {}
     spans: list[tuple[int, bool, int, str]] = []
@@ -153,15 +153,15 @@ def _named_at(file: str) -> dict[int, str]:
                     # constant arguments such as strict=True name no result
                     name = "" if isinstance(value, ast.Constant) else argument
             if name and isinstance(child, ast.stmt | ast.keyword):
-                more = (child.end_lineno or child.lineno) - child.lineno
-                spans.append((more, isinstance(child, ast.keyword), child.lineno, name))
+                length = (child.end_lineno or child.lineno) - child.lineno
+                spans.append((length, isinstance(child, ast.keyword), child.lineno, name))
             inner = isinstance(child, ast.FunctionDef) and child.name
             visit(child, inner or function)
 
     visit(tree, "")
-    named: dict[int, str] = {}
+    names: dict[int, str] = {}
     # the shortest span of lines takes precedence, and a statement over an argument
-    for more, _, first, name in sorted(spans):
-        for line in range(first, first + more + 1):
-            named.setdefault(line, name.strip("_"))
-    return named
+    for length, _, first, name in sorted(spans):
+        for line in range(first, first + length + 1):
+            names.setdefault(line, name.strip("_"))
+    return names

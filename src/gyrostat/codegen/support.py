@@ -18,10 +18,10 @@ from gyrostat.core.jax64 import Tracer
 
 def compiled_primitives() -> dict[str, tuple[bool, bool]]:
     """Primitives of JAX -> whether many runs and whether flight code can be compiled with them."""
-    every = {getattr(primitives, name).name for name in dir(primitives) if name.endswith("_p")}
-    both = RULES.keys() | COMPOSED.keys() | CALLS.keys()
-    native = both | BATCH.rules.keys()
-    return {name: (name in native, name in both) for name in sorted(every | native)}
+    all_names = {getattr(primitives, name).name for name in dir(primitives) if name.endswith("_p")}
+    common = RULES.keys() | COMPOSED.keys() | CALLS.keys()
+    native = common | BATCH.rules.keys()
+    return {name: (name in native, name in common) for name in sorted(all_names | native)}
 
 
 def unsupported(closed: Any, scope: Scope) -> UnsupportedError | None:
@@ -37,13 +37,13 @@ def unsupported(closed: Any, scope: Scope) -> UnsupportedError | None:
             inputs.append(variable)
         else:
             constants.append((variable, value))
-    alone = SimpleNamespace(
+    body = SimpleNamespace(
         invars=inputs,
         constvars=[variable for variable, _ in constants],
         eqns=jaxpr.eqns,
         outvars=jaxpr.outvars,
     )
-    function = SimpleNamespace(jaxpr=alone, consts=[value for _, value in constants])
+    function = SimpleNamespace(jaxpr=body, consts=[value for _, value in constants])
     try:
         # parameters that are the same in all runs and those that are not are compiled alike
         arguments = inputs_of([variable.aval for variable in inputs], [True] * len(inputs))

@@ -71,27 +71,27 @@ def trace(function: Callable[..., Any], arguments: Sequence[Any], name: str) -> 
     """
     require_supported()
     arguments = as_arrays(tuple(arguments))
-    found = []
+    traces = []
     for _ in range(2):
         try:
             with jax.checking_leaks():
                 # a new function object: otherwise JAX reuses the first trace
-                traced, results = jax.make_jaxpr(
-                    lambda *given: as_arrays(function(*given)), return_shape=True
+                jaxpr, results = jax.make_jaxpr(
+                    lambda *inputs: as_arrays(function(*inputs)), return_shape=True
                 )(*arguments)
         except InputError:
             raise
         except Exception as error:
-            raise InputError(f"{_raised_at(error) or name}: {_reason(error)}") from error
-        found.append(Trace(traced, results))
-    refuse_effects(found[0].jaxpr.jaxpr, NOWHERE)
-    first, second = (str(trace.jaxpr) for trace in found)
+            raise InputError(f"{_error_line(error) or name}: {_reason(error)}") from error
+        traces.append(Trace(jaxpr, results))
+    refuse_effects(traces[0].jaxpr.jaxpr, NOWHERE)
+    first, second = (str(trace.jaxpr) for trace in traces)
     if first != second:
         raise InputError(
             f"{name}: found another trace in its second call, expected no side effect: state is "
             "an argument and a result"
         )
-    return found[0]
+    return traces[0]
 
 
 def refuse_effects(jaxpr: Any, called_at: Source) -> None:
@@ -115,13 +115,13 @@ def refuse_effects(jaxpr: Any, called_at: Source) -> None:
 
 def inner_jaxprs(equation: Any) -> list[Any]:
     """Jaxprs among the parameters of an equation, without their constants."""
-    every = []
+    jaxprs = []
     for value in equation.params.values():
         for item in value if isinstance(value, tuple | list) else (value,):
             inner = getattr(item, "jaxpr", item)
             if hasattr(inner, "eqns"):
-                every.append(inner)
-    return every
+                jaxprs.append(inner)
+    return jaxprs
 
 
 def called(equation: Any) -> Any | None:
@@ -147,13 +147,13 @@ def constant(atom: Any) -> Any | None:
     return getattr(atom, "val", None)
 
 
-def _raised_at(error: BaseException) -> Source | None:
-    places = [
+def _error_line(error: BaseException) -> Source | None:
+    frames = [
         frame
         for frame in traceback.extract_tb(error.__traceback__)
         if not in_library(frame.filename) and not frame.filename.startswith(_OWN)
     ]
-    return source_at(places[-1].filename, places[-1].lineno or 0) if places else None
+    return source_at(frames[-1].filename, frames[-1].lineno or 0) if frames else None
 
 
 def _reason(error: Exception) -> str:

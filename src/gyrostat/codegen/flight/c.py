@@ -49,7 +49,7 @@ def emit(name: str, entries: Sequence[Entry], precision: Precision = "double") -
             support; the message names the line of Python.
     """
     dialect, structs, lowering = Dialect(precision), Structs(), Lowering()
-    roots = [_lowered(entry, structs, lowering) for entry in entries]
+    roots = [_lower(entry, structs, lowering) for entry in entries]
     tops = [root.function for root in roots]
     inner = [f for f in prune([*lowering.functions, *tops], tops) if f not in tops]
     reserved = {identifier(struct.name) for struct in structs.every} | {f.name for f in tops}
@@ -59,19 +59,19 @@ def emit(name: str, entries: Sequence[Entry], precision: Precision = "double") -
     helpers: set[str] = set()
     texts = [_inner(function, dialect, reserved, helpers) for function in inner]
     texts += [_entry(root, dialect, reserved, helpers) for root in roots]
-    used = [dialect.helper(each) for each in sorted(helpers)]
+    helper_texts = [dialect.helper(each) for each in sorted(helpers)]
     source = "\n".join(
         [
             _TOP.format(name=name, memory=_MEMORY if "finite" in helpers else ""),
-            *used,
+            *helper_texts,
             *texts,
         ]
     )
-    declared = header(
+    header_text = header(
         name, structs.every, structs.enums, [(root.entry, root.ports) for root in roots], dialect
     )
     ports = {root.entry.name: root.ports for root in roots}
-    return Module(name, declared, source, tuple(structs.every), ports, (*inner, *tops))
+    return Module(name, header_text, source, tuple(structs.every), ports, (*inner, *tops))
 
 
 _TOP = """\
@@ -88,7 +88,7 @@ _TOP = """\
 _MEMORY = "#include <string.h>\n"
 
 
-def _lowered(entry: Entry, structs: Structs, lowering: Lowering) -> _Root:
+def _lower(entry: Entry, structs: Structs, lowering: Lowering) -> _Root:
     """Entry as a function of scalars, which are fields of structs."""
     for name in (entry.name, *entry.arguments, *entry.results):
         if identifier(name) != name:
@@ -100,7 +100,7 @@ def _lowered(entry: Entry, structs: Structs, lowering: Lowering) -> _Root:
     for name, tree in arguments.items():
         inputs += _scalars(name, contents[name], name in entry.results, tree)
     body: Block = []
-    made = lowering.graph(traced.jaxpr, inputs, body)
+    outputs = lowering.graph(traced.jaxpr, inputs, body)
     trees = traced.results if len(entry.results) > 1 else (traced.results,)
     if not isinstance(trees, tuple) or len(trees) != len(entry.results):
         raise InputError(
@@ -115,14 +115,14 @@ def _lowered(entry: Entry, structs: Structs, lowering: Lowering) -> _Root:
                 f"{entry.name}: found a result {name} of another shape than the argument, "
                 "expected the same shape"
             )
-        places = _scalars(name, content, True, tree)
-        stores += [place.hint for array in places for place in array.flat]
+        destinations = _scalars(name, content, True, tree)
+        stores += [destination.hint for array in destinations for destination in array.flat]
     ports = tuple(
         Port(name, content, name in arguments, name in entry.results)
         for name, content in contents.items()
         if content is not None
     )
-    flat: list[Operand] = [operand for array in made for operand in array.flat]
+    flat: list[Operand] = [operand for array in outputs for operand in array.flat]
     return _Root(entry, Function(entry.name, [], body, flat), ports, tuple(stores))
 
 
@@ -132,8 +132,8 @@ def _scalars(name: str, content: Leaf | Struct | None, is_set: bool, tree: Any) 
     if content is None:
         return empty
     address = isinstance(content, Leaf) and not content.shape and is_set
-    filled = iter(scalars(content, f"(*{name})" if address else name))
-    return [next(filled) if array.size else array for array in empty]
+    expressions = iter(scalars(content, f"(*{name})" if address else name))
+    return [next(expressions) if array.size else array for array in empty]
 
 
 def _inner(function: Function, dialect: Dialect, reserved: set[str], helpers: set[str]) -> str:
@@ -176,12 +176,12 @@ def _entry(root: _Root, dialect: Dialect, reserved: set[str], helpers: set[str])
     if stops:
         writer.line("int status = 0;")
     lines = writer.body(root.function.body, root.function.results, root.stores)
-    wanted = [
-        (place, writer.text(result).text, dialect.type_of(result.kind))
-        for place, result in zip(root.stores, root.function.results, strict=True)
-        if place not in writer.done
+    assignments = [
+        (destination, writer.text(result).text, dialect.type_of(result.kind))
+        for destination, result in zip(root.stores, root.function.results, strict=True)
+        if destination not in writer.done
     ]
-    for text in moves(wanted, writer.free):
+    for text in moves(assignments, writer.free):
         writer.line(text)
     lines += ["", *writer.taken_lines()]
     read = re.sub(r"/\*.*?\*/", "", "\n".join(lines), flags=re.DOTALL)

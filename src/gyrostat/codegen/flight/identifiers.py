@@ -27,10 +27,10 @@ FUNCTIONS = frozenset(
 
 def identifier(name: str) -> str:
     """C identifier of a Python name; an underscore is added to a reserved word of C."""
-    made = re.sub(r"[^0-9A-Za-z_]+", "_", name)
-    if not made or made[0].isdigit():
-        made = f"item_{made}"
-    return f"{made}_" if made in KEYWORDS | FUNCTIONS else made
+    text = re.sub(r"[^0-9A-Za-z_]+", "_", name)
+    if not text or text[0].isdigit():
+        text = f"item_{text}"
+    return f"{text}_" if text in KEYWORDS | FUNCTIONS else text
 
 
 def free_name(wanted: str, taken: set[str]) -> str:

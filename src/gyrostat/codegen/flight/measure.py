@@ -50,8 +50,8 @@ def measure(files: Mapping[str, str], name: str) -> Compiled | None:
             (Path(folder) / file).write_text(text, encoding="utf-8")
 
         def run(*words: str) -> str | None:
-            done = run_compiler(words, Path(folder))
-            return done.stdout if done.returncode == 0 else None
+            process = run_compiler(words, Path(folder))
+            return process.stdout if process.returncode == 0 else None
 
         flags = [*FLAGS.split(), OPTIMISATION]
         usage = run(*program, *flags, "-fstack-usage", "-c", f"{name}.c")
@@ -60,14 +60,14 @@ def measure(files: Mapping[str, str], name: str) -> Compiled | None:
         if run(*program, *flags, f"{name}.o", f"{name}_test.c", "-lm", "-o", "test") is None:
             return None
         # exit status 1 means that an output differs from Python: its numbers are still used
-        told = run_compiler([str(Path(folder) / "test"), "errors"]).stdout
-        lines = (line.rpartition(" ") for line in told.splitlines())
+        report = run_compiler([str(Path(folder) / "test"), "errors"]).stdout
+        lines = (line.rpartition(" ") for line in report.splitlines())
         sizes = run("size", "-A", f"{name}.o") if shutil.which("size") else None
-        found = re.findall(r"^\.(?:text|rodata)\S*\s+(\d+)", sizes or "", re.MULTILINE)
+        sections = re.findall(r"^\.(?:text|rodata)\S*\s+(\d+)", sizes or "", re.MULTILINE)
         stack = Path(folder) / f"{name}.su"
         return Compiled(
             compiler=(run(*program, "--version") or program[0]).splitlines()[0],
-            code=sum(map(int, found)) if found else None,
+            code=sum(map(int, sections)) if sections else None,
             stack=_stack(stack.read_text(encoding="utf-8") if stack.exists() else ""),
             errors={output: float(error) for output, _, error in lines},
         )
@@ -75,5 +75,5 @@ def measure(files: Mapping[str, str], name: str) -> Compiled | None:
 
 def _stack(text: str) -> dict[str, int]:
     """Function -> stack use in bytes, from the compiler's report."""
-    found = (re.match(r"\S+:(\w+)\S*\t(\d+)\t", line) for line in text.splitlines())
-    return {match[1]: int(match[2]) for match in found if match}
+    matches = (re.match(r"\S+:(\w+)\S*\t(\d+)\t", line) for line in text.splitlines())
+    return {match[1]: int(match[2]) for match in matches if match}

@@ -79,5 +79,5 @@ def call(module: Module, entry: str, place: str = "") -> str:
         entry: Name of the entry.
         place: Prefix of the variables, such as "values->" for members of a struct.
     """
-    given = (f"{'&' if by_address(p) else ''}{place}{p.name}" for p in module.ports[entry])
-    return f"{entry}({', '.join(given)})"
+    arguments = (f"{'&' if by_address(p) else ''}{place}{p.name}" for p in module.ports[entry])
+    return f"{entry}({', '.join(arguments)})"

@@ -22,17 +22,17 @@ def moves(wanted: Iterable[Move], free: Callable[[str], str]) -> list[str]:
         Lines of C: copies of values that would be overwritten before they are read, then the
         assignments. A destination that keeps its value gets none.
     """
-    changed = [move for move in wanted if move[0] != move[1]]
-    set_places = {place for place, _, _ in changed}
-    copies, moved, known = [], [], {}
-    for place, value, kind in changed:
-        if value in set_places:
-            if value not in known:
-                known[value] = free("kept")
-                copies.append(f"const {kind} {known[value]} = {value};")
-            value = known[value]
-        moved.append(f"{place} = {value};")
-    return [*copies, *moved]
+    changes = [move for move in wanted if move[0] != move[1]]
+    destinations = {destination for destination, _, _ in changes}
+    copies, assignments, names = [], [], {}
+    for destination, value, kind in changes:
+        if value in destinations:
+            if value not in names:
+                names[value] = free("kept")
+                copies.append(f"const {kind} {names[value]} = {value};")
+            value = names[value]
+        assignments.append(f"{destination} = {value};")
+    return [*copies, *assignments]
 
 
 @dataclass(frozen=True)
@@ -77,13 +77,13 @@ def last_branch(
     branch, after = body[number], body[number + 1 :]
     assert isinstance(branch, Branch)
     read = [operand for each in statements(after) for operand in used(each)]
-    own: dict[Name, list[str]] = {target: [] for target in branch.targets}
-    for result, place in zip(results, places, strict=True):
-        if isinstance(result, Name) and result in own:
-            own[result].append(place)
-        elif isinstance(result, Name) and result.hint != place:
+    outputs: dict[Name, list[str]] = {target: [] for target in branch.targets}
+    for result, destination in zip(results, places, strict=True):
+        if isinstance(result, Name) and result in outputs:
+            outputs[result].append(destination)
+        elif isinstance(result, Name) and result.hint != destination:
             read.append(result)
     simple = all(isinstance(each, Assign) for each in after)
-    if not simple or not all(own.values()) or any(operand in own for operand in read):
+    if not simple or not all(outputs.values()) or any(operand in outputs for operand in read):
         return None
-    return LastBranch(branch, own, tuple(read))
+    return LastBranch(branch, outputs, tuple(read))

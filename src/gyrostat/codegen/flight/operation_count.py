@@ -15,7 +15,7 @@ CLASSES: Mapping[str, tuple[str, ...]] = {
     ),
 }
 ELEMENTARY = "elementary functions"
-_CLASS_OF = {operation: name for name, every in CLASSES.items() for operation in every}
+_CLASS_OF = {operation: name for name, members in CLASSES.items() for operation in members}
 _FREE = ("element", "to_real", "to_integer")
 
 

@@ -78,25 +78,25 @@ class Structs:
         if not _is_node(tree):
             return _leaf(tree, name)
         title = type(tree).__name__
-        named = title if title not in ("tuple", "list", "dict") else name
+        label = title if title not in ("tuple", "list", "dict") else name
         self.enums |= {e.__name__: e for e in getattr(tree, "ENUMS", {}).values()}
         units, meanings = declared_units(type(tree)), documented(type(tree))
         members = []
         for field, value, metadata in _fields(tree):
-            content = self.of(value, f"{named}_{field}")
+            content = self.of(value, f"{label}_{field}")
             if content is None:
                 continue
             unit = units.get(field) or SI_UNIT.get(metadata.get("dimension", ""), "")
             members.append(Member(identifier(field), content, meanings.get(field) or unit))
-        meaning = (inspect.getdoc(type(tree)) or "").partition("\n")[0] if named == title else ""
-        struct = Struct(identifier(named), tuple(members), comment(meaning + _compiled_in(tree)))
-        return self._known(struct)
+        meaning = (inspect.getdoc(type(tree)) or "").partition("\n")[0] if label == title else ""
+        struct = Struct(identifier(label), tuple(members), comment(meaning + _compiled_in(tree)))
+        return self._register(struct)
 
-    def _known(self, struct: Struct) -> Struct:
-        for known in self.every:
-            if known.members == struct.members and re.sub(r"_\d+$", "", known.name) == struct.name:
-                return known
-        name = free_name(struct.name, {known.name for known in self.every})
+    def _register(self, struct: Struct) -> Struct:
+        for entry in self.every:
+            if entry.members == struct.members and re.sub(r"_\d+$", "", entry.name) == struct.name:
+                return entry
+        name = free_name(struct.name, {entry.name for entry in self.every})
         struct = dataclasses.replace(struct, name=name)
         self.every.append(struct)
         return struct
@@ -111,11 +111,11 @@ def scalars(content: Leaf | Struct, path: str, pointer: bool = True) -> list[Sca
         pointer: Whether `path` is a pointer to a struct.
     """
     if isinstance(content, Leaf):
-        made = np.empty(content.shape, dtype=object)
-        for place in np.ndindex(content.shape):
-            text = path + "".join(f"[{index}]" for index in place)
-            made[place] = Name(content.kind, text, fixed=True)
-        return [made]
+        names = np.empty(content.shape, dtype=object)
+        for position in np.ndindex(content.shape):
+            text = path + "".join(f"[{index}]" for index in position)
+            names[position] = Name(content.kind, text, fixed=True)
+        return [names]
     step = "->" if pointer else "."
     return [
         array
@@ -168,16 +168,16 @@ def _compiled_in(tree: Any) -> str:
 
 def documented(kind: type) -> dict[str, str]:
     """Field -> its description in the Attributes section of a class's docstring."""
-    found: dict[str, str] = {}
+    descriptions: dict[str, str] = {}
     _, _, text = (inspect.getdoc(kind) or "").partition("Attributes:\n")
     name = ""
     for line in text.splitlines():
         start = re.fullmatch(r"    (\w+): (.*)", line)
         if start:
             name = start[1]
-            found[name] = start[2]
+            descriptions[name] = start[2]
         elif line.startswith("        ") and name:
-            found[name] += " " + line.strip()
+            descriptions[name] += " " + line.strip()
         else:
             break
-    return {name: comment(text) for name, text in found.items()}
+    return {name: comment(text) for name, text in descriptions.items()}

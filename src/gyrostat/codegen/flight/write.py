@@ -31,13 +31,13 @@ LONGEST = 70
 """Largest length of an expression that may be inlined in another."""
 
 
-def _takes_in(reader: Statement, statement: Assign, made: Text) -> bool:
+def _takes_in(reader: Statement, statement: Assign, expression: Text) -> bool:
     """Whether a statement may contain the expression of another instead of its name."""
-    if reader.source != statement.source or len(made.text) > LONGEST:
+    if reader.source != statement.source or len(expression.text) > LONGEST:
         return False
     # the alternatives of a conditional expression are most readable as names
     if isinstance(reader, Assign) and reader.operation == "select":
-        return made.strength == WORD or reader.operands[0] is statement.target
+        return expression.strength == WORD or reader.operands[0] is statement.target
     return True
 
 
@@ -72,8 +72,8 @@ class Writer:
 
     def name(self, name: Name | Table, hint: str) -> str:
         """Assign a C name to a scalar or a table."""
-        place = "".join(f"_{k}" for k in name.place) if isinstance(name, Name) else ""
-        self._texts[name] = Text(self.free((hint or "value") + place), WORD)
+        suffix = "".join(f"_{k}" for k in name.place) if isinstance(name, Name) else ""
+        self._texts[name] = Text(self.free((hint or "value") + suffix), WORD)
         return self._texts[name].text
 
     def free(self, hint: str) -> str:
@@ -123,11 +123,11 @@ class Writer:
         for table in dict.fromkeys(read):
             if table.values:
                 name = self.name(table, f"{table.hint or 'constant'}_table")
-                every = ", ".join(
+                elements = ", ".join(
                     self._dialect.number(Number(table.kind, v)).text for v in table.values
                 )
                 kind = self._dialect.type_of(table.kind)
-                self.line(f"static const {kind} {name}[{table.size}] = {{{every}}};")
+                self.line(f"static const {kind} {name}[{table.size}] = {{{elements}}};")
 
     def taken_lines(self) -> list[str]:
         """Lines written since the last call; clears them."""
@@ -141,7 +141,7 @@ class Writer:
                 read += [each.next for each in statement.carried]
                 read += [statement.goes_on] if statement.goes_on is not None else []
             if isinstance(statement, Branch):
-                read += [value for made in statement.values for value in made]
+                read += [value for values in statement.values for value in values]
             self._uses.update(operand for operand in read if isinstance(operand, Name))
 
     def _block(self, block: Block, results: list[Operand]) -> None:
@@ -152,19 +152,21 @@ class Writer:
             for operand in used(statement)
             if isinstance(operand, Name)
         }
-        kept = {id(result) for result in results}
+        result_ids = {id(result) for result in results}
         for number, statement in enumerate(block):
             if isinstance(statement, Assign):
-                made = self._expression(statement)
+                expression = self._expression(statement)
                 reader = readers.get(statement.target)
-                alone = self._uses[statement.target] == 1 and id(statement.target) not in kept
-                if alone and reader is not None and _takes_in(reader, statement, made):
-                    self._texts[statement.target] = made
+                single_use = (
+                    self._uses[statement.target] == 1 and id(statement.target) not in result_ids
+                )
+                if single_use and reader is not None and _takes_in(reader, statement, expression):
+                    self._texts[statement.target] = expression
                     continue
                 self._say(statement.source)
                 text = self.name(statement.target, self._hint(statement, block[number + 1 :]))
                 kind = self._dialect.type_of(statement.target.kind)
-                self.line(f"const {kind} {text} = {made.text};")
+                self.line(f"const {kind} {text} = {expression.text};")
             else:
                 self._say(statement.source)
                 self._statement(statement)
@@ -203,13 +205,13 @@ class Writer:
         match statement:
             case Fill(table, values):
                 name = self.name(table, f"{table.hint or 'value'}_table")
-                every = ", ".join(self.text(value).text for value in values)
-                self.line(f"const {kinds(table.kind)} {name}[{table.size}] = {{{every}}};")
+                elements = ", ".join(self.text(value).text for value in values)
+                self.line(f"const {kinds(table.kind)} {name}[{table.size}] = {{{elements}}};")
             case Store(table, index, width, offset, value):
-                place = self.text(index).beside()
-                place = f"({width} * {place})" if width > 1 else place
-                place = f"{place} + {offset}" if offset else place
-                self.line(f"{self._texts[table].text}[{place}] = {self.text(value).text};")
+                position = self.text(index).beside()
+                position = f"({width} * {position})" if width > 1 else position
+                position = f"{position} + {offset}" if offset else position
+                self.line(f"{self._texts[table].text}[{position}] = {self.text(value).text};")
             case Loop():
                 self._loop(statement)
             case Branch():
@@ -245,19 +247,19 @@ class Writer:
             self.line(f"if ({counter} == {loop.count}) {{ status = 1; }}")
 
     def _carry(self, loop: Loop) -> None:
-        wanted = [
+        assignments = [
             (self.text(e.name).text, self.text(e.next).text, self._dialect.type_of(e.name.kind))
             for e in loop.carried
         ]
-        for text in moves(wanted, self.free):
+        for text in moves(assignments, self.free):
             self.line(text)
 
     def _branch(self, branch: Branch) -> None:
-        own, places = self._last, {}
-        if own and own.branch is branch and own.safe(self._texts):
-            places = own.places
-            self.done = set().union(*places.values())
-        for target in branch.targets if not places else ():
+        final_branch, destinations = self._last, {}
+        if final_branch and final_branch.branch is branch and final_branch.safe(self._texts):
+            destinations = final_branch.places
+            self.done = set().union(*destinations.values())
+        for target in branch.targets if not destinations else ():
             name = self.name(target, target.hint)
             self.line(f"{self._dialect.type_of(target.kind)} {name};")
         index = self.text(branch.index)
@@ -272,12 +274,12 @@ class Writer:
             self.line("} else {" if step == last else head)
             self._depth += 1
             self._block(branch.blocks[number], branch.values[number])
-            wanted = [
-                (place, self.text(value).text, self._dialect.type_of(target.kind))
+            assignments = [
+                (destination, self.text(value).text, self._dialect.type_of(target.kind))
                 for target, value in zip(branch.targets, branch.values[number], strict=True)
-                for place in (places.get(target) or [self.text(target).text])
+                for destination in (destinations.get(target) or [self.text(target).text])
             ]
-            for text in moves(wanted, self.free):
+            for text in moves(assignments, self.free):
                 self.line(text)
             self._depth -= 1
         self.line("}")

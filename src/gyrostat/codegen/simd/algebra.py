@@ -82,8 +82,8 @@ def _is_normal(value: float) -> bool:
 
 def _operand_of(known: Known, operand: Operand, operation: str) -> Operand | None:
     """Operand x if the given operand is the result of an operation on x; None otherwise."""
-    made = known.made(operand)
-    return made.operands[0] if made is not None and made.operation == operation else None
+    assign = known.made(operand)
+    return assign.operands[0] if assign is not None and assign.operation == operation else None
 
 
 def _negated(known: Known, operand: Operand) -> Operand | None:
@@ -92,12 +92,12 @@ def _negated(known: Known, operand: Operand) -> Operand | None:
 
 
 def _add(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
-    for one, other in ((a, b), (b, a)):
-        if _is(one, 0):
-            return other
-        negated = _negated(known, one)
+    for first, second in ((a, b), (b, a)):
+        if _is(first, 0):
+            return second
+        negated = _negated(known, first)
         if negated is not None:
-            return known.value(of, "sub", other, negated)
+            return known.value(of, "sub", second, negated)
     return None
 
 
@@ -117,23 +117,23 @@ def _sub(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
 
 def _mul(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
     kind = of.target.kind
-    for one, other in ((a, b), (b, a)):
-        if _is(one, 0):
+    for first, second in ((a, b), (b, a)):
+        if _is(first, 0):
             return Number(kind, 0.0 if kind == "real" else 0)
-        if _is(one, 1):
-            return other
-        if kind == "real" and _is(one, -1):
-            return known.value(of, "neg", other)
-        negated = _negated(known, one)
+        if _is(first, 1):
+            return second
+        if kind == "real" and _is(first, -1):
+            return known.value(of, "neg", second)
+        negated = _negated(known, first)
         if negated is not None:
-            return known.value(of, "neg", known.value(of, "mul", negated, other))
-        made = known.made(other)
-        if kind == "real" and isinstance(one, Number) and made and made.operation == "mul":
-            inner, rest = made.operands  # a constant operand comes first
+            return known.value(of, "neg", known.value(of, "mul", negated, second))
+        assign = known.made(second)
+        if kind == "real" and isinstance(first, Number) and assign and assign.operation == "mul":
+            inner, factor = assign.operands  # a constant operand comes first
             if isinstance(inner, Number) and not known.is_exact(of):
-                both = inner.value * one.value
-                if _is_normal(both):
-                    return known.value(of, "mul", Number(kind, both), rest)
+                product = inner.value * first.value
+                if _is_normal(product):
+                    return known.value(of, "mul", Number(kind, product), factor)
     return None
 
 
@@ -155,9 +155,9 @@ def _div(known: Known, of: Assign, a: Operand, b: Operand) -> Operand | None:
 
 
 def _neg(known: Known, of: Assign, a: Operand) -> Operand | None:
-    made = known.made(a)
-    if made is not None and made.operation == "sub":
-        return known.value(of, "sub", *made.operands[::-1])
+    assign = known.made(a)
+    if assign is not None and assign.operation == "sub":
+        return known.value(of, "sub", *assign.operands[::-1])
     return _negated(known, a)
 
 
@@ -166,13 +166,13 @@ def _select(known: Known, of: Assign, test: Operand, yes: Operand, no: Operand) 
         return yes if test.value else no
     if key(yes) == key(no):
         return yes
-    other = _operand_of(known, test, "not")
-    return None if other is None else known.value(of, "select", other, no, yes)
+    condition = _operand_of(known, test, "not")
+    return None if condition is None else known.value(of, "select", condition, no, yes)
 
 
 def _beside(a: Operand, b: Operand, value: float) -> Operand | None:
     """Other operand if one of the two is the constant `value`; None otherwise."""
-    return next((other for one, other in ((a, b), (b, a)) if one == Number("real", value)), None)
+    return next((y for x, y in ((a, b), (b, a)) if x == Number("real", value)), None)
 
 
 _RULES: dict[str, Callable[..., Operand | None]] = {

@@ -75,13 +75,13 @@ class Lanes:
         """
         layout = self.traced.layout
         leaves = [
-            _plain(leaf, known)
-            for leaf, known in zip(jax.tree.leaves(arguments), layout.types, strict=True)
+            _plain(leaf, expected)
+            for leaf, expected in zip(jax.tree.leaves(arguments), layout.types, strict=True)
         ]
-        made = self.compiled(leaves, asked, threads)
+        arrays = self.compiled(leaves, asked, threads)
         results = [
-            random_keys(found) if place.type.dtype == KEY else found
-            for found, place in zip(made, layout.places, strict=True)
+            random_keys(array) if place.type.dtype == KEY else array
+            for array, place in zip(arrays, layout.places, strict=True)
         ]
         return jax.tree.unflatten(jax.tree.structure(self.traced.results), results)
 
@@ -106,8 +106,8 @@ def lanes(
     Raises:
         InputError: There is no compiler; or see `traced`.
     """
-    found = traced(function, own, arguments, on_demand=on_demand)
-    return Lanes(found, Compiled(found.layout, library(found.text, more_flags)))
+    code = traced(function, own, arguments, on_demand=on_demand)
+    return Lanes(code, Compiled(code.layout, library(code.text, more_flags)))
 
 
 def traced(
@@ -134,7 +134,7 @@ def traced(
     require_supported()
     flags = [bool(o) for o, tree in zip(own, arguments, strict=True) for _ in jax.tree.leaves(tree)]
     single = [
-        jax.tree.map(_single if each else _whole, tree)
+        jax.tree.map(_run_aval if each else _aval, tree)
         for each, tree in zip(own, arguments, strict=True)
     ]
     if not any(flags):
@@ -142,15 +142,15 @@ def traced(
     jaxpr, shapes = jax.make_jaxpr(function, return_shape=True)(*single)
     inputs = inputs_of([variable.aval for variable in jaxpr.jaxpr.invars], flags)
     lowering, body = Lowering(BATCH), []
-    made = lowering.graph(jaxpr, inputs, body)
-    flagged = jax.tree.leaves(
+    outputs = lowering.graph(jaxpr, inputs, body)
+    demands = jax.tree.leaves(
         jax.tree.map(lambda flag, tree: jax.tree.map(lambda _: flag, tree), on_demand, shapes)
     )
     results: list[Operand] = []
     rows: dict[Table, list[tuple[str, int]]] = {}
     places: list[Place] = []
     words = {"made": 0, "every": 0, "asked": 0}
-    for array, shape, demand in zip(made, jax.tree.leaves(shapes), flagged, strict=True):
+    for array, shape, demand in zip(outputs, jax.tree.leaves(shapes), demands, strict=True):
         table = array.item() if array.shape == () else None
         memory = "made"
         if isinstance(table, Table):
@@ -172,12 +172,12 @@ def traced(
     return Traced(text, Layout(tuple(flags), types, tuple(places), words), shapes)
 
 
-def _single(leaf: Any) -> Any:
-    leaf = _whole(leaf)
+def _run_aval(leaf: Any) -> Any:
+    leaf = _aval(leaf)
     return jax.ShapeDtypeStruct(leaf.shape[1:], leaf.dtype)
 
 
-def _whole(leaf: Any) -> Any:
+def _aval(leaf: Any) -> Any:
     leaf = leaf if hasattr(leaf, "dtype") else np.asarray(leaf)
     return jax.ShapeDtypeStruct(leaf.shape, leaf.dtype)
 
@@ -186,11 +186,11 @@ def _type(leaf: Any) -> Type:
     return Type(tuple(leaf.shape), str(leaf.dtype))
 
 
-def _plain(leaf: Any, known: Type) -> Any:
+def _plain(leaf: Any, expected: Type) -> Any:
     """Array as NumPy has it; random keys as words."""
-    if (str(getattr(leaf, "dtype", "")) == KEY) != (known.dtype == KEY):
+    if (str(getattr(leaf, "dtype", "")) == KEY) != (expected.dtype == KEY):
         raise InputError(
             f"argument: found {getattr(leaf, 'dtype', type(leaf).__name__)}, expected "
-            f"{known.dtype}{list(known.shape)}, which this was compiled for"
+            f"{expected.dtype}{list(expected.shape)}, which this was compiled for"
         )
     return numbers(leaf)

@@ -41,7 +41,7 @@ def random_keys(words: NDArray[np.uint64]) -> Any:
     return jax.random.wrap_key_data(jnp.asarray(pair))
 
 
-def _drawn(build: Builder, keys: Scalars) -> Scalars:
+def _draw(build: Builder, keys: Scalars) -> Scalars:
     """Words of a key's random stream, one for each element: 64 bits, or a new key.
 
     Threefry-2x32 of the element's index, as JAX draws with `jax_threefry_partitionable`.
@@ -59,7 +59,7 @@ def _drawn(build: Builder, keys: Scalars) -> Scalars:
     return words.reshape(names.shape)
 
 
-def _seeded(build: Builder, seed: Scalars) -> Scalars:
+def _seed(build: Builder, seed: Scalars) -> Scalars:
     """Key of a seed: the 64 bits of the seed."""
     size = 8 * build.equation.invars[0].aval.dtype.itemsize
     if all(isinstance(operand, Number) for operand in seed.flat):
@@ -81,11 +81,11 @@ BATCH = Scope(
     rules={
         "bitcast_convert_type": _bitcast,
         "erf_inv": lambda build, array: build.apply("erf_inv", array),
-        "random_bits": _drawn,
+        "random_bits": _draw,
         # key n is word n of the stream
-        "random_fold_in": lambda build, *given: build.apply("threefry", *given),
-        "random_seed": _seeded,
-        "random_split": _drawn,
+        "random_fold_in": lambda build, *operands: build.apply("threefry", *operands),
+        "random_seed": _seed,
+        "random_split": _draw,
     },
     largest=LARGEST,
     in_place=True,

@@ -100,12 +100,12 @@ class Compiled:
         """
         layout, width = self.layout, self.library.lanes()
         split: tuple[list[Words], list[Words]] = ([], [])
-        for leaf, own, known in zip(arguments, layout.own, layout.types, strict=True):
-            split[own].append(_words(leaf, known, own=own))
+        for leaf, own, expected in zip(arguments, layout.own, layout.types, strict=True):
+            split[own].append(_words(leaf, expected, own=own))
         runs = len(split[True][0])
         if any(len(words) != runs for words in split[True]):
-            found = ", ".join(str(len(words)) for words in split[True])
-            raise InputError(f"runs: found {found}, expected one number of them")
+            counts = ", ".join(str(len(words)) for words in split[True])
+            raise InputError(f"runs: found {counts}, expected one number of them")
         if any(run not in range(runs) for run in asked):
             raise InputError(f"asked: found {list(asked)}, expected numbers below {runs}")
         groups = -(-runs // width)
@@ -114,50 +114,51 @@ class Compiled:
         # unused lanes repeat the last run
         own = own[np.minimum(np.arange(groups * width), runs - 1)]
         own = own.reshape(groups, width, own.shape[1]).swapaxes(1, 2).copy()
-        wanted = sorted({run // width for run in asked})
-        place = np.full(groups, -1, np.int64)
-        place[wanted] = np.arange(len(wanted))
+        asked_groups = sorted({run // width for run in asked})
+        slots = np.full(groups, -1, np.int64)
+        slots[asked_groups] = np.arange(len(asked_groups))
         memory = {
-            name: np.empty((len(wanted) if name == "asked" else groups, words, width), "u8")
+            name: np.empty((len(asked_groups) if name == "asked" else groups, words, width), "u8")
             for name, words in layout.words.items()
         }
         self.library.fly_all(
             ctypes.c_int64(groups),
             ctypes.c_int64(threads),
-            *(ctypes.c_void_p(a.ctypes.data) for a in (shared, own, *memory.values(), place)),
+            *(ctypes.c_void_p(a.ctypes.data) for a in (shared, own, *memory.values(), slots)),
         )
         lanes = {name: np.arange(runs) for name in memory}
         lanes["asked"] = np.array(
-            [place[run // width] * width + run % width for run in asked], np.int64
+            [slots[run // width] * width + run % width for run in asked], np.int64
         )
-        found = {
-            name: made.swapaxes(1, 2).reshape(len(made) * width, made.shape[1])[lanes[name]]
-            for name, made in memory.items()
+        results = {
+            name: buffer.swapaxes(1, 2).reshape(len(buffer) * width, buffer.shape[1])[lanes[name]]
+            for name, buffer in memory.items()
         }
         # short rows on demand are among the results of all runs
-        only = {**found, "made": found["made"][list(asked)]}
+        selection = {**results, "made": results["made"][list(asked)]}
         return [
-            place.of((only if place.on_demand else found)[place.memory]) for place in layout.places
+            place.of((selection if place.on_demand else results)[place.memory])
+            for place in layout.places
         ]
 
 
-def _words(leaf: Any, known: Type, *, own: bool) -> Words:
+def _words(leaf: Any, expected: Type, *, own: bool) -> Words:
     """Numbers as 64-bit words: logical values as masks."""
     array = np.asarray(leaf)
-    dtype = np.dtype(np.uint64 if known.dtype == KEY else known.dtype)
+    dtype = np.dtype(np.uint64 if expected.dtype == KEY else expected.dtype)
     fits = array.dtype == dtype
-    if not fits and known.dtype != KEY and np.bool_ not in (array.dtype, dtype):
+    if not fits and expected.dtype != KEY and np.bool_ not in (array.dtype, dtype):
         fits = np.can_cast(array.dtype, dtype)
-    if not fits or array.shape[own:] != known.shape or (own and not array.shape):
+    if not fits or array.shape[own:] != expected.shape or (own and not array.shape):
         raise InputError(
             f"argument: found {array.dtype}{list(array.shape[own:])}, expected "
-            f"{known.dtype}{list(known.shape)}, which this was compiled for"
+            f"{expected.dtype}{list(expected.shape)}, which this was compiled for"
         )
     if array.dtype == np.bool_:
         return (-array.astype(np.int64)).view(np.uint64)
-    if known.dtype == KEY:
+    if expected.dtype == KEY:
         return array
-    return np.ascontiguousarray(array, _word(known.dtype)).reshape(array.shape).view(np.uint64)
+    return np.ascontiguousarray(array, _word(expected.dtype)).reshape(array.shape).view(np.uint64)
 
 
 def _word(dtype: str) -> type[np.number]:

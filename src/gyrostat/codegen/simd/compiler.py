@@ -33,11 +33,11 @@ def compiler() -> tuple[str, ...] | None:
     the native engine, flags of `CC` replace those of `FLAGS`.
     """
     named = os.environ.get("CC", "")
-    wanted = [(named,), named.split()] if named.split() else [("cc",), ("gcc",), ("clang",)]
-    for program, *flags in wanted:
-        found = shutil.which(program)
-        if found:
-            return (found, *flags)
+    commands = [(named,), named.split()] if named.split() else [("cc",), ("gcc",), ("clang",)]
+    for program, *flags in commands:
+        path = shutil.which(program)
+        if path:
+            return (path, *flags)
     return None
 
 
@@ -47,12 +47,12 @@ def required() -> tuple[str, ...]:
     Raises:
         InputError: There is no compiler.
     """
-    found = compiler()
-    if found is None:
+    command = compiler()
+    if command is None:
         raise InputError(
             "C compiler: found none (CC, cc, gcc, clang), expected one for the native engine"
         )
-    return found
+    return command
 
 
 def compiler_version() -> str:
@@ -61,14 +61,14 @@ def compiler_version() -> str:
     Raises:
         InputError: The compiler does not run.
     """
-    found = compiler()
-    return "none" if found is None else _version(found)
+    command = compiler()
+    return "none" if command is None else _version(command)
 
 
 @lru_cache
 def _version(command: tuple[str, ...]) -> str:
-    said = next(iter(_run([*command, "--version"]).splitlines()), "")
-    return " ".join([said, *command[1:]])
+    line = next(iter(_run([*command, "--version"]).splitlines()), "")
+    return " ".join([line, *command[1:]])
 
 
 def header() -> str:
@@ -194,19 +194,19 @@ _GUARD = (
 
 
 def _cache() -> Cache:
-    found = private_cache()
-    if found is None:
+    cache = private_cache()
+    if cache is None:
         raise InputError("C compiler: found no private folder, expected one (see GYROSTAT_CACHE)")
-    return found
+    return cache
 
 
-def _entry(text: str, more: tuple[str, ...]) -> tuple[str, tuple[str, ...]]:
+def _entry(text: str, flags: tuple[str, ...]) -> tuple[str, tuple[str, ...]]:
     """Name of a module's entry in the cache, and the compiler's command without the files."""
-    found = required()
+    base = required()
     # the last of contradicting flags counts
-    named = [*found, "-"]
-    count = next(k for k, word in enumerate(named) if word.startswith("-"))
-    command = (*found[:count], *FLAGS, *compiler_flags(), *more, *found[count:])
+    words = [*base, "-"]
+    count = next(k for k, word in enumerate(words) if word.startswith("-"))
+    command = (*base[:count], *FLAGS, *compiler_flags(), *flags, *base[count:])
     parts = (header(), text, compiler_version(), *command[1:], instructions())
     digest = hashlib.sha256("\0".join(parts).encode()).hexdigest()
     return f"lanes-{digest}", command
@@ -214,15 +214,15 @@ def _entry(text: str, more: tuple[str, ...]) -> tuple[str, tuple[str, ...]]:
 
 def _compile(cache: Cache, text: str, command: tuple[str, ...]) -> bytes:
     try:
-        with cache.workplace() as place:
-            (place / "program.c").write_text(text, encoding="utf-8")
-            (place / "lanes.h").write_text(header(), encoding="utf-8")
+        with cache.workplace() as folder:
+            (folder / "program.c").write_text(text, encoding="utf-8")
+            (folder / "lanes.h").write_text(header(), encoding="utf-8")
             files = ("-o", "made.so", "program.c", "-lm")
             try:
-                _run([*command, *files, "-fopenmp"], place)
+                _run([*command, *files, "-fopenmp"], folder)
             except InputError:  # without support in the compiler, one thread is used
-                _run([*command, *files], place)
-            return (place / "made.so").read_bytes()
+                _run([*command, *files], folder)
+            return (folder / "made.so").read_bytes()
     except OSError as error:
         raise InputError(
             f"C compiler: found {error}, expected {command[0]} to make a library"
@@ -240,9 +240,9 @@ def _load(content: bytes, compiler: str) -> ctypes.CDLL:
         if cache is None:
             continue
         try:
-            with cache.workplace() as place:
-                (place / "made.so").write_bytes(content)
-                return ctypes.CDLL(str(place / "made.so"))
+            with cache.workplace() as folder:
+                (folder / "made.so").write_bytes(content)
+                return ctypes.CDLL(str(folder / "made.so"))
         except OSError as error:
             reason = error
     raise InputError(
@@ -252,11 +252,11 @@ def _load(content: bytes, compiler: str) -> ctypes.CDLL:
 
 def _run(command: Sequence[str], folder: Path | None = None) -> str:
     try:
-        done = run_compiler(command, folder)
+        process = run_compiler(command, folder)
     except OSError as error:
         raise InputError(f"C compiler: found {error}, expected one that runs") from None
-    if done.returncode != 0:
-        lines = done.stderr.strip().splitlines() or [f"exit code {done.returncode}"]
-        said = next((line for line in lines if "error" in line), lines[0])
-        raise InputError(f"C compiler: found {said!r} from {command[0]}, expected it to compile")
-    return done.stdout
+    if process.returncode != 0:
+        lines = process.stderr.strip().splitlines() or [f"exit code {process.returncode}"]
+        message = next((line for line in lines if "error" in line), lines[0])
+        raise InputError(f"C compiler: found {message!r} from {command[0]}, expected it to compile")
+    return process.stdout

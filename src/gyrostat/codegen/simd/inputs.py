@@ -23,19 +23,19 @@ def inputs_of(avals: Iterable[Any], own: Sequence[bool]) -> list[Scalars | Data]
         UnsupportedError: A type is not supported.
     """
     words = [0, 0]
-    made = []
+    inputs = []
     for aval, each in zip(avals, own, strict=True):
         kind = batch_kind(aval.dtype)
         if kind is None:
             what = f"numbers of type {aval.dtype}"
             raise UnsupportedError(f"argument: found {what}, expected float64 ones", what)
-        places = np.arange(int(np.prod(aval.shape))).reshape(aval.shape)
-        table = Table(kind, places.size, memory="own" if each else "shared", start=words[each])
+        indices = np.arange(int(np.prod(aval.shape))).reshape(aval.shape)
+        table = Table(kind, indices.size, memory="own" if each else "shared", start=words[each])
         # a logical value in memory is a mask
-        data = Data(table, places)
-        made.append(data.scalars() if kind == "logical" else data_or_scalars(data))
-        words[each] += places.size
-    return made
+        data = Data(table, indices)
+        inputs.append(data.scalars() if kind == "logical" else data_or_scalars(data))
+        words[each] += indices.size
+    return inputs
 
 
 def parameters_of(
@@ -50,11 +50,11 @@ def parameters_of(
     """
     read = {s.table for s in statements(body) if isinstance(s, Assign)}
     words = [0, 0]
-    found: tuple[dict[Name, int], dict[Name, int]] = ({}, {})
+    parameters: tuple[dict[Name, int], dict[Name, int]] = ({}, {})
     for array, each in zip(inputs, own, strict=True):
         if isinstance(array, Data) and array.size <= LARGEST and array.table not in read:
             array.scalars()  # only read at known indices: a list of parameters
         names = array.table.parameters if isinstance(array, Data) else dict(enumerate(array.flat))
-        found[each].update({names[k]: words[each] + k for k in sorted(names)})
+        parameters[each].update({names[k]: words[each] + k for k in sorted(names)})
         words[each] += array.size
-    return found
+    return parameters

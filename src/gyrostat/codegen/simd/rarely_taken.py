@@ -55,72 +55,72 @@ class _Moving:
 
     def _groups(self, block: Block) -> list[dict[Name, Assign]]:
         """Selects with a rarely taken alternative, grouped by their array operation."""
-        found: dict[int, dict[Name, Assign]] = {}
+        groups: dict[int, dict[Name, Assign]] = {}
         for statement in block:
             if (
                 isinstance(statement, Assign)
                 and statement.operation == "select"
                 and self._is_rare(statement.operands[0])
             ):
-                found.setdefault(statement.target.group, {})[statement.target] = statement
-        return list(found.values())
+                groups.setdefault(statement.target.group, {})[statement.target] = statement
+        return list(groups.values())
 
     def _is_rare(self, test: Operand) -> bool:
-        made = self._assigned.get(test)
-        if made is None:
+        statement = self._assigned.get(test)
+        if statement is None:
             return False
-        if made.operation == "and":
-            return any(self._is_rare(part) for part in made.operands)
-        if made.operation == "or":
-            return all(self._is_rare(part) for part in made.operands)
-        return made.operation == "eq" and made.operands[0].kind == "real"
+        if statement.operation == "and":
+            return any(self._is_rare(part) for part in statement.operands)
+        if statement.operation == "or":
+            return all(self._is_rare(part) for part in statement.operands)
+        return statement.operation == "eq" and statement.operands[0].kind == "real"
 
     def _without(self, block: Block, selects: Mapping[Name, Assign]) -> Block:
         """Block with the statements that only rarely taken alternatives need in a branch."""
-        places = {s.target: place for place, s in enumerate(block) if isinstance(s, Assign)}
-        selects = {target: s for target, s in selects.items() if target in places}
+        indices = {s.target: index for index, s in enumerate(block) if isinstance(s, Assign)}
+        selects = {target: s for target, s in selects.items() if target in indices}
         if not selects:  # moved together with another group
             return block
-        first = min(places[target] for target in selects)
+        first = min(indices[target] for target in selects)
         sides = dict.fromkeys(s.operands[1] for s in selects.values())
-        taken: set[Name | Table] = set(selects)
-        moved: list[Assign] = []
+        names: set[Name | Table] = set(selects)
+        assignments: list[Assign] = []
         cost = 0
         for statement in reversed(block[:first]):
-            if isinstance(statement, Assign) and self._is_own(statement, selects, sides, taken):
-                taken.add(statement.target)
-                moved.append(statement)
+            if isinstance(statement, Assign) and self._is_local(statement, selects, sides, names):
+                names.add(statement.target)
+                assignments.append(statement)
                 cost += 1 if statement.operation in _CHEAP else _DEAR
         if cost < _LEAST:
             return block
-        moved.reverse()
-        inside = {statement.target for statement in moved}
-        given = [side for side in sides if side in inside]
-        targets = [Name(side.kind, "", side.group, side.place) for side in given]
+        assignments.reverse()
+        inner = {statement.target for statement in assignments}
+        outputs = [side for side in sides if side in inner]
+        targets = [Name(side.kind, "", side.group, side.place) for side in outputs]
         tests: Block = []
         test = self._any(dict.fromkeys(s.operands[0] for s in selects.values()), tests)
         nothing: list[Operand] = [Number(target.kind, _NOTHING[target.kind]) for target in targets]
-        for operand in (test, *given):
+        for operand in (test, *outputs):
             self._uses[operand].update(targets)
-        named: dict[Operand, Operand] = dict(zip(given, targets, strict=True))
+        named: dict[Operand, Operand] = dict(zip(outputs, targets, strict=True))
         for select in selects.values():
-            one, yes, no = select.operands
-            select.operands = (one, named.get(yes, yes), no)
-        left = [s for s in block[:first] if not isinstance(s, Assign) or s.target not in inside]
-        branch = Branch(test, [[], [*moved]], [nothing, list(given)], list(targets))
-        return [*left, *tests, branch, *block[first:]]
+            condition, yes, no = select.operands
+            select.operands = (condition, named.get(yes, yes), no)
+        before = [s for s in block[:first] if not isinstance(s, Assign) or s.target not in inner]
+        branch = Branch(test, [[], [*assignments]], [nothing, list(outputs)], list(targets))
+        return [*before, *tests, branch, *block[first:]]
 
-    def _is_own(
+    def _is_local(
         self,
         statement: Assign,
         selects: Mapping[Name, Assign],
         sides: Container[Operand],
-        taken: set[Name | Table],
+        names: set[Name | Table],
     ) -> bool:
         """Whether a statement is used only by the rarely taken alternatives of selects."""
         target = statement.target
         users = self._uses.get(target, set())
-        if not users or target in self._results or not users <= taken:
+        if not users or target in self._results or not users <= names:
             return False
         direct = [select for name, select in selects.items() if name in users]
         return not direct or (
@@ -128,10 +128,10 @@ class _Moving:
         )
 
     def _any(self, tests: Iterable[Operand], block: Block) -> Operand:
-        total, *others = tests
-        for other in others:
+        total, *remaining = tests
+        for test in remaining:
             name = Name("logical")
-            joined = Assign(name, "or", (total, other))
+            joined = Assign(name, "or", (total, test))
             self._assigned[name] = joined
             self._uses[name] = set()
             for operand in joined.operands:

@@ -48,16 +48,16 @@ def simplify(function: Function) -> None:
 
 def _exact(function: Function) -> set[Name | Table]:
     """Values that are rounded to integers: the last bit of a quotient may change floor(t / s)."""
-    steps, made_whole = dependencies([function]), []
+    steps, roots = dependencies([function]), []
     for statement in statements(function.body):
         match statement:
             case Assign(target, operation, operands) if operation not in _ARITHMETIC:
                 del steps[target]
-                made_whole += operands if operation in _WHOLE else ()
+                roots += operands if operation in _WHOLE else ()
             case Loop(carried=carried):  # otherwise all values of a loop would be exact
                 for each in carried:
                     del steps[each.name]
-    return reached(made_whole, steps)
+    return reached(roots, steps)
 
 
 class _Scope:
@@ -87,20 +87,20 @@ class _Values:
         scope = _Scope(loops=loops)
         self._scopes.append(scope)
         self._depth.update(dict.fromkeys(names, len(self._scopes)))
-        found: list[Block] = []
+        results: list[Block] = []
         for block in blocks:
             scope.made = []
             for statement in block:
                 self._statement(statement)
-            found.append(scope.made)
+            results.append(scope.made)
         self._scopes.pop()
-        return found
+        return results
 
     def known_as(self, operands: Sequence[Operand]) -> list[Operand]:
         """Operands with each one replaced by an equal value computed earlier."""
         return [self._same.get(o, o) if isinstance(o, Name) else o for o in operands]
 
-    def _one(self, operand: Operand) -> Operand:
+    def _resolve(self, operand: Operand) -> Operand:
         return self.known_as([operand])[0]
 
     def _add(self, statement: Statement, *names: Name) -> None:
@@ -116,8 +116,8 @@ class _Values:
                 self._filled[table] = statement.values
                 self._add(statement)
             case Store():
-                statement.value = self._one(statement.value)
-                index = self._one(statement.index)
+                statement.value = self._resolve(statement.value)
+                index = self._resolve(statement.index)
                 assert isinstance(index, Name)
                 statement.index = index
                 self._add(statement)
@@ -130,29 +130,29 @@ class _Values:
 
     def _loop(self, loop: Loop) -> None:
         carried: list[Carried] = []
-        alike: dict[tuple[object, ...], Name] = {}
+        twins: dict[tuple[object, ...], Name] = {}
         for each in loop.carried:
-            each.first = self._one(each.first)
+            each.first = self._resolve(each.first)
             if each.next is each.name:
                 self._same[each.name] = each.first
                 continue
-            other = alike.setdefault((key(each.first), key(each.next)), each.name)
-            if other is each.name:
+            twin = twins.setdefault((key(each.first), key(each.next)), each.name)
+            if twin is each.name:
                 carried.append(each)
             else:
-                self._same[each.name] = other
+                self._same[each.name] = twin
         loop.carried = carried
         names = [each.name for each in carried]
         blocks = (loop.test, loop.body)
         loop.test, loop.body = self._blocks(blocks, [*names, loop.counter], loops=True)
         for each in carried:
-            each.next = self._one(each.next)
+            each.next = self._resolve(each.next)
         if loop.goes_on is not None:
-            loop.goes_on = self._one(loop.goes_on)
+            loop.goes_on = self._resolve(loop.goes_on)
         self._add(loop, *names)
 
     def _branch(self, branch: Branch) -> None:
-        branch.index = self._one(branch.index)
+        branch.index = self._resolve(branch.index)
         branch.blocks = [self.block(block) for block in branch.blocks]
         branch.values = [self.known_as(values) for values in branch.values]
         for target, *values in zip(branch.targets, *branch.values, strict=True):
@@ -181,12 +181,12 @@ class _Values:
         """Element of a table in the memory of the inputs, which never changes."""
         if isinstance(index, Number) and isinstance(offset, Number):
             return table.parameter(int(index.value + offset.value))
-        return self._computed(of, "element", (index, offset))
+        return self._compute(of, "element", (index, offset))
 
     def value(self, of: Assign, operation: str, *operands: Operand) -> Operand:
         """Result of an operation: a constant, a value computed earlier, or a new name."""
-        found = simpler(self, of, operation, operands)
-        return self._computed(of, operation, operands) if found is None else found
+        replacement = simpler(self, of, operation, operands)
+        return self._compute(of, operation, operands) if replacement is None else replacement
 
     def is_exact(self, of: Assign) -> bool:
         """See `Known.is_exact`."""
@@ -205,9 +205,9 @@ class _Values:
             scope = self._scopes[-1]
         else:
             return None
-        return self._computed(of, "div", (Number("real", 1.0), divisor), scope)
+        return self._compute(of, "div", (Number("real", 1.0), divisor), scope)
 
-    def _computed(
+    def _compute(
         self, of: Assign, operation: str, operands: Sequence[Operand], scope: _Scope | None = None
     ) -> Name:
         """Name of an operation's result, computed here or already known."""
@@ -216,10 +216,10 @@ class _Values:
             keys.sort()
             if isinstance(operands[1], Number):
                 operands = operands[::-1]
-        known = (operation, of.target.kind, of.table, *keys)
+        expression = (operation, of.target.kind, of.table, *keys)
         for each in self._scopes:
-            if known in each.computed:
-                return each.computed[known]
+            if expression in each.computed:
+                return each.computed[expression]
             if each is scope:
                 break
         scope = scope or self._scopes[-1]
@@ -227,9 +227,9 @@ class _Values:
         name = of.target
         if name in self._assigned or operation != of.operation:
             name = Name(of.target.kind, of.target.hint, of.target.group, of.target.place)
-        made = Assign(name, operation, tuple(operands), of.source, of.table)
-        self._assigned[name] = made
+        statement = Assign(name, operation, tuple(operands), of.source, of.table)
+        self._assigned[name] = statement
         self._depth[name] = self._scopes.index(scope) + 1
-        scope.computed[known] = name
-        scope.made.append(made)
+        scope.computed[expression] = name
+        scope.made.append(statement)
         return name

@@ -45,18 +45,18 @@ class Writer:
 
     def parameters(self, shared: Mapping[Name, int], own: Mapping[Name, int]) -> None:
         """Declare the parameters shared by all runs and those that differ, with their words."""
-        for name, place in shared.items():
-            self._declare(name, shared_word(name.kind, str(place)), constant=True)
-        for name, place in own.items():
+        for name, word in shared.items():
+            self._declare(name, shared_word(name.kind, str(word)), constant=True)
+        for name, word in own.items():
             logical = name.kind == "logical"
             memory = "integer" if logical else VECTOR[name.kind]
-            text = f"((const {memory}_memory *)own)[{place}]"
+            text = f"((const {memory}_memory *)own)[{word}]"
             self._declare(name, f"mask_of_integer({text})" if logical else text, constant=True)
 
     def results(self, results: Sequence[Operand]) -> None:
         """Store results one after the other."""
-        for place, result in enumerate(results):
-            self._store("made", str(place), result)
+        for word, result in enumerate(results):
+            self._store("made", str(word), result)
 
     def block(self, block: Block, kept: Mapping[Table, Sequence[tuple[str, int]]]) -> None:
         """Write statements; `kept` gives the memory and position of each kept table."""
@@ -66,18 +66,18 @@ class Writer:
     def _line(self, text: str) -> None:
         self.lines.append("    " * self._depth + text)
 
-    def _store(self, memory: str, place: str, value: Operand) -> None:
+    def _store(self, memory: str, index: str, value: Operand) -> None:
         kind, text = VECTOR[value.kind], self._lanes(value)
         if value.kind == "logical":
             kind, text = "integer", f"integer_of_mask({text})"
-        self._line(f"(({kind}_memory *){memory})[{place}] = {text};")
+        self._line(f"(({kind}_memory *){memory})[{index}] = {text};")
 
-    def _new(self, thing: Name | Table) -> str:
-        self._texts[thing] = f"v{len(self._texts)}"
-        return self._texts[thing]
+    def _new(self, variable: Name | Table) -> str:
+        self._texts[variable] = f"v{len(self._texts)}"
+        return self._texts[variable]
 
-    def _type(self, thing: Name | Table) -> str:
-        return (VECTOR if thing in self._varying else ONE)[thing.kind]
+    def _type(self, variable: Name | Table) -> str:
+        return (VECTOR if variable in self._varying else ONE)[variable.kind]
 
     def _declare(self, name: Name, value: str, *, constant: bool) -> None:
         const = "const " if constant else ""
@@ -95,9 +95,9 @@ class Writer:
             return self._texts[operand]
         return f"all_{VECTOR[operand.kind]}({self._text(operand)})"
 
-    def _for(self, thing: Name | Table, operand: Operand) -> str:
+    def _for(self, variable: Name | Table, operand: Operand) -> str:
         """C expression of an operand for a name or table: lanes if that varies between runs."""
-        return self._lanes(operand) if thing in self._varying else self._text(operand)
+        return self._lanes(operand) if variable in self._varying else self._text(operand)
 
     def _is_one(self, *operands: Operand) -> bool:
         return not any(operand in self._varying for operand in operands)
@@ -109,20 +109,20 @@ class Writer:
     def _statement(self, statement: Statement) -> None:
         match statement:
             case Assign(target):
-                self._declare(target, self._made(statement), constant=True)
+                self._declare(target, self._expression(statement), constant=True)
             case Fill(table, values):
-                every = ", ".join(self._for(table, value) for value in values)
+                elements = ", ".join(self._for(table, value) for value in values)
                 kind = self._type(table)
-                self._line(f"const {kind} {self._new(table)}[{table.size}] = {{{every}}};")
+                self._line(f"const {kind} {self._new(table)}[{table.size}] = {{{elements}}};")
             case Store(table, index, width, offset, value):
-                place = f"{self._text(index)} * {width} + {offset}"
+                position = f"{self._text(index)} * {width} + {offset}"
                 if table.kept:
                     for memory, first in self._kept[table]:
                         if memory == "asked":
                             self._line("if (asked)")
-                        self._store(memory, f"{first} + {place}", value)
+                        self._store(memory, f"{first} + {position}", value)
                 else:
-                    self._line(f"{self._texts[table]}[{place}] = {self._for(table, value)};")
+                    self._line(f"{self._texts[table]}[{position}] = {self._for(table, value)};")
             case Loop():
                 self._loop(statement)
             case Branch():
@@ -130,7 +130,7 @@ class Writer:
             case _:
                 raise TypeError(f"found {type(statement).__name__}, expected it lowered in place")
 
-    def _made(self, statement: Assign) -> str:
+    def _expression(self, statement: Assign) -> str:
         target, operation, operands = statement.target, statement.operation, statement.operands
         if statement.table is not None:
             return self._element(statement.table, *operands)
@@ -140,15 +140,15 @@ class Writer:
             test, yes, no = operands
             if self._is_one(test):
                 return f"{self._text(test)} ? {self._lanes(yes)} : {self._lanes(no)}"
-            made = ", ".join(self._lanes(operand) for operand in operands)
-            return f"select_{VECTOR[target.kind]}({made})"
+            arguments = ", ".join(self._lanes(operand) for operand in operands)
+            return f"select_{VECTOR[target.kind]}({arguments})"
         if operation in INFIX and operands[0].kind != "logical":
             # C broadcasts a number that is combined with lanes
             return f" {INFIX[operation]} ".join(self._text(operand) for operand in operands)
         if operation in BOUND and target.kind == "real":
-            for one, other in (operands, operands[::-1]):
-                if isinstance(one, Number) and one.value == one.value:
-                    return f"{BOUND[operation]}({self._text(one)}, {self._lanes(other)})"
+            for bound, value in (operands, operands[::-1]):
+                if isinstance(bound, Number) and bound.value == bound.value:
+                    return f"{BOUND[operation]}({self._text(bound)}, {self._lanes(value)})"
         texts = [self._lanes(operand) for operand in operands]
         if operation == "shift_right":
             return f"({VECTOR[target.kind]})((bits){texts[0]} >> (bits){texts[1]})"
@@ -163,10 +163,10 @@ class Writer:
         start, kind = table.start + int(offset.value), VECTOR[table.kind]
         if not self._is_one(index):
             return f"({kind}){table.memory}_words({table.memory}, {start}, {self._text(index)})"
-        place = f"{start} + {self._text(index)}"
+        position = f"{start} + {self._text(index)}"
         if table.memory == "shared":
-            return shared_word(table.kind, place)
-        return f"((const {kind}_memory *)own)[{place}]"
+            return shared_word(table.kind, position)
+        return f"((const {kind}_memory *)own)[{position}]"
 
     def _element(self, table: Table, index: Operand, *offset: Operand) -> str:
         if offset:
@@ -174,14 +174,14 @@ class Writer:
         name = self._texts[table]
         if self._is_one(index):
             return f"{name}[{self._text(index)}]"
-        place = self._texts[index]  # pyright: ignore[reportArgumentType]
-        picked, varies = f"{name}[{place}[lane]]", table in self._varying
+        position = self._texts[index]  # pyright: ignore[reportArgumentType]
+        element, varies = f"{name}[{position}[lane]]", table in self._varying
         if table.kind == "logical":
-            picked = f"lane_of({picked}, lane)" if varies else picked
-            made = f"picked = with_lane(picked, lane, {picked})"
+            element = f"lane_of({element}, lane)" if varies else element
+            assignment = f"picked = with_lane(picked, lane, {element})"
         else:
-            made = f"picked[lane] = {picked}{'[lane]' if varies else ''}"
-        return f"({{ {VECTOR[table.kind]} picked = {{0}}; EACH {made}; picked; }})"
+            assignment = f"picked[lane] = {element}{'[lane]' if varies else ''}"
+        return f"({{ {VECTOR[table.kind]} picked = {{0}}; EACH {assignment}; picked; }})"
 
     def _carry_in(self, loop: Loop) -> None:
         for each in loop.carried:
@@ -219,7 +219,7 @@ class Writer:
 
     def _carry(self, loop: Loop, alive: str | None) -> None:
         changing = {each.name for each in loop.carried}
-        moved = []
+        assignments = []
         for each in loop.carried:
             if each.next is each.name:
                 continue
@@ -229,8 +229,8 @@ class Writer:
                 after = f"next_{name}"
             if each.name in self._varying and alive is not None:
                 after = f"select_{VECTOR[each.name.kind]}({alive}, {after}, {name})"
-            moved.append(f"{name} = {after};")
-        for text in moved:
+            assignments.append(f"{name} = {after};")
+        for text in assignments:
             self._line(text)
 
     def _branch(self, branch: Branch) -> None:
@@ -240,17 +240,17 @@ class Writer:
             text = "{0}" if empty is None else self._for(target, branch.values[empty][k])
             self._line(f"{self._type(target)} {self._new(target)} = {text};")
         last = len(branch.blocks) - 1
-        one, before = self._is_one(branch.index), self._active
+        is_one, before = self._is_one(branch.index), self._active
         for case, block in enumerate(branch.blocks):
             if case == empty:
                 continue
-            here = self._case(branch.index, case, last)
-            if one:
-                self._line(f"if ({here}) {{")
+            condition = self._case(branch.index, case, last)
+            if is_one:
+                self._line(f"if ({condition}) {{")
             else:
                 name = f"here_{len(self.lines)}"
-                here = f"and_mask({before}, {here})" if before else here
-                self._line(f"const mask {name} = {here};")
+                condition = f"and_mask({before}, {condition})" if before else condition
+                self._line(f"const mask {name} = {condition};")
                 test = f"any({name})"
                 self._line(f"if ({test if empty is None else f'SELDOM({test})'}) {{")
                 self._active = name
@@ -259,7 +259,7 @@ class Writer:
             for target, value in zip(branch.targets, branch.values[case], strict=True):
                 name = self._text(target)
                 text = self._for(target, value)
-                if not one and target in self._varying:
+                if not is_one and target in self._varying:
                     text = f"select_{VECTOR[target.kind]}({self._active}, {text}, {name})"
                 self._line(f"{name} = {text};")
             self._active = before
@@ -268,10 +268,10 @@ class Writer:
 
     def _case(self, index: Operand, case: int, last: int) -> str:
         """C test that selects one of several blocks."""
-        text, one = self._text(index), self._is_one(index)
+        text, is_one = self._text(index), self._is_one(index)
         if index.kind == "logical":
-            return text if case else f"{'!' if one else 'not_mask'}({text})"
-        if one:
+            return text if case else f"{'!' if is_one else 'not_mask'}({text})"
+        if is_one:
             return f"{text} {'<=' if case == 0 else '>=' if case == last else '=='} {case}"
         compared = "le" if case == 0 else "ge" if case == last else "eq"
         return f"{compared}_{index.kind}({text}, all_{index.kind}({case}))"
