@@ -84,7 +84,7 @@ class _Windows(NamedTuple):
             yield position, row, offset
 
 
-def _filling(params: dict[str, Any], dtype: Any) -> Any:
+def _fill_value(params: dict[str, Any], dtype: Any) -> Any:
     """Value of elements outside the array; None if the index is clamped instead."""
     if "FILL" not in str(params["mode"]):
         return None
@@ -129,7 +129,7 @@ def _gather(build: Builder, array: Scalars | Data, indices: Scalars | Data) -> S
         dict(zip(batched, dimensions.start_indices_batching_dims, strict=True)),
     )
     limits = [size - part for size, part in zip(array.shape, sizes, strict=True)]
-    fill = _filling(params, build.target.aval.dtype)
+    fill = _fill_value(params, build.target.aval.dtype)
     pick = _Pick(build, array, sizes)
     names: Any = build.names(build.target)
     bases: dict[tuple[int, ...], tuple[_Base, Operand]] = {}

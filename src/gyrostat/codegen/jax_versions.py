@@ -28,8 +28,8 @@ def require_supported() -> None:
     Raises:
         UnsupportedVersionError: The version is outside the range from `LOWEST` to `NEWEST`.
     """
-    found = re.match(r"(\d+)\.(\d+)", jax.__version__)
-    if found is None or not LOWEST <= tuple(map(int, found.groups())) <= NEWEST:
+    match = re.match(r"(\d+)\.(\d+)", jax.__version__)
+    if match is None or not LOWEST <= tuple(map(int, match.groups())) <= NEWEST:
         low, high = (".".join(map(str, version)) for version in (LOWEST, NEWEST))
         raise UnsupportedVersionError(
             f"JAX: found version {jax.__version__}, expected {low} to {high} to generate C: "

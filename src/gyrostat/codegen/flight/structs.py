@@ -89,7 +89,7 @@ class Structs:
             unit = units.get(field) or SI_UNIT.get(metadata.get("dimension", ""), "")
             members.append(Member(identifier(field), content, meanings.get(field) or unit))
         meaning = (inspect.getdoc(type(tree)) or "").partition("\n")[0] if label == title else ""
-        struct = Struct(identifier(label), tuple(members), comment(meaning + _compiled_in(tree)))
+        struct = Struct(identifier(label), tuple(members), comment(meaning + _static_fields(tree)))
         return self._register(struct)
 
     def _register(self, struct: Struct) -> Struct:
@@ -155,7 +155,7 @@ def _leaf(tree: Any, name: str) -> Leaf:
     return Leaf(kind, tuple(shape))
 
 
-def _compiled_in(tree: Any) -> str:
+def _static_fields(tree: Any) -> str:
     """Sentence that lists the static fields, which are compiled in and not struct members."""
     fixed = [
         f"{f.name} = {getattr(tree, f.name)!r}"

@@ -46,7 +46,7 @@ def simpler(known: Known, of: Assign, operation: str, operands: Sequence[Operand
         operands: Operands of the operation.
     """
     if all(isinstance(operand, Number) for operand in operands):
-        folded = _folded(operation, of.target.kind, operands)
+        folded = _fold(operation, of.target.kind, operands)
         if folded is not None:
             return folded
     rule = _RULES.get(operation)
@@ -60,7 +60,7 @@ def key(operand: Operand) -> tuple[str, str]:
     return ("name", f"{id(operand):x}")
 
 
-def _folded(operation: str, kind: Kind, operands: Sequence[Operand]) -> Number | None:
+def _fold(operation: str, kind: Kind, operands: Sequence[Operand]) -> Number | None:
     values = [operand.value for operand in operands if isinstance(operand, Number)]
     if operation in _FOLDED and kind == "real" and not any(v != v for v in values):
         return Number(kind, _FOLDED[operation](*values))

@@ -32,8 +32,8 @@ def compiler() -> tuple[str, ...] | None:
     The compiler is the one named by `CC`, which may include flags, otherwise cc, gcc or clang. In
     the native engine, flags of `CC` replace those of `FLAGS`.
     """
-    named = os.environ.get("CC", "")
-    commands = [(named,), named.split()] if named.split() else [("cc",), ("gcc",), ("clang",)]
+    setting = os.environ.get("CC", "")
+    commands = [(setting,), setting.split()] if setting.split() else [("cc",), ("gcc",), ("clang",)]
     for program, *flags in commands:
         path = shutil.which(program)
         if path:

@@ -99,15 +99,15 @@ class _Moving:
         targets = [Name(side.kind, "", side.group, side.place) for side in outputs]
         tests: Block = []
         test = self._any(dict.fromkeys(s.operands[0] for s in selects.values()), tests)
-        nothing: list[Operand] = [Number(target.kind, _NOTHING[target.kind]) for target in targets]
+        defaults: list[Operand] = [Number(target.kind, _NOTHING[target.kind]) for target in targets]
         for operand in (test, *outputs):
             self._uses[operand].update(targets)
-        named: dict[Operand, Operand] = dict(zip(outputs, targets, strict=True))
+        replacements: dict[Operand, Operand] = dict(zip(outputs, targets, strict=True))
         for select in selects.values():
             condition, yes, no = select.operands
-            select.operands = (condition, named.get(yes, yes), no)
+            select.operands = (condition, replacements.get(yes, yes), no)
         before = [s for s in block[:first] if not isinstance(s, Assign) or s.target not in inner]
-        branch = Branch(test, [[], [*assignments]], [nothing, list(outputs)], list(targets))
+        branch = Branch(test, [[], [*assignments]], [defaults, list(outputs)], list(targets))
         return [*before, *tests, branch, *block[first:]]
 
     def _is_local(
@@ -131,12 +131,12 @@ class _Moving:
         total, *remaining = tests
         for test in remaining:
             name = Name("logical")
-            joined = Assign(name, "or", (total, test))
-            self._assigned[name] = joined
+            statement = Assign(name, "or", (total, test))
+            self._assigned[name] = statement
             self._uses[name] = set()
-            for operand in joined.operands:
+            for operand in statement.operands:
                 self._uses[operand].add(name)
-            block.append(joined)
+            block.append(statement)
             total = name
         return total
 

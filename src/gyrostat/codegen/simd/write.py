@@ -218,13 +218,13 @@ class Writer:
         self._line("}")
 
     def _carry(self, loop: Loop, alive: str | None) -> None:
-        changing = {each.name for each in loop.carried}
+        names = {each.name for each in loop.carried}
         assignments = []
         for each in loop.carried:
             if each.next is each.name:
                 continue
             after, name = self._for(each.name, each.next), self._text(each.name)
-            if each.next in changing:
+            if each.next in names:
                 self._line(f"const {self._type(each.name)} next_{name} = {after};")
                 after = f"next_{name}"
             if each.name in self._varying and alive is not None:
@@ -273,5 +273,5 @@ class Writer:
             return text if case else f"{'!' if is_one else 'not_mask'}({text})"
         if is_one:
             return f"{text} {'<=' if case == 0 else '>=' if case == last else '=='} {case}"
-        compared = "le" if case == 0 else "ge" if case == last else "eq"
-        return f"{compared}_{index.kind}({text}, all_{index.kind}({case}))"
+        comparison = "le" if case == 0 else "ge" if case == last else "eq"
+        return f"{comparison}_{index.kind}({text}, all_{index.kind}({case}))"
