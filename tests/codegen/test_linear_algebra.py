@@ -270,6 +270,84 @@ def names_of(jaxpr):
                 yield from names_of(inner)
 
 
+def hidden(a):
+    """A column far smaller than the matrix; R as in LAPACK."""
+    return jnp.linalg.qr(a)
+
+
+SMALL_COLUMN = np.array([[1.0, 1e-200], [0.0, 2e-200], [0.0, 1e-200]])
+
+
+def stacked(a):
+    """Several matrices at once, also a stack of one."""
+    symmetric = a + jnp.swapaxes(a, -1, -2)
+    return (
+        jax.vmap(jnp.linalg.eigvalsh)(symmetric),
+        jax.vmap(lambda a: jnp.linalg.svd(a, compute_uv=False))(a),
+        jnp.linalg.pinv(a),
+        jnp.linalg.eigvalsh(symmetric[:1]),
+    )
+
+
+def single(a):
+    """In single precision."""
+    values, vectors = jnp.linalg.eigh(a + a.T)
+    left, sizes, right = jnp.linalg.svd(a)
+    q, r = jnp.linalg.qr(a)
+    return (vectors * values) @ vectors.T - a.T, (left * sizes) @ right, q @ r
+
+
+def test_a_small_column_is_reflected_too(module_at, tmp_path):
+    compiled = module_at(Path(__file__).with_name("compiled.py"))
+    module = emit("small_column", [Entry("hidden", hidden, {"a": SMALL_COLUMN}, ("q", "r"))])
+    _, found = compiled.Compiled(module, tmp_path)("hidden", {"a": SMALL_COLUMN[None]})
+    q, r = np.linalg.qr(SMALL_COLUMN)
+    np.testing.assert_allclose(found["q"][0][0], q, atol=1e-15)
+    np.testing.assert_allclose(found["r"][0][0], r, rtol=1e-14)
+
+
+def test_stacks_of_matrices_compile_for_flight(module_at, tmp_path):
+    compiled, stack = module_at(Path(__file__).with_name("compiled.py")), MATRIX[6:9, :3, :3]
+    names = ("values", "sizes", "inverse", "one")
+    module = emit("stacks", [Entry("stacked", stacked, {"a": stack}, names)])
+    status, found = compiled.Compiled(module, tmp_path)("stacked", {"a": stack[None]})
+    assert not status.any()
+    symmetric = stack + np.swapaxes(stack, -1, -2)
+    values = np.linalg.eigvalsh(symmetric)
+    expected = values, np.linalg.svd(stack)[1], np.linalg.inv(stack), values[:1]
+    for name, peer in zip(names, expected, strict=True):
+        np.testing.assert_allclose(found[name][0][0], peer, 1e-9, 1e-12)
+
+
+def test_single_precision_has_its_own_rounding_errors(module_at, tmp_path):
+    compiled = module_at(Path(__file__).with_name("compiled.py"))
+    names = ("symmetric", "product", "triangular")
+    entry = Entry("single", single, {"a": MATRIX[0]}, names)
+    module = emit("single_precision", [entry], precision="float")
+    program = compiled.Compiled(module, tmp_path, precision="float")
+    matrices = np.concatenate([np.zeros((1, 4, 4)), MATRIX[REGULAR], 1e15 * MATRIX[REGULAR]])
+    status, found = program("single", {"a": matrices})
+    assert not status.any()
+    scale = np.max(np.abs(matrices), axis=(1, 2), keepdims=True) + 1e-30
+    for name in names:
+        error = (found[name][0] - matrices) / scale
+        assert np.max(np.abs(error)) < 60.0 * np.finfo(np.float32).eps, name
+
+
+def test_matrices_without_elements_are_refused():
+    for function, shape in ((jnp.linalg.qr, (3, 0)), (jnp.linalg.eigvalsh, (0, 0))):
+        for scope in (BATCH, FLIGHT):
+            found = unsupported(jax.make_jaxpr(function)(np.zeros(shape)), scope)
+            assert "that are not empty" in str(found)
+
+
+@pytest.mark.parametrize("shapes", [((1024,), (1024,)), ((65, 15), (15, 2)), ((65, 4), (4, 5))])
+def test_products_of_any_shape_compile(shapes):
+    closed = jax.make_jaxpr(jnp.matmul)(*(np.zeros(shape) for shape in shapes))
+    assert unsupported(closed, FLIGHT) is None
+    assert unsupported(closed, BATCH) is None
+
+
 def tiny(a, b):
     """Results of subnormal matrices, scaled back."""
     small = 1e-310 * (a + a.T)

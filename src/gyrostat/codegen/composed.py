@@ -23,6 +23,8 @@ def _below(x: Any, y: Any) -> Any:
 
 def _shifted_right(x: Any, bits: Any) -> Any:
     """Arithmetic right shift, which C leaves to the compiler: division, rounded down."""
+    if not jnp.issubdtype(x.dtype, jnp.signedinteger):
+        raise NotImplementedError
     size = 8 * x.dtype.itemsize
     quotient = jnp.floor_divide(x, jnp.left_shift(jnp.ones_like(x), jnp.clip(bits, 0, size - 2)))
     beyond = (bits < 0) | (bits > size - 2)
@@ -37,9 +39,11 @@ def _convolved(x: Any, kernel: Any, **params: Any) -> Any:
     if any(spec != (0, 1, 2) for spec in layout) or {*ones, *groups} != {1}:
         raise NotImplementedError
     (stride,), (padding,) = params["window_strides"], params["padding"]
-    x = jnp.pad(x, ((0, 0), (0, 0), padding))
+    x = jax.lax.pad(x, jnp.zeros((), x.dtype), ((0, 0, 0), (0, 0, 0), (*padding, 0)))
     width = kernel.shape[-1]
     starts = range(0, x.shape[-1] - width + 1, stride)
+    if not starts:
+        raise NotImplementedError
     windows = jnp.stack([x[:, :, k : k + width] for k in starts], axis=2)
     return jnp.einsum("nctk,ock->not", windows, kernel)
 
@@ -82,10 +86,12 @@ def expanded(equation: Any) -> Any | None:
     if expand is None:
         return None
     operands = [jax.ShapeDtypeStruct(a.aval.shape, a.aval.dtype) for a in equation.invars]
+    if composed is None:
+        return jax.make_jaxpr(expand)(*operands)
     try:
         # the same factorisation often comes again: tracing one takes longer than lowering it
         key = name, str(params), *((operand.shape, operand.dtype) for operand in operands)
-        if composed is None or key not in _traced:
+        if key not in _traced:
             _traced[key] = jax.make_jaxpr(expand)(*operands)
     except NotImplementedError:
         return None

@@ -11,13 +11,28 @@ from typing import Any
 import numpy as np
 from jaxtyping import Array, Float
 
-from gyrostat.codegen.linear_algebra import Matrix, batched, qr, scale_of
+from gyrostat.codegen.linear_algebra import Matrix, batched, qr
 from gyrostat.core.jax64 import jax, jnp
 
 SWEEPS = 30
 """Largest number of sweeps of Jacobi's methods; 20 were enough for all matrices of the tests."""
-ROUNDING = 2.0**-52
-"""Off-diagonal element, relative to the norm, that counts as a rounding error."""
+NEGLIGIBLE = 0.25
+"""Part of an off-diagonal element that a sum with the norm must show."""
+
+
+def scale_of(matrix: Matrix) -> Float[Array, ""]:
+    """Power of two that brings the largest element near 1: squares neither over- nor underflow.
+
+    Each factor, and their product for every number but 0, is also a number of single precision.
+    """
+
+    def step(_: Any, carry: Any) -> Any:
+        size, scale = carry
+        factor = jnp.where(size > 2.0**60, 2.0**-60, 1.0)
+        factor = jnp.where((size < 2.0**-60) & (size > 0.0), 2.0**60, factor)
+        return size * factor, scale * factor
+
+    return jax.lax.fori_loop(0, 17, step, (jnp.max(jnp.abs(matrix)), jnp.ones(())))[1]
 
 
 def _tournament(size: int) -> np.ndarray:
@@ -97,7 +112,7 @@ def eigh(
     padded = jnp.pad(symmetric * scale, (0, even - size))
     order, index = _tournament(even), np.arange(even)
     is_product = index == (index ^ 1)[:, None]
-    limit = ROUNDING * jnp.sqrt(jnp.sum(padded * padded))
+    norm = jnp.sqrt(jnp.sum(padded * padded))
 
     def rotate(carry: Any) -> Any:
         rest, vectors = carry
@@ -107,7 +122,7 @@ def eigh(
         rest = _rotated(_rotated(rest, *angles).T, *angles)
         rest = jnp.where(is_product, 0.0, rest)
         carry = rest[order][:, order], _rotated(vectors, *angles)[:, order]
-        return jnp.any(jnp.abs(product) > limit), carry
+        return jnp.any(norm + NEGLIGIBLE * jnp.abs(product) > norm), carry
 
     is_result, (rest, vectors) = _swept(even, rotate, (padded, jnp.eye(size, even)))
     is_result &= jnp.all(jnp.isfinite(symmetric))
@@ -138,7 +153,8 @@ def svd(
     order = _tournament(even)
     columns = jnp.pad(matrix * scale, ((0, 0), (0, even - width)))
 
-    limit = ROUNDING * np.sqrt(height) * jnp.sqrt(jnp.sum(columns * columns))
+    share = NEGLIGIBLE / np.sqrt(height)
+    total = jnp.sqrt(jnp.sum(columns * columns))
 
     def rotate(carry: Any) -> Any:
         columns, right = carry
@@ -148,7 +164,8 @@ def svd(
         angles = _rotation(norm, next_norm, product)
         carry = tuple(_rotated(each, *angles)[:, order] for each in (columns, right))
         # a column that is only rounding errors need not be orthogonal
-        return jnp.any(jnp.abs(product) > limit * jnp.sqrt(jnp.maximum(norm, next_norm))), carry
+        bound = total * jnp.sqrt(jnp.maximum(norm, next_norm))
+        return jnp.any(bound + share * jnp.abs(product) > bound), carry
 
     is_result, (columns, right) = _swept(even, rotate, (columns, jnp.eye(width, even)))
     is_result &= jnp.all(jnp.isfinite(matrix))
@@ -166,5 +183,7 @@ def svd(
     return values, *(jnp.where(is_result, each, jnp.nan) for each in (left, right.T))
 
 
-COMPOSED: dict[str, Callable[..., Any]] = {"eigh": batched(eigh), "svd": batched(svd)}
+COMPOSED: dict[str, Callable[..., Any]] = {
+    each.__name__: batched(each, in_turn=True) for each in (eigh, svd)
+}
 """Primitive -> function of its operand and parameters, of simpler operations."""

@@ -34,16 +34,6 @@ def _on(array: Any, places: int = -1, axes: int = 2) -> Any:
     return jnp.roll(array, (places,) * axes, range(axes))
 
 
-def scale_of(matrix: Matrix) -> Float[Array, ""]:
-    """Power of two that brings the largest element near 1: squares neither over- nor underflow."""
-    size, scale = jnp.max(jnp.abs(matrix), initial=0.0), jnp.ones(())
-    for power in (512, 256, 128, 64):
-        factor = jnp.where(size > 2.0**power, 2.0**-power, 1.0)
-        factor = jnp.where(size < 2.0**-power, 2.0**power, factor)
-        size, scale = size * factor, scale * factor
-    return scale
-
-
 def cholesky(matrix: Matrix) -> Matrix:
     """Lower factor L with L L' = `matrix`, of which the lower triangle is read (section 4.2).
 
@@ -155,20 +145,23 @@ def lu_pivots_to_permutation(
 
 
 def geqrf(matrix: Matrix) -> tuple[Matrix, Float[Array, " k"]]:
-    """Householder vectors below R, and their factors, as in LAPACK (section 5.2)."""
+    """Householder vectors below R, and their factors, as in LAPACK (section 5.2).
+
+    A first element of -0 counts as 0.
+    """
     height, width = matrix.shape
     index, count = np.arange(height), min(height, width)
-    scale = scale_of(matrix)
 
     def step(k: Any, carry: Any) -> Any:
         rows, factors = carry
         after = (np.arange(width) > 0) & (np.arange(width) < width - k)
         rest = (index > 0) & (index < height - k)
         first, below = rows[0, 0], jnp.where(rest, rows[:, 0], 0.0)
-        square = jnp.sum(below * below)
         # without anything below the diagonal, there is nothing to reflect
-        reflects = square != 0.0
-        norm = jnp.sqrt(first * first + square)
+        reflects = jnp.any(below != 0.0)
+        largest = jnp.maximum(jnp.max(jnp.abs(below)), jnp.abs(first))
+        scaled = below.at[0].set(first) / jnp.where(reflects, largest, 1.0)
+        norm = jnp.sqrt(jnp.sum(scaled * scaled)) * largest
         beta = jnp.where(reflects, jnp.where(first < 0.0, norm, -norm), first)
         factor = jnp.where(reflects, (beta - first) / jnp.where(reflects, beta, 1.0), 0.0)
         vector = (below / jnp.where(reflects, first - beta, 1.0)).at[0].set(1.0)
@@ -177,9 +170,8 @@ def geqrf(matrix: Matrix) -> tuple[Matrix, Float[Array, " k"]]:
         rows = jnp.where((index < height - k)[:, None] & after, changed, rows)
         return _on(rows.at[:, 0].set(column)), _on(factors.at[0].set(factor), axes=1)
 
-    rows, factors = _passes(count, step, (matrix * scale, jnp.zeros(count)))
-    rows = _on(rows, count)
-    return jnp.where(np.arange(width) >= index[:, None], rows / scale, rows), factors
+    rows, factors = _passes(count, step, (matrix, jnp.zeros(count)))
+    return _on(rows, count), factors
 
 
 def householder_product(vectors: Matrix, factors: Float[Array, " k"]) -> Matrix:
@@ -210,13 +202,23 @@ def qr(matrix: Matrix, *, pivoting: bool, full_matrices: bool, **_: Any) -> tupl
     return householder_product(vectors, factors), jnp.triu(rows[:size])
 
 
-def batched(function: Callable[..., Any], axes: int = 2) -> Callable[..., Any]:
-    """Function of arrays with some axes, for arrays with more axes before these."""
+def batched(
+    function: Callable[..., Any], axes: int = 2, *, in_turn: bool = False
+) -> Callable[..., Any]:
+    """Function of arrays with some axes, for arrays with more axes before these.
+
+    Args:
+        function: Function of arrays and parameters.
+        axes: Number of its axes.
+        in_turn: Whether arrays are passed one after the other, for loops that end by a test.
+    """
 
     def mapped(*arrays: Any, **params: Any) -> Any:
+        if any(0 in array.shape for array in arrays):
+            raise NotImplementedError
         inner = partial(function, **params)
         for _ in range(arrays[0].ndim - axes):
-            inner = jax.vmap(inner)
+            inner = partial(jax.lax.map, inner) if in_turn else jax.vmap(inner)
         return inner(*arrays)
 
     return mapped

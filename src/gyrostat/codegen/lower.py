@@ -175,7 +175,7 @@ class Lowering:
                 continue
             if str(dtype).startswith("key<") or equation.primitive.name.startswith("random_"):
                 raise refused(equation, where, "random numbers", "none: flight code draws no noise")
-            expected = "float64, int32, int64 or logical ones"
+            expected = "float64, int32, int64, uint32 or logical ones"
             raise refused(equation, where, f"numbers of type {dtype}", expected)
 
 

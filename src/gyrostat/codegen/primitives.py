@@ -21,8 +21,8 @@ def one_by_one(shape: tuple[int, ...], make: Callable[..., Any], *arrays: Scalar
 
 COMPILED = (
     "one that compiled code has: arithmetic, selects, elementary functions, moves and indices of "
-    "elements, loops of a known length, jax.numpy.linalg for real matrices (but eig; QR without "
-    "pivoting)"
+    "elements, loops of a known length, jax.numpy.linalg for real matrices that are not "
+    "empty (but eig; QR without pivoting), convolution along one axis"
 )
 
 ELEMENTWISE = {
@@ -73,7 +73,9 @@ OVERFLOWING = frozenset(
 PRODUCTS = frozenset({"mul", "square", "integer_pow", "reduce_prod", "cumprod", "shift_left"})
 """Primitives whose result may need twice as many bits."""
 
-ALIKE = frozenset({"copy", "copy_p", "stop_gradient", "reduce_precision", "optimization_barrier"})
+ALIKE = frozenset(
+    {"copy", "copy_p", "stop_gradient", "reduce_precision", "optimization_barrier", "name"}
+)
 """Primitives whose results are their operands."""
 
 

@@ -67,6 +67,8 @@ def _convert(build: Builder, array: Scalars) -> Scalars:
     source, target, scope = build.equation.invars[0], build.target, build.scope
     before, after = source.aval.dtype, target.aval.dtype
     kind, narrow = scope.kind(target), scope.narrow.get(after)
+    if (before, after) == (np.uint32, np.int32):
+        narrow = "to_half"
     if kind == scope.kind(source) and (narrow is None or before == after):
         return array
     if kind == "logical":
@@ -110,7 +112,9 @@ def _dot(build: Builder, first: Scalars, second: Scalars) -> Scalars | Sequence[
         return array.transpose([*batch, *free, *axes]).reshape(counts)
 
     left, right = rows(first, left_batch, left_axes), rows(second, right_batch, right_axes)
-    if len(left) == 1 and left.shape[1] * right.size > LOOPED and not _has_numbers(left, right):
+    passes = left.shape[1] if len(left) == 1 else 0
+    is_large = 1 < passes <= build.scope.longest and passes * right.size > LOOPED
+    if is_large and not _has_numbers(left, right):
         shapes = [jax.ShapeDtypeStruct(each.shape[1:], np.float64) for each in (left, right)]
         (product,) = build.lower(_product(*shapes), [left[0], right[0]], build.block, build.where)
         return build.scalars(product).reshape(build.shape)

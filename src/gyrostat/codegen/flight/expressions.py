@@ -123,6 +123,10 @@ class Dialect:
             return Text(f"({kind}){operands[0].word()}", UNARY)
         if name == "to_word":
             return self.operation("bits_and", [*operands, Text("4294967295", WORD)])
+        if name == "to_half":
+            half = Text("2147483648", WORD)
+            word = self.operation("to_word", [self.operation("bits_xor", [*operands, half])])
+            return self.operation("sub", [word, half])
         return self._call(name, operands)
 
     def _call(self, name: str, operands: Sequence[Text]) -> Text:
