@@ -1,6 +1,7 @@
 """The public names of the package, and the command line held against them."""
 
 import inspect
+import pickle
 import re
 import subprocess
 import sys
@@ -11,6 +12,7 @@ import typer.main
 
 import gyrostat as gs
 from gyrostat.cli import app
+from gyrostat.core.argument_names import naming_arguments
 
 ROOT = Path(__file__).parents[1]
 MOST_NAMES = 48
@@ -92,3 +94,26 @@ def test_a_verb_of_the_command_line_is_a_function_with_the_same_options(verb):
 def test_the_old_name_of_a_verb_says_so():
     for old, new in ALIASES.items():
         assert f"`{new}`" in VERBS[old].help
+
+
+def test_messages_name_the_arguments_of_python_and_the_options_of_a_command(tmp_path, run):
+    model = tmp_path / "model.toml"
+    with pytest.raises(gs.InputError, match=r"^on_bad: found 'jump', expected one of hold, zero$"):
+        gs.export(model, out=tmp_path / "out", to="c", on_bad="jump")
+    with pytest.raises(gs.InputError, match=r"^what: found 'nothing', expected one of"):
+        gs.export(model, out=tmp_path / "out", to="c", what="nothing")
+    code, _, err = run("export", model, "--to", "c", "--what", "nothing", "--out", tmp_path)
+    assert code == 2
+    assert err.startswith("error: --what: found 'nothing', expected one of")
+
+
+def test_other_dashes_of_a_message_stay():
+    def verb(*, keep=None, range_=None):
+        raise gs.InputError("--keep: found 2; --range a; --other-option; a--b; --")
+
+    with pytest.raises(gs.InputError, match=r"^keep: found 2; range_ a; --other-option; a--b; --$"):
+        naming_arguments(verb)()
+
+
+def test_a_verb_can_be_passed_to_another_process():
+    assert pickle.loads(pickle.dumps(gs.campaign)) is gs.campaign

@@ -71,12 +71,12 @@ def test_a_word_that_is_none_of_the_known_ones_is_refused(fit):
     for call, found in (
         (
             lambda: gs.identify(record, method="bach"),
-            "--method: found 'bach', expected one of batch",
+            "method: found 'bach', expected one of batch",
         ),
-        (lambda: gs.identify(record, current_hold="cubic"), "--current-hold: found 'cubic'"),
-        (lambda: gs.validate(fit, record, current_hold="cubic"), "--current-hold: found 'cubic'"),
-        (lambda: gs.identify(record, method="coast", prior={"coulomb": (1, 1)}), "found --prior"),
-        (lambda: gs.identify(record, method="coast", free=np.array(["static"])), "found --free"),
+        (lambda: gs.identify(record, current_hold="cubic"), "current_hold: found 'cubic'"),
+        (lambda: gs.validate(fit, record, current_hold="cubic"), "current_hold: found 'cubic'"),
+        (lambda: gs.identify(record, method="coast", prior={"coulomb": (1, 1)}), "found prior"),
+        (lambda: gs.identify(record, method="coast", free=np.array(["static"])), "found free"),
     ):
         with pytest.raises(gs.InputError, match=found):
             call()
@@ -138,12 +138,12 @@ def test_an_export_that_cannot_be_is_one_line_and_writes_nothing(fit, tmp_path):
     part = gs.CurrentMode(gs.AttitudePID(*GAINS), 0.02)
     out = tmp_path / "out"
     for model, words, found in (
-        (part, {"to": "c"}, "--what controller: missing --period"),
+        (part, {"to": "c"}, "what controller: missing period"),
         (part, {"to": "c", "period": 0.1, "what": "wheel"}, "expected controller"),
-        (part, {"to": "c", "period": 0.1, "gains": np.array(GAINS)}, "found --gains"),
+        (part, {"to": "c", "period": 0.1, "gains": np.array(GAINS)}, "found gains"),
         (part, {"to": "json"}, "found an object of CurrentMode"),
         (fit, {"to": "java"}, "expected one of c, fmu"),
-        (fit, {"to": "c", "delay": -1}, "--delay: found -1"),
+        (fit, {"to": "c", "delay": -1}, "delay: found -1"),
         (fit, {"to": "c", "period": 0.1, "what": "brake"}, "found 'brake'"),
         (gs.AttitudePID(*GAINS), {"to": "c"}, "found AttitudePID"),
     ):

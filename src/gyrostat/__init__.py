@@ -8,7 +8,9 @@ Inside the package every quantity is in SI units and radians, in float64.
 """
 
 import os
+from typing import Any
 
+from gyrostat.core.argument_names import naming_arguments
 from gyrostat.core.handed_down import hand_down
 from gyrostat.core.lazy import lazy_names
 
@@ -20,5 +22,11 @@ if os.name == "nt":
 
 __version__ = "0.1.0"
 hand_down(replaced="gyrostat.scenario_files.python.changes")
-__getattr__, __dir__, _NAMES = lazy_names(__name__)
+
+
+def _shown(module: str, value: Any) -> Any:
+    return naming_arguments(value) if module == "gyrostat.verbs" else value
+
+
+__getattr__, __dir__, _NAMES = lazy_names(__name__, _shown)
 __all__ = ["__version__", *_NAMES]  # pyright: ignore[reportUnsupportedDunderAll]

@@ -7,13 +7,17 @@ from importlib import import_module
 from typing import Any
 
 
-def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
+def lazy_names(
+    package: str, shown: Callable[[str, Any], Any] = lambda module, value: value
+) -> tuple[Callable[[str], Any], Callable[[], list[str]], list[str]]:
     """Functions `__getattr__` and `__dir__` of a package, and its `__all__`.
 
     The names and their modules are those of the file `__init__.pyi`, which type checkers read.
 
     Args:
         package: Name of the package, which is being imported.
+        shown: What the package shows of a value of another module: (name of the module, value) ->
+            value.
     """
     module = sys.modules[package]
     loader: Any = module.__loader__
@@ -24,7 +28,7 @@ def lazy_names(package: str) -> tuple[Callable[[str], Any], Callable[[], list[st
     def load(name: str) -> Any:
         if name not in homes:
             raise AttributeError(f"module {package!r} has no attribute {name!r}")
-        value = getattr(import_module(homes[name]), name)
+        value = shown(homes[name], getattr(import_module(homes[name]), name))
         setattr(module, name, value)
         return value
 
