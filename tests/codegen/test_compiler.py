@@ -5,7 +5,13 @@ from pathlib import Path
 
 import pytest
 
-from gyrostat.codegen.simd.compiler import compiled, compiler, compiler_version, library, required
+from gyrostat.codegen.simd.compiler import (
+    compiled,
+    compiler,
+    compiler_version,
+    library,
+    require_compiler,
+)
 from gyrostat.core.errors import InputError
 
 
@@ -26,7 +32,7 @@ def compiler_is(tmp_path, monkeypatch):
 
 
 def test_a_compiler_may_be_named_with_flags(tmp_path, monkeypatch):
-    path, *_ = required()
+    path, *_ = require_compiler()
     monkeypatch.setenv("GYROSTAT_CACHE", str(tmp_path))
     monkeypatch.setenv("CC", f"{path} -DTOLD=3")
     assert compiler() == (path, "-DTOLD=3")

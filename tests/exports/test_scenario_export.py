@@ -72,11 +72,11 @@ def test_a_scenario_of_this_package_is_exported_too(run, tmp_path, tools):
 @pytest.mark.parametrize(
     ("options", "expected"),
     [
-        ({"to": "json"}, "--to json: found an object of Scenario, expected --to c"),
-        ({"to": "c", "period": 0.1}, "a scenario: found --period, expected these with a part"),
-        ({"to": "c", "what": "wheel"}, "--what wheel: found an object of Scenario, expected cont"),
-        ({"to": "c", "on_bad": "zero"}, "a scenario: found --on-bad"),
-        ({"to": "c", "gains": "1,2,3"}, "a scenario: found --gains"),
+        ({"to": "json"}, "to json: found an object of Scenario, expected to c"),
+        ({"to": "c", "period": 0.1}, "a scenario: found period, expected these with a part"),
+        ({"to": "c", "what": "wheel"}, "what wheel: found an object of Scenario, expected cont"),
+        ({"to": "c", "on_bad": "zero"}, "a scenario: found on_bad"),
+        ({"to": "c", "gains": "1,2,3"}, "a scenario: found gains"),
     ],
 )
 def test_options_that_a_scenario_has_are_refused(guarded, tmp_path, options, expected):

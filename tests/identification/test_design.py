@@ -178,14 +178,14 @@ def test_the_verb_writes_the_profile_its_prediction_and_a_page(given, tmp_path, 
 @pytest.mark.parametrize(
     ("options", "found"),
     [
-        ({"design": "drag"}, "--design: found 'drag', expected a parameter that the fit estimates"),
+        ({"design": "drag"}, "design: found 'drag', expected a parameter that the fit estimates"),
         ({"design": "inertia"}, "found 'inertia'"),
         ({"design": "static-viscous"}, "expected parameters of one unit"),
         ({"design": "static-static"}, "always zero"),
         ({"design": "static", "duration": 1.0}, "found 10 samples, expected at least 20"),
-        ({"design": "static", "low": 0.1}, "found --low, expected these with a simulated record"),
+        ({"design": "static", "low": 0.1}, "found low, expected these with a simulated record"),
         ({"design": "static", "target_sigma": [1.0, 2.0]}, "found 2 values, expected 1"),
-        ({"slew": 1.0}, "found --slew, expected these with --design only"),
+        ({"slew": 1.0}, "found slew, expected these with design only"),
     ],
 )
 def test_a_design_that_cannot_be_made_says_why(given, options, found):

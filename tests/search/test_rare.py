@@ -252,9 +252,9 @@ def test_the_help_of_the_command_line_has_the_least_numbers_of_runs(scenario):
     assert f"at least {few}, and {each} more for each dispersed value" in texts["campaign"]
     assert f"Largest number of runs, at least {tune.fewest_flights()}" in texts["tune"]
     assert worst.fewest_flights(keys) == few + each * keys
-    with pytest.raises(InputError, match=f"at least {few + each * keys} with --worst-case and"):
+    with pytest.raises(InputError, match=f"at least {few + each * keys} with worst_case and"):
         gs.campaign(scenario, 50, worst_case="error_max")
-    with pytest.raises(InputError, match="found 50, expected at least 4100 with --rare"):
+    with pytest.raises(InputError, match="found 50, expected at least 4100 with rare"):
         gs.campaign(scenario, 50, rare="error_max > 1 deg")
     with pytest.raises(InputError, match=f"at least {tune.fewest_flights()} with tune"):
         gs.tune(scenario, "controller.turn_gain", "error_max", "unused", runs=50)

@@ -206,7 +206,7 @@ def test_a_rare_failure_in_a_folder(scenario, fake_flights, tmp_path):
     assert np.all(found.error_max[failing] > 1.0)
     with pytest.raises(InputError, match="expected the native engine"):
         gs.campaign(scenario, 4100, tmp_path, rare="error_max > 1", engine="jax")
-    with pytest.raises(InputError, match="--keep"):
+    with pytest.raises(InputError, match="keep"):
         gs.campaign(scenario, 4100, tmp_path, rare="error_max > 1", keep=[1])
 
 

@@ -21,7 +21,7 @@ from gyrostat.campaigns.native import Program, program_of
 from gyrostat.campaigns.pointing.campaign import PointingBudget
 from gyrostat.codegen.jax_versions import require_supported
 from gyrostat.codegen.simd.batch_scope import random_keys
-from gyrostat.codegen.simd.compiler import required
+from gyrostat.codegen.simd.compiler import require_compiler
 from gyrostat.core.jax64 import jax
 from gyrostat.core.threefry import Words
 from gyrostat.core.types import Matrix, Vector
@@ -118,7 +118,7 @@ def prepare(scenario: Scenario, *, parts: int = 0, verify: bool = False) -> None
         InputError: See `gyrostat.campaigns.native.program_of`.
     """
     require_supported()
-    required()  # also where the program is loaded already
+    require_compiler()  # also where the program is loaded already
     if verify:
         program_of(structure_of(scenario), plans_of(scenario), parts=parts, verify=True)
     _ready(scenario, "native", parts)

@@ -16,7 +16,7 @@ import numpy as np
 
 from gyrostat.codegen.simd.batch import Traced, traced
 from gyrostat.codegen.simd.call import Compiled, Layout
-from gyrostat.codegen.simd.compiler import library, library_name, required, stored_library
+from gyrostat.codegen.simd.compiler import library, library_name, require_compiler, stored_library
 from gyrostat.core.cache import private_cache
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
@@ -121,7 +121,7 @@ def program_of(
         InputError: There is no compiler, the engine does not support the scenario, or the stored
             program differs.
     """
-    required()
+    require_compiler()
     cache = private_cache() if is_shipped(structure) else None
     name = _name(structure, plans, parts)
     content = None if cache is None else cache.read(name)

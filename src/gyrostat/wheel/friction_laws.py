@@ -42,7 +42,7 @@ def friction_law(
         if law not in FRICTION_MODELS:
             raise _unknown(where, law, beside)
         return FRICTION_MODELS[law]
-    return static(required(law, where), where)
+    return static(require_law(law, where), where)
 
 
 def _unknown(where: str, found: object, beside: tuple[str, ...]) -> InputError:
@@ -61,7 +61,7 @@ def static(law: Law, where: str) -> type[Friction]:
     return law
 
 
-def required(law: Any, where: str) -> Law:
+def require_law(law: Any, where: str) -> Law:
     """Return a class itself if it is a friction law.
 
     Raises:
@@ -157,7 +157,7 @@ def loaded_law(kind: str, sources: tuple[Source, ...], where: str = "friction") 
     """
     with reported(f"{where} {kind}", package_of(sources)):
         law = load(sources, kind)
-    return required(law, f"{where} {kind}")
+    return require_law(law, f"{where} {kind}")
 
 
 def law_of(name: str, sources: tuple[Source, ...]) -> Law:

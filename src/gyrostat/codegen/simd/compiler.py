@@ -41,7 +41,7 @@ def compiler() -> tuple[str, ...] | None:
     return None
 
 
-def required() -> tuple[str, ...]:
+def require_compiler() -> tuple[str, ...]:
     """Command line of the compiler; see `compiler`.
 
     Raises:
@@ -108,7 +108,7 @@ def stored_library(name: str) -> ctypes.CDLL | None:
         content = _cache().read(name)
         if content is None:
             return None
-        _loaded[name] = _load(content, required()[0])
+        _loaded[name] = _load(content, require_compiler()[0])
     return _loaded[name]
 
 
@@ -202,7 +202,7 @@ def _cache() -> Cache:
 
 def _entry(text: str, flags: tuple[str, ...]) -> tuple[str, tuple[str, ...]]:
     """Name of a module's entry in the cache, and the compiler's command without the files."""
-    base = required()
+    base = require_compiler()
     # the last of contradicting flags counts
     words = [*base, "-"]
     count = next(k for k, word in enumerate(words) if word.startswith("-"))

@@ -58,7 +58,7 @@ def held_values(
     return values
 
 
-def required(held: Mapping[str, float], name: str, why: str) -> float:
+def require_held(held: Mapping[str, float], name: str, why: str) -> float:
     """Held value that a bench method needs.
 
     Raises:

@@ -8,7 +8,12 @@ from numpy.typing import NDArray
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.bench.bench_methods import held_values, relaxed_time, required, result
+from gyrostat.identification.bench.bench_methods import (
+    held_values,
+    relaxed_time,
+    require_held,
+    result,
+)
 from gyrostat.identification.bench.segments import fit_stretches
 from gyrostat.identification.read.checks import as_records, check_sigma, check_signals, place
 from gyrostat.identification.read.statistics import noise_level, quantum, trapezoidal
@@ -153,7 +158,7 @@ def identify_coast(
     check_sigma(speed_sigma)
     check_signals(records)
     held = held_values(ViscousCoulomb, inertia, hold, ("inertia", "motor_constant"))
-    scale = required(held, "inertia", "a coast shows friction only as a multiple of it (kg·m²)")
+    scale = require_held(held, "inertia", "a coast shows friction only as a multiple of it (kg·m²)")
     noise = max(noise_level(r.speed[r.valid]) for r in records)
     coasts = [c for r in records for c in find_coasts(r, speed_sigma or noise)]
     if not coasts:

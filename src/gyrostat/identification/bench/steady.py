@@ -5,7 +5,7 @@ from collections.abc import Mapping, Sequence
 import numpy as np
 
 from gyrostat.core.errors import InputError
-from gyrostat.identification.bench.bench_methods import held_values, required, result
+from gyrostat.identification.bench.bench_methods import held_values, require_held, result
 from gyrostat.identification.bench.friction_curve import (
     FrictionCurve,
     bend_speeds,
@@ -108,7 +108,7 @@ def identify_steady(
     hold = hold or {}
     law, richer = _choose(model, hold)
     held = held_values(law, inertia, hold, tuple(wheel_dimensions(law)))
-    required(held, "motor_constant", "steady currents show friction only as a multiple of it")
+    require_held(held, "motor_constant", "steady currents show friction only as a multiple of it")
     plateaus = [p for r in records for p in find_plateaus(r, speed_sigma)]
     constants = {**held, **bend_speeds(law, held)}
     _require_points(records, plateaus, len(set(law.dimensions()) - set(constants)))

@@ -8,7 +8,12 @@ from numpy.typing import NDArray
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.bench.bench_methods import held_values, relaxed_time, required, result
+from gyrostat.identification.bench.bench_methods import (
+    held_values,
+    relaxed_time,
+    require_held,
+    result,
+)
 from gyrostat.identification.bench.segments import fit_stretches
 from gyrostat.identification.read.checks import as_records, check_sigma, check_signals, place
 from gyrostat.identification.read.statistics import noise_level
@@ -158,7 +163,9 @@ def identify_torque_step(
     check_sigma(speed_sigma)
     check_signals(records)
     held = held_values(ViscousCoulomb, inertia, hold, ("inertia",))
-    scale = required(held, "inertia", "a step shows the motor constant only as a multiple (kg·m²)")
+    scale = require_held(
+        held, "inertia", "a step shows the motor constant only as a multiple (kg·m²)"
+    )
     noise = max(noise_level(r.speed[r.valid]) for r in records)
     steps = [s for r in records for s in find_steps(r, speed_sigma or noise)]
     if not steps:
