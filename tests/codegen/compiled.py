@@ -8,6 +8,7 @@ import subprocess
 import numpy as np
 import pytest
 
+from gyrostat.codegen.flight import Entry, emit
 from gyrostat.codegen.flight.module import by_address
 from gyrostat.codegen.flight.structs import Leaf, Struct
 from gyrostat.core.jax64 import jax
@@ -136,3 +137,30 @@ class Compiled:
         self.library[f"{entry}_lanes"](ctypes.c_int64(lanes), *pointers)
         found = zip(self.module.ports[entry], arrays, strict=True)
         return status, {p.name: leaves(a, p.content) for p, a in found if p.set}
+
+
+def results_of(name, functions, arguments, folder, *, precision="double"):
+    """Results of functions in flight C for arrays whose first axis is the lane.
+
+    Args:
+        name: Name of the module.
+        functions: Functions of the arguments, each with a tuple of arrays as result.
+        arguments: Name -> array.
+        folder: Folder for the C.
+        precision: Precision of real numbers.
+
+    Returns:
+        Function -> (status, arrays of its results).
+    """
+    example = {key: array[0] for key, array in arguments.items()}
+    entries = []
+    for function in functions:
+        count = len(jax.eval_shape(function, *example.values()))
+        results = tuple(f"result_{k}" for k in range(count))
+        entries.append(Entry(function.__name__, function, example, results))
+    program = Compiled(emit(name, entries, precision), folder, precision=precision)
+    runs = {function: program(function.__name__, arguments) for function in functions}
+    return {
+        function: (status, [leaves[0] for leaves in found.values()])
+        for function, (status, found) in runs.items()
+    }

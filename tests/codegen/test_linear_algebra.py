@@ -118,20 +118,15 @@ def in_lanes():
 
 
 @pytest.fixture(scope="module")
-def in_flight(module_at, tmp_path_factory):
-    compiled = module_at(Path(__file__).with_name("compiled.py"))
-    names, example = ("a", "b", "large"), [array[0] for array in ARGUMENTS]
-    entries = []
-    for function in CASES:
-        results = tuple(f"result_{k}" for k in range(len(jax.eval_shape(function, *example))))
-        arguments = dict(zip(names, example, strict=True))
-        entries.append(Entry(function.__name__, function, arguments, results))
-    program = compiled.Compiled(emit("algebra", entries), tmp_path_factory.mktemp("algebra"))
-    found = {}
-    for function in CASES:
-        _, results = program(function.__name__, dict(zip(names, ARGUMENTS, strict=True)))
-        found[function] = [leaves[0] for leaves in results.values()]
-    return found
+def results_of(module_at):
+    return module_at(Path(__file__).with_name("compiled.py")).results_of
+
+
+@pytest.fixture(scope="module")
+def in_flight(results_of, tmp_path_factory):
+    arguments = dict(zip(("a", "b", "large"), ARGUMENTS, strict=True))
+    found = results_of("algebra", CASES, arguments, tmp_path_factory.mktemp("algebra"))
+    return {function: results for function, (_, results) in found.items()}
 
 
 def alike(found, expected):
@@ -297,41 +292,34 @@ def single(a):
     return (vectors * values) @ vectors.T - a.T, (left * sizes) @ right, q @ r
 
 
-def test_a_small_column_is_reflected_too(module_at, tmp_path):
-    compiled = module_at(Path(__file__).with_name("compiled.py"))
-    module = emit("small_column", [Entry("hidden", hidden, {"a": SMALL_COLUMN}, ("q", "r"))])
-    _, found = compiled.Compiled(module, tmp_path)("hidden", {"a": SMALL_COLUMN[None]})
-    q, r = np.linalg.qr(SMALL_COLUMN)
-    np.testing.assert_allclose(found["q"][0][0], q, atol=1e-15)
-    np.testing.assert_allclose(found["r"][0][0], r, rtol=1e-14)
+def test_a_small_column_is_reflected_too(results_of, tmp_path):
+    found = results_of("small_column", [hidden], {"a": SMALL_COLUMN[None]}, tmp_path)
+    _, (q, r) = found[hidden]
+    expected = np.linalg.qr(SMALL_COLUMN)
+    np.testing.assert_allclose(q[0], expected[0], atol=1e-15)
+    np.testing.assert_allclose(r[0], expected[1], rtol=1e-14)
 
 
-def test_stacks_of_matrices_compile_for_flight(module_at, tmp_path):
-    compiled, stack = module_at(Path(__file__).with_name("compiled.py")), MATRIX[6:9, :3, :3]
-    names = ("values", "sizes", "inverse", "one")
-    module = emit("stacks", [Entry("stacked", stacked, {"a": stack}, names)])
-    status, found = compiled.Compiled(module, tmp_path)("stacked", {"a": stack[None]})
+def test_stacks_of_matrices_compile_for_flight(results_of, tmp_path):
+    stack = MATRIX[6:9, :3, :3]
+    status, found = results_of("stacks", [stacked], {"a": stack[None]}, tmp_path)[stacked]
     assert not status.any()
-    symmetric = stack + np.swapaxes(stack, -1, -2)
-    values = np.linalg.eigvalsh(symmetric)
+    values = np.linalg.eigvalsh(stack + np.swapaxes(stack, -1, -2))
     expected = values, np.linalg.svd(stack)[1], np.linalg.inv(stack), values[:1]
-    for name, peer in zip(names, expected, strict=True):
-        np.testing.assert_allclose(found[name][0][0], peer, 1e-9, 1e-12)
+    for ours, peer in zip(found, expected, strict=True):
+        np.testing.assert_allclose(ours[0], peer, 1e-9, 1e-12)
 
 
-def test_single_precision_has_its_own_rounding_errors(module_at, tmp_path):
-    compiled = module_at(Path(__file__).with_name("compiled.py"))
-    names = ("symmetric", "product", "triangular")
-    entry = Entry("single", single, {"a": MATRIX[0]}, names)
-    module = emit("single_precision", [entry], precision="float")
-    program = compiled.Compiled(module, tmp_path, precision="float")
+def test_single_precision_has_its_own_rounding_errors(results_of, tmp_path):
     matrices = np.concatenate([np.zeros((1, 4, 4)), MATRIX[REGULAR], 1e15 * MATRIX[REGULAR]])
-    status, found = program("single", {"a": matrices})
+    arguments = {"a": matrices}
+    found = results_of("single_precision", [single], arguments, tmp_path, precision="float")
+    status, products = found[single]
     assert not status.any()
     scale = np.max(np.abs(matrices), axis=(1, 2), keepdims=True) + 1e-30
-    for name in names:
-        error = (found[name][0] - matrices) / scale
-        assert np.max(np.abs(error)) < 60.0 * np.finfo(np.float32).eps, name
+    for number, product in enumerate(products):
+        error = (product - matrices) / scale
+        assert np.max(np.abs(error)) < 60.0 * np.finfo(np.float32).eps, number
 
 
 def test_matrices_without_elements_are_refused():
@@ -354,15 +342,12 @@ def tiny(a, b):
     return jnp.linalg.solve(small, 1e-310 * b), jnp.linalg.eigvalsh(small) * 1e155 * 1e155
 
 
-def test_subnormal_matrices_are_not_zero(module_at, tmp_path):
+def test_subnormal_matrices_are_not_zero(results_of, tmp_path):
     """In flight C. XLA takes subnormal numbers as zero, C does not; spaced 5e-324, they have 13
     digits here."""
-    compiled = module_at(Path(__file__).with_name("compiled.py"))
-    arguments = {"a": MATRIX[0], "b": RIGHT[0]}
-    entry = Entry("tiny", tiny, arguments, ("solution", "values"))
-    program = compiled.Compiled(emit("tiny_matrices", [entry]), tmp_path)
-    symmetric = MATRIX[REGULAR] + np.swapaxes(MATRIX[REGULAR], -1, -2)
-    _, found = program("tiny", {"a": MATRIX[REGULAR], "b": RIGHT[REGULAR]})
-    expected = np.linalg.solve(symmetric, RIGHT[REGULAR, :, None])[..., 0]
-    np.testing.assert_allclose(found["solution"][0], expected, rtol=1e-9)
-    np.testing.assert_allclose(found["values"][0], np.linalg.eigvalsh(symmetric), rtol=1e-10)
+    arguments = {"a": MATRIX[REGULAR], "b": RIGHT[REGULAR]}
+    _, (solution, values) = results_of("tiny_matrices", [tiny], arguments, tmp_path)[tiny]
+    symmetric = arguments["a"] + np.swapaxes(arguments["a"], -1, -2)
+    expected = np.linalg.solve(symmetric, arguments["b"][..., None])[..., 0]
+    np.testing.assert_allclose(solution, expected, rtol=1e-9)
+    np.testing.assert_allclose(values, np.linalg.eigvalsh(symmetric), rtol=1e-10)

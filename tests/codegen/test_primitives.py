@@ -9,7 +9,6 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from gyrostat.codegen.flight import Entry, emit
 from gyrostat.codegen.simd import compiler
 from gyrostat.codegen.simd.batch import lanes
 from gyrostat.core.jax64 import jax, jnp
@@ -204,22 +203,11 @@ def in_lanes(request):
 @pytest.fixture(scope="module")
 def in_flight(module_at, tmp_path_factory):
     compiled = module_at(Path(__file__).with_name("compiled.py"))
-    names = ("x", "m", "first", "second")
-    entries = []
-    for function in CASES:
-        example = [array[0] for array in ARGUMENTS]
-        results = tuple(f"result_{k}" for k in range(len(jax.eval_shape(function, *example))))
-        entries.append(
-            Entry(function.__name__, function, dict(zip(names, example, strict=True)), results)
-        )
-    program = compiled.Compiled(emit("primitives", entries), tmp_path_factory.mktemp("primitives"))
-    given = dict(zip(names, ARGUMENTS, strict=True))
-    found = {}
-    for function in CASES:
-        status, results = program(function.__name__, given)
-        assert not status.any()
-        found[function] = [leaves[0] for leaves in results.values()]
-    return found
+    arguments = dict(zip(("x", "m", "first", "second"), ARGUMENTS, strict=True))
+    folder = tmp_path_factory.mktemp("primitives")
+    found = compiled.results_of("primitives", CASES, arguments, folder)
+    assert not any(status.any() for status, _ in found.values())
+    return {function: results for function, (_, results) in found.items()}
 
 
 @pytest.mark.parametrize("function", CASES, ids=lambda f: f.__name__)

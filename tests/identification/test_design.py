@@ -112,6 +112,13 @@ def test_the_predicted_sigma_is_that_of_the_identification_of_both_records(recor
     )
 
 
+def test_a_reversal_ends_at_its_opposite_current():
+    _, profile = FAMILIES["reversals"]
+    phase = np.array([0.0, 0.1, 0.2, 0.6, 0.999])
+    found = profile(phase, np.ones(5), first=3.0, second=2.0, share=0.2)
+    np.testing.assert_allclose(found, [3.0, 0.5, -2.0, -2.0, -2.0])
+
+
 @examples(
     family=st.sampled_from(sorted(FAMILIES)),
     coordinates=st.lists(st.floats(0.0, 1.0), min_size=4, max_size=4),

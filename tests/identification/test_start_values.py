@@ -5,7 +5,6 @@ import pytest
 
 from gyrostat.core.units import RPM
 from gyrostat.identification import identify
-from gyrostat.identification.experiment.current_profiles import FAMILIES
 from gyrostat.identification.fit.start_values import integral_regression
 from gyrostat.telemetry import Record
 
@@ -43,13 +42,6 @@ def test_a_parameter_of_the_size_has_the_torque_of_the_motor():
     speed = np.sqrt(np.mean(record.speed**2))
     viscous = found.size("viscous", "viscous", inertia, 0.024)
     assert viscous == pytest.approx(torque / speed)
-
-
-def test_a_reversal_ends_at_its_opposite_current():
-    _, profile = FAMILIES["reversals"]
-    phase = np.array([0.0, 0.1, 0.2, 0.6, 0.999])
-    found = profile(phase, np.ones(5), first=3.0, second=2.0, share=0.2)
-    np.testing.assert_allclose(found, [3.0, 0.5, -2.0, -2.0, -2.0])
 
 
 def test_the_stated_sigma_is_that_of_one_sample_of_a_dense_record():

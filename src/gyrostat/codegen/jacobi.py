@@ -20,7 +20,7 @@ NEGLIGIBLE = 0.25
 """Part of an off-diagonal element that a sum with the norm must show."""
 
 
-def scale_of(matrix: Matrix) -> Float[Array, ""]:
+def _scale(matrix: Matrix) -> Float[Array, ""]:
     """Power of two that brings the largest element near 1: squares neither over- nor underflow.
 
     Each factor, and their product for every number but 0, is also a number of single precision.
@@ -108,7 +108,7 @@ def eigh(
     size, half = len(matrix), jnp.tril(matrix) if lower else jnp.triu(matrix).T
     symmetric = half + jnp.tril(half, -1).T
     even = size + size % 2
-    scale = scale_of(symmetric)
+    scale = _scale(symmetric)
     padded = jnp.pad(symmetric * scale, (0, even - size))
     order, index = _tournament(even), np.arange(even)
     is_product = index == (index ^ 1)[:, None]
@@ -149,10 +149,9 @@ def svd(
     if height < width:
         values, *vectors = svd(matrix.T, full_matrices=full_matrices, compute_uv=compute_uv)
         return values, *(each.T for each in vectors[::-1])
-    even, scale = width + width % 2, scale_of(matrix)
+    even, scale = width + width % 2, _scale(matrix)
     order = _tournament(even)
     columns = jnp.pad(matrix * scale, ((0, 0), (0, even - width)))
-
     share = NEGLIGIBLE / np.sqrt(height)
     total = jnp.sqrt(jnp.sum(columns * columns))
 

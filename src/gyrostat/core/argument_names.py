@@ -1,14 +1,10 @@
 """Messages of a function of Python name its arguments, those of the command line its options."""
 
-import inspect
-import re
 from collections.abc import Callable
 from functools import wraps
 from typing import Any
 
 from gyrostat.core.errors import InputError
-
-_OPTION = re.compile(r"(?<![\w-])--([a-z][a-z-]*)")
 
 
 def naming_arguments(verb: Callable[..., Any]) -> Callable[..., Any]:
@@ -17,11 +13,6 @@ def naming_arguments(verb: Callable[..., Any]) -> Callable[..., Any]:
     Args:
         verb: Function of the package `gyrostat`, with the options of a command as arguments.
     """
-    names = inspect.signature(verb).parameters
-
-    def argument(option: re.Match[str]) -> str:
-        name = option[1].replace("-", "_")
-        return next((each for each in (name, f"{name}_") if each in names), option[0])
 
     @wraps(verb)
     def named(*given: Any, **options: Any) -> Any:
@@ -29,8 +20,21 @@ def naming_arguments(verb: Callable[..., Any]) -> Callable[..., Any]:
             return verb(*given, **options)
         except InputError as error:
             message, *more = error.args
-            error.args = (_OPTION.sub(argument, message), *more)
+            error.args = (_with_arguments(verb, message), *more)
             raise
 
     named.__module__ = "gyrostat"  # where a process that gets the function finds it
     return named
+
+
+def _with_arguments(verb: Callable[..., Any], message: str) -> str:
+    import re  # both are slow to import
+    from inspect import signature
+
+    names = signature(verb).parameters
+
+    def argument(option: re.Match[str]) -> str:
+        name = option[1].replace("-", "_")
+        return next((each for each in (name, f"{name}_") if each in names), option[0])
+
+    return re.sub(r"(?<![\w-])--([a-z][a-z-]*)", argument, message)
