@@ -18,6 +18,7 @@ OPERATIONS = {
     "select": lambda test, yes, no: yes if test else no,
     "to_real": float,
     "to_integer": int,
+    "to_index": int,
 }
 
 
@@ -41,13 +42,14 @@ def _execute(block, values):
     for statement in block:
         match statement:
             case Assign(target, "element", (index,), _, table):
-                values[target] = values[table][_value(index, values)]
+                elements = table.values or values[table]
+                values[target] = elements[_value(index, values)]
             case Assign(target, operation, operands):
                 values[target] = OPERATIONS[operation](*(_value(o, values) for o in operands))
             case Fill(table, content):
-                values[table] = [_value(each, values) for each in content]
-            case Store(table, index, width, offset, content):
-                values[table][width * values[index] + offset] = _value(content, values)
+                values[table] = [_value(each, values) for each in content] or [None] * table.size
+            case Store(table, (index,), content):
+                values[table][_value(index, values)] = _value(content, values)
             case Loop():
                 _repeat(statement, values)
             case Branch():

@@ -10,7 +10,6 @@ import jax.scipy.linalg as jsp
 import numpy as np
 import pytest
 
-from gyrostat.codegen import special
 from gyrostat.codegen.flight import Entry, emit
 from gyrostat.codegen.jacobi import eigh, svd
 from gyrostat.codegen.linear_algebra import COMPOSED, WRITTEN
@@ -219,23 +218,56 @@ def _growth(upper, matrix):
     return max(1.0, np.max(np.abs(upper)) / np.max(np.abs(matrix)))
 
 
-def test_large_products_are_loops(monkeypatch):
-    """A filter of fifteen states takes less than half the text that it takes written out."""
+def text_of_filter(size):
+    """Characters of the C of a filter with some states."""
 
     def update(state, covariance, value):
-        change = jnp.eye(15) + 1e-3 * jnp.outer(jnp.sin(state), jnp.cos(state))
-        row = jnp.eye(6, 15) + 1e-3 * jnp.outer(jnp.cos(state[:6]), state)
-        covariance = change @ covariance @ change.T + 1e-6 * jnp.eye(15)
+        change = jnp.eye(size) + 1e-3 * jnp.outer(jnp.sin(state), jnp.cos(state))
+        row = jnp.eye(6, size) + 1e-3 * jnp.outer(jnp.cos(state[:6]), state)
+        covariance = change @ covariance @ change.T + 1e-6 * jnp.eye(size)
         scatter = row @ covariance @ row.T + 1e-4 * jnp.eye(6)
         gain = jsp.cho_solve(jsp.cho_factor(scatter), row @ covariance).T
         state = change @ state + gain @ (value - row @ change @ state)
         return state, covariance - gain @ scatter @ gain.T
 
-    arguments = {"state": np.ones(15), "covariance": np.eye(15), "value": np.ones(6)}
-    entries = [Entry("filter", update, arguments, ("state", "covariance"))]
-    looped = emit("filter", entries)
-    monkeypatch.setattr(special, "LOOPED", np.inf)
-    assert len(looped.source) < 0.5 * len(emit("filter", entries).source)
+    arguments = {"state": np.ones(size), "covariance": np.eye(size), "value": np.ones(6)}
+    return len(emit("filter", [Entry("filter", update, arguments, ("state", "covariance"))]).source)
+
+
+def test_text_of_a_filter_does_not_grow_with_its_matrices():
+    assert text_of_filter(30) < 1.1 * text_of_filter(15)
+
+
+@pytest.mark.parametrize("writer", ["lanes", "flight"])
+def test_eliminations_in_loops_have_small_backward_errors(writer, results_of, tmp_path):
+    """Hard matrices of a size that is not written out; LAPACK's pivots where they are unique."""
+    size = 7
+    matrices = np.stack([*hard(size)])
+
+    def factors(a):
+        scaled = a / jnp.max(jnp.abs(a))
+        definite = scaled @ scaled.T + jnp.eye(size)
+        rows, pivots, order = jax.lax.linalg.lu(a)
+        right = jnp.arange(1.0, 3.0 * size + 1.0).reshape(size, 3)
+        solution = jsp.solve_triangular(definite, right, lower=True, trans=1)
+        return definite, jnp.linalg.cholesky(definite), rows, pivots, order, right, solution
+
+    if writer == "lanes":
+        if compiler() is None:
+            pytest.skip("needs a C compiler")
+        found = lanes(factors, (True,), (matrices,))(matrices)
+    else:
+        _, found = results_of("elimination", [factors], {"a": matrices}, tmp_path)[factors]
+    pivots_of_lapack = np.asarray(jax.vmap(jax.lax.linalg.lu)(matrices)[1])
+    np.testing.assert_array_equal(found[3][[0, 3, 4, 5]], pivots_of_lapack[[0, 3, 4, 5]])
+    for number, (matrix, *each) in enumerate(zip(matrices, *found, strict=True)):
+        definite, factor, rows, _, order, right, solution = (np.asarray(array) for array in each)
+        assert normwise(factor @ factor.T - definite, definite) < 10.0, number
+        lower, upper = np.tril(rows, -1) + np.eye(size), np.triu(rows)
+        assert normwise(lower @ upper - matrix[order], matrix) < 10.0 * _growth(upper, matrix)
+        residual = np.tril(definite).T @ solution - right
+        scale = np.abs(np.tril(definite).T) @ np.abs(solution)
+        assert np.max(np.abs(residual) / scale) < 10.0 * size * EPS, number
 
 
 def test_the_table_of_primitives_is_what_the_rules_refuse():

@@ -1,5 +1,6 @@
 """Builder: appends the statements of one equation of a jaxpr to a block of a program."""
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from typing import Any, Self
@@ -7,9 +8,10 @@ from typing import Any, Self
 import numpy as np
 
 from gyrostat.codegen import whole
-from gyrostat.codegen.data import Data
+from gyrostat.codegen.arrays import SMALL, Array, Data, Deferred, Element, is_plain, spread
+from gyrostat.codegen.constants import TooManyError, constant_table, with_zero
 from gyrostat.codegen.primitives import FOLDED, LOGICAL_ONLY, TEST, WRAPPED, Scalars, one_by_one
-from gyrostat.codegen.program import Assign, Block, Fill, Name, Number, Operand, Table
+from gyrostat.codegen.program import Assign, Block, Fill, Kind, Name, Number, Operand, Table
 from gyrostat.codegen.scope import Scope
 from gyrostat.codegen.source import Source, refusal, refused
 from gyrostat.core.errors import InputError
@@ -28,6 +30,7 @@ class Builder:
         lower: Function that appends a closed jaxpr to a block: (closed jaxpr, inputs, block) ->
             results. If the further argument `called_at`, a line of Python, is given, all
             statements get that line.
+        constants: Constant tables so far, by their kind and elements.
     """
 
     equation: Any
@@ -35,7 +38,8 @@ class Builder:
     where: Source
     scope: Scope
     groups: Iterator[int]
-    lower: Callable[..., list[Scalars | Data]]
+    lower: Callable[..., list[Array]]
+    constants: dict[Any, Table]
 
     @property
     def params(self) -> dict[str, Any]:
@@ -51,6 +55,11 @@ class Builder:
     def shape(self) -> tuple[int, ...]:
         """Shape of the first result."""
         return self.target.aval.shape
+
+    @property
+    def size(self) -> int:
+        """Number of elements of the first result."""
+        return math.prod(self.shape)
 
     def inside(self, block: Block) -> Self:
         """Builder of the same equation that appends to another block."""
@@ -94,6 +103,21 @@ class Builder:
         self.block.append(Assign(target, operation, tuple(operands), self.where))
         return target
 
+    def index(self, operation: str, first: Operand | None, second: Operand) -> Operand:
+        """Append an operation on indices, "add", "sub" or "mul"; None is a missing first term."""
+        if first is None or (operation == "add" and first == Number("index", 0)):
+            return second
+        if operation == "add" and second == Number("index", 0):
+            return first
+        return self.compute(operation, first, second, hint="index")
+
+    def as_index(self, operand: Operand) -> Operand:
+        """Integer as an index."""
+        if isinstance(operand, Number):
+            return Number("index", int(operand.value))
+        name = Name("index", "index", next(self.groups))
+        return operand if operand.kind == "index" else self.assign("to_index", (operand,), name)
+
     def compute(
         self,
         operation: str,
@@ -118,15 +142,64 @@ class Builder:
         )
         return self.assign(operation, operands, name)
 
-    def apply(self, operation: str, *arrays: Any) -> Scalars:
-        """Apply an operation to each element; an array without axes is broadcast."""
-        names = self.names(self.target)
+    def apply(self, operation: str, *arrays: Any) -> Array:
+        """Apply an operation to each element; an array without axes is broadcast.
 
-        def make(name: Name, *operands: Operand) -> Operand:
-            return self.assign(operation, operands, name)
+        Arrays of scalars give scalars. The operation on a large array is deferred, unless known
+        zeros leave little of it.
+        """
+        kind, shape = self.scope.kind(self.target), self.shape
+        return self.elementwise(operation, kind, shape, *arrays)
 
-        broadcast = (np.broadcast_to(array, names.shape) for array in arrays)
-        return one_by_one(names.shape, make, names, *broadcast)
+    def elementwise(
+        self, operation: str, kind: Kind, shape: tuple[int, ...], *arrays: Any
+    ) -> Array:
+        """Apply an operation to arrays, with a given kind and shape of the result; see `apply`."""
+        size, plain = math.prod(shape), all(map(is_plain, arrays))
+        if size > (SMALL if plain else self.scope.few):
+            known = self._if_few(operation, kind, shape, arrays) if plain else None
+            full = tuple(spread(each, shape) for each in arrays)
+            return Deferred(operation, full, kind, self.where) if known is None else known
+        return self._one_by_one(operation, kind, shape, arrays)
+
+    def _one_by_one(
+        self,
+        operation: str,
+        kind: Kind,
+        shape: tuple[int, ...],
+        arrays: Sequence[Array],
+        limit: float = math.inf,
+    ) -> Scalars:
+        """Scalars of the result.
+
+        A known zero in an array means that two quantities have nothing to do with each other: NaN
+        and infinity do not spread through it.
+        """
+        group = next(self.groups)
+        full = [np.broadcast_to(self.scalars(each), shape) for each in arrays]
+        results = np.empty(shape, dtype=object)
+        for place in np.ndindex(shape):
+            operands: tuple[Any, ...] = tuple(each[place] for each in full)
+            result = with_zero(operation, operands) if shape and kind == "real" else None
+            if result is None:
+                name = Name(kind, self.where.name, group, place)
+                result = self.assign(operation, operands, name)
+            results[place] = result
+            if len(self.block) > limit:
+                raise TooManyError
+        return results
+
+    def _if_few(
+        self, operation: str, kind: Kind, shape: tuple[int, ...], arrays: Sequence[Array]
+    ) -> Scalars | None:
+        """Scalars of the result, if known zeros leave few operations; otherwise None."""
+        inside = self.inside([])
+        try:
+            results = inside._one_by_one(operation, kind, shape, arrays, SMALL)
+        except TooManyError:
+            return None
+        self.block.extend(inside.block)
+        return results
 
     def fold(self, operation: str, scalars: Sequence[Operand]) -> Operand:
         """Combine scalars by an operation, from first to last."""
@@ -151,44 +224,73 @@ class Builder:
             return index
         return self.assign("to_integer", (index,), Name("integer", "index", next(self.groups)))
 
-    def scalars(self, array: Scalars | Data) -> Scalars:
+    def scalars(self, array: Array) -> Scalars:
         """Elements of an array as scalars.
 
         Raises:
             InputError: The array is too large.
         """
-        if not isinstance(array, Data):
-            return array
-        if array.size > self.scope.largest:
+        if array.size > self.scope.largest and not isinstance(array, np.ndarray):
             raise self.refused(
                 f"an array of {'×'.join(map(str, array.shape))}",
                 f"at most {self.scope.largest} elements, or rows read one at a time by an index "
                 "(jax.lax.dynamic_slice)",
             )
-        return array.scalars()
+        if isinstance(array, Deferred):
+            inside = replace(self, where=array.source)
+            kind, shape = array.kind, array.shape
+            return inside._one_by_one(array.operation, kind, shape, array.operands)
+        if isinstance(array, Data) and array.base is not None:
+            return one_by_one(array.shape, lambda k: self._read(array, int(k)), array.places)
+        scalars = array.elements() if isinstance(array, Data) else array
+        if not any(isinstance(each, Element) for each in scalars.flat):
+            return scalars
+        return one_by_one(scalars.shape, self.scalar, scalars)
 
-    def table(self, array: Scalars | Data) -> tuple[Table, int, list[int]]:
-        """Table that contains an array, to be read at a computed index.
+    def _read(self, data: Data, place: int) -> Operand:
+        name = Name(data.table.kind, self.where.name, next(self.groups))
+        return self.element(data.table, data.base or Number("index", 0), place, name)
 
-        Returns:
-            The table, the index of the array's first element, and the distance between neighbours
-            along each axis.
-        """
-        strides = array.strides() if isinstance(array, Data) else None
-        if isinstance(array, Data) and strides is not None:
-            return array.table, int(array.places.flat[0]), strides
-        array = self.scalars(array)
-        table = Table(array.flat[0].kind, array.size, self.where.name)
+    def scalar(self, each: Operand | Element) -> Operand:
+        """Scalar, or element of a table as one."""
+        if not isinstance(each, Element):
+            return each
+        name = Name(each.kind, self.where.name, next(self.groups))
+        return self.element(each.table, Number("index", 0), each.place, name)
+
+    def copied(self, operand: Operand) -> Operand:
+        """Scalar; an array of the caller that has it as an element may be set before it is read."""
+        if not isinstance(operand, Name) or not operand.fixed or "[" not in operand.hint:
+            return operand
+        name = Name(operand.kind, self.where.name, next(self.groups))
+        self.block.append(Assign(name, "copy", (operand,), self.where))
+        return name
+
+    def listed(self, array: Scalars) -> Data:
+        """Array of scalars as data of a table with a list of all elements."""
+        places = np.arange(array.size).reshape(array.shape)
+        kind = array.flat[0].kind
+        if all(isinstance(each, Number) for each in array.flat):
+            return Data(constant_table(self.constants, kind, [e.value for e in array.flat]), places)
+        table = Table(kind, array.size, self.where.name)
         self.block.append(Fill(table, tuple(array.flat), self.where))
-        return table, 0, [int(np.prod(array.shape[k + 1 :])) for k in range(array.ndim)]
+        return Data(table, places)
 
     def element(self, table: Table, index: Operand, offset: int, name: Name) -> Operand:
         """Append the reading of a table's element at an index plus a constant offset."""
-        constant = Number("integer", offset)
-        if (table.memory or table.values) and isinstance(index, Number):
+        if isinstance(index, Number) and (table.memory or table.values or table.shape):
             return table.known(int(index.value) + offset)
-        if not table.memory and offset:
-            index = self.compute("add", index, constant, hint="index")
-        operands = (index, constant) if table.memory else (index,)
+        if not table.memory:
+            return self.indexed(table, (self.index("add", index, Number("index", offset)),), name)
+        operands = (index, Number("index", offset))
         self.block.append(Assign(name, "element", operands, self.where, table))
+        return name
+
+    def indexed(self, table: Table, indices: tuple[Operand, ...], name: Name) -> Operand:
+        """Append the reading of a table's element at an index for each axis."""
+        numbers = [int(each.value) for each in indices if isinstance(each, Number)]
+        if (table.values or table.shape) and len(numbers) == len(indices):
+            place = int(np.ravel_multi_index(numbers, table.shape)) if table.shape else numbers[0]
+            return table.known(place)
+        self.block.append(Assign(name, "element", indices, self.where, table))
         return name

@@ -83,7 +83,10 @@ def expanded(equation: Any) -> Any | None:
     composed = COMPOSED.get(name)
     # since JAX 0.12: sums by indices, searches and others carry their own expansion
     expand = getattr(params.get("_prim"), "expand", composed and partial(composed, **params))
-    if expand is None:
+    is_looped = name in linear_algebra.ELIMINATION and (
+        max(equation.invars[0].aval.shape[-2:]) > linear_algebra.SMALL
+    )
+    if expand is None or is_looped:
         return None
     operands = [jax.ShapeDtypeStruct(a.aval.shape, a.aval.dtype) for a in equation.invars]
     if composed is None:

@@ -1,16 +1,18 @@
 """Rules for loops and branches."""
 
+import math
 import re
 from collections.abc import Callable, Sequence
-from functools import partial
 from typing import Any
 
 import numpy as np
 
+from gyrostat.codegen.arrays import Array, Data
+from gyrostat.codegen.assignment import set_tables
 from gyrostat.codegen.builder import Builder
-from gyrostat.codegen.data import Data
 from gyrostat.codegen.jax_versions import scan_counts
-from gyrostat.codegen.primitives import Scalars, one_by_one
+from gyrostat.codegen.nests import declared, filled, kind_of, placed, settled, store
+from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.program import (
     Assign,
     Block,
@@ -36,24 +38,52 @@ def argument_name(closed: Any, number: int) -> str:
     return re.sub(r"\W+", "_", str(name or "")).strip("_")
 
 
-def is_rows(array: Scalars | Data) -> bool:
+def is_rows(array: Array) -> bool:
     """Whether an array stands for the rows of a long scan."""
-    return not isinstance(array, Data) and array.shape == () and isinstance(array.item(), Table)
+    return isinstance(array, np.ndarray) and array.shape == () and isinstance(array.item(), Table)
 
 
-def _carried_names(build: Builder, body: Any, fixed: int, count: int) -> list[Scalars]:
-    """Names of the variables carried by a loop: those of its body's arguments, if known."""
-    return [
-        build.names(atom, argument_name(body, fixed + k) or None)
-        for k, atom in enumerate(build.equation.outvars[:count])
-    ]
+class _Variables:
+    """Arrays that a pass of a loop hands to the next: names of scalars, and tables.
+
+    Attributes:
+        arrays: The arrays, as the body of the loop reads them.
+    """
+
+    def __init__(self, build: Builder, body: Any, fixed: int, first: Sequence[Array]) -> None:
+        self._first = [settled(build, array) for array in first]
+        self.arrays: list[Array] = []
+        for k, (atom, array) in enumerate(zip(build.equation.outvars, self._first, strict=False)):
+            if array.size > build.scope.few:
+                self.arrays.append(filled(build, array, changes=True))
+            else:
+                # the name of the argument of the body, if it is known
+                self.arrays.append(build.names(atom, argument_name(body, fixed + k) or None))
+
+    def carried(self, inside: Builder, after: Sequence[Array]) -> list[Carried]:
+        """Scalars with their values for the next pass; tables are set at the end of the body.
+
+        Args:
+            inside: Builder of the body.
+            after: Arrays after the pass.
+        """
+        carried: list[Carried] = []
+        changes: list[tuple[Array, Data]] = []
+        for name, first, new in zip(self.arrays, self._first, after, strict=True):
+            if isinstance(name, Data):
+                changes.append((new, name))
+                continue
+            assert isinstance(name, np.ndarray)
+            assert isinstance(first, np.ndarray)
+            each = zip(name.flat, first.flat, inside.scalars(new).flat, strict=True)
+            carried += [Carried(*three) for three in each]
+        set_tables(inside, changes)
+        return carried
 
 
-def _inner(
-    build: Builder, closed: Any, inputs: list[Scalars | Data], block: Block
-) -> list[Scalars]:
+def _inner(build: Builder, closed: Any, inputs: list[Array], block: Block) -> list[Array]:
     """Lower the body of a loop or branch; return its results. Rows of a long scan are refused."""
-    results = [build.scalars(array) for array in build.lower(closed, inputs, block)]
+    results = build.lower(closed, inputs, block)
     if any(is_rows(array) for array in results):
         raise refusal(
             build.where,
@@ -63,92 +93,94 @@ def _inner(
     return results
 
 
-def _row(build: Builder, body: Block, rows: Scalars | Data, index: Operand, atom: Any) -> Scalars:
+def _row(build: Builder, body: Block, rows: Array, index: Operand, atom: Any) -> Array:
     """Row of a table at an index. The table is built before the loop; its body reads the row."""
-    names = build.names(atom)
-    if not names.size:
-        return names
-    table, first, (width, *strides) = build.table(rows)
-    inside = build.inside(body)
-    for column, name in np.ndenumerate(names):
-        offset = first + sum(k * stride for k, stride in zip(column, strides, strict=True))
-        position: Operand = index
-        if width != 1:
-            position = inside.compute("mul", index, Number("integer", width), hint="index")
-        names[column] = inside.element(table, position, offset, name)
-    return names
+    if not rows.size:
+        return build.names(atom)
+    data, inside = placed(build, rows), build.inside(body)
+    stride = (data.strides() or [0])[0]
+    base: Operand = index
+    if stride != 1:
+        base = inside.index("mul", Number("index", stride), index)
+    base = inside.index("add", data.base, base)
+    return settled(inside, Data(data.table, data.places[0], base))
 
 
-def _scan(build: Builder, *operands: Scalars | Data) -> Sequence[Scalars]:
+def _scan(build: Builder, *operands: Array) -> Sequence[Array]:
     params, where = build.params, build.where
     constants, carries = scan_counts(params)
     body_jaxpr, count = params["jaxpr"], params["length"]
     split = constants + carries
-    fixed, rows = operands[:constants], operands[split:]
-    first = [build.scalars(array) for array in operands[constants:split]]
+    fixed = [settled(build, array) for array in operands[:constants]]
+    rows = [settled(build, array) for array in operands[split:]]
     results = build.equation.outvars
     if count == 0:
-        return [*first, *(np.empty(atom.aval.shape, object) for atom in results[carries:])]
-    counter = Name("integer", "pass", next(build.groups))
-    carried = _carried_names(build, body_jaxpr, constants, carries)
+        empty = (np.empty(atom.aval.shape, object) for atom in results[carries:])
+        return [*operands[constants:split], *empty]
+    counter = Name("index", "pass", next(build.groups))
+    variables = _Variables(build, body_jaxpr, constants, operands[constants:split])
     body: Block = []
-    index: Operand = counter
+    inside, index = build.inside(body), counter
     if params["reverse"]:
-        index = Name("integer", "backward", next(build.groups))
-        body.append(Assign(index, "sub", (Number("integer", count - 1), counter), where))
+        index = Name("index", "backward", next(build.groups))
+        body.append(Assign(index, "sub", (Number("index", count - 1), counter), where))
     elements = [
         _row(build, body, array, index, atom)
         for array, atom in zip(rows, body_jaxpr.jaxpr.invars[split:], strict=True)
     ]
-    outputs = _inner(build, body_jaxpr, [*fixed, *carried, *elements], body)
+    outputs = _inner(build, body_jaxpr, [*fixed, *variables.arrays, *elements], body)
     tables = []
     as_tables = count > build.scope.longest
     for array, atom in zip(outputs[carries:], results[carries:], strict=True):
         table = Table(build.scope.kind(atom), count * array.size, where.name, as_tables)
         tables.append(table)
-        for offset, value in enumerate(array.flat):
-            body.append(Store(table, index, array.size, offset, value, where))
-    variables = _loop_variables(carried, first, outputs[:carries])
-    build.block.append(Loop(count, counter, variables, body, [], None, tables, where))
+        _store_row(inside, array, table, index)
+    carried = variables.carried(inside, outputs[:carries])
+    build.block.append(Loop(count, counter, carried, body, [], None, tables, where))
     if as_tables:
-        return [*carried, *(np.array(table, dtype=object) for table in tables)]
-    arrays = []
+        return [*variables.arrays, *(np.array(table, dtype=object) for table in tables)]
+    arrays: list[Array] = []
     for table, atom in zip(tables, results[carries:], strict=True):
-        names: Any = build.names(atom)
-        for offset, name in enumerate(names.flat):
-            build.element(table, Number("integer", 0), offset, name)
-        arrays.append(names)
-    return [*carried, *arrays]
+        places = np.arange(table.size).reshape(atom.aval.shape)
+        arrays.append(settled(build, Data(table, places)))
+    return [*variables.arrays, *arrays]
 
 
-def _loop_variables(
-    names: Sequence[Scalars], first: Sequence[Scalars], last: Sequence[Scalars]
-) -> list[Carried]:
-    return [
-        Carried(*each)
-        for arrays in zip(names, first, last, strict=True)
-        for each in zip(*(array.flat for array in arrays), strict=True)
-    ]
+def _store_row(inside: Builder, array: Array, table: Table, index: Operand) -> None:
+    """Append the assignment of a row of a table."""
+    if not array.size:
+        return
+    base = index
+    if array.size > 1:
+        base = inside.index("mul", Number("index", array.size), index)
+    row = Data(table, np.arange(array.size).reshape(array.shape), base)
+    if array.size > inside.scope.few:
+        store(inside, array, row)
+        return
+    for place, value in enumerate(inside.scalars(array).flat):
+        position = inside.index("add", base, Number("index", place))
+        inside.block.append(Store(table, (position,), value, inside.where))
 
 
-def _while(build: Builder, *operands: Scalars | Data) -> Sequence[Scalars]:
+def _while(build: Builder, *operands: Array) -> Sequence[Array]:
     params = build.params
     split, fixed = params["cond_nconsts"], params["body_nconsts"]
-    test_fixed, body_fixed = operands[:split], operands[split:][:fixed]
-    first = [build.scalars(array) for array in operands[split + fixed :]]
-    carried = _carried_names(build, params["body_jaxpr"], fixed, len(first))
+    constants = [settled(build, array) for array in operands[: split + fixed]]
+    variables = _Variables(build, params["body_jaxpr"], fixed, operands[split + fixed :])
     test: Block = []
-    rows = _inner(build, params["cond_jaxpr"], [*test_fixed, *carried], test)[0]
+    tests = _inner(build, params["cond_jaxpr"], [*constants[:split], *variables.arrays], test)
+    rows = build.inside(test).scalars(tests[0])
     goes_on = build.inside(test).fold("or", list(rows.flat))
     body: Block = []
-    results = _inner(build, params["body_jaxpr"], [*body_fixed, *carried], body)
+    inside = build.inside(body)
+    results = _inner(build, params["body_jaxpr"], [*constants[split:], *variables.arrays], body)
     if rows.ndim > 0:  # of a batch: a row that has ended stays as it is
         results = [
-            _update_rows(build.inside(body), rows, *pair)
-            for pair in zip(results, carried, strict=True)
+            _update_rows(inside, rows, *pair)
+            for pair in zip(results, variables.arrays, strict=True)
         ]
-    variables = _loop_variables(carried, first, results)
-    count = _bound(goes_on, test, variables, body)
+    carried = variables.carried(inside, results)
+    count = _bound(goes_on, test, carried, body)
     if count is None and build.scope.unbounded:
         count = UNBOUNDED
     if count is None:
@@ -157,15 +189,15 @@ def _while(build: Builder, *operands: Scalars | Data) -> Sequence[Scalars]:
             "a test that ends with `& (number < BOUND)`, where number starts at a constant and "
             "grows by 1",
         )
-    counter = Name("integer", "pass", next(build.groups))
-    build.block.append(Loop(count, counter, variables, body, test, goes_on, [], build.where))
-    return carried
+    counter = Name("index" if count < 2**31 else "integer", "pass", next(build.groups))
+    build.block.append(Loop(count, counter, carried, body, test, goes_on, [], build.where))
+    return variables.arrays
 
 
-def _update_rows(build: Builder, rows: Scalars, after: Scalars, before: Scalars) -> Scalars:
+def _update_rows(build: Builder, rows: Scalars, after: Array, before: Array) -> Array:
     """Values after a pass in the rows of a batch that go on, and those before it in the others."""
     mask = np.broadcast_to(rows.reshape(rows.shape + (1,) * (after.ndim - rows.ndim)), after.shape)
-    return one_by_one(after.shape, partial(build.compute, "select"), mask, after, before)
+    return build.elementwise("select", kind_of(after), after.shape, mask, after, before)
 
 
 def _bound(goes_on: Operand, test: Block, carried: list[Carried], body: Block) -> int | None:
@@ -204,22 +236,33 @@ def _grows(carried: Carried, assigned: dict[Name, Assign]) -> bool:
     return set(step.operands) == {carried.name, Number("integer", 1)}
 
 
-def _cond(
-    build: Builder, selector: Scalars | Data, *operands: Scalars | Data
-) -> Sequence[Scalars | Data]:
+def _cond(build: Builder, selector: Array, *operands: Array) -> Sequence[Array]:
     index, branches = build.scalars(selector).item(), build.params["branches"]
     if isinstance(index, Number):
         number = min(max(int(index.value), 0), len(branches) - 1)
         return build.lower(branches[number], operands, build.block)
-    targets = [build.names(atom) for atom in build.equation.outvars]
+    inputs: list[Array] = [settled(build, array) for array in operands]
+    targets: list[Array] = []
+    for atom in build.equation.outvars:
+        size, kind = math.prod(atom.aval.shape), build.scope.kind(atom)
+        if size > build.scope.few:
+            table = declared(build, kind, size)
+            targets.append(Data(table, np.arange(size).reshape(atom.aval.shape)))
+        else:
+            targets.append(build.names(atom))
     blocks: list[Block] = []
     values: list[list[Operand]] = []
     for branch in branches:
         inner: Block = []
-        results = _inner(build, branch, [*operands], inner)
+        results = _inner(build, branch, inputs, inner)
+        values.append([])
+        for target, array in zip(targets, results, strict=True):
+            if isinstance(target, Data):
+                store(build.inside(inner), array, target)
+            else:
+                values[-1] += build.inside(inner).scalars(array).flat
         blocks.append(inner)
-        values.append([scalar for array in results for scalar in array.flat])
-    flat: list[Any] = [name for array in targets for name in array.flat]
+    flat: list[Any] = [n for array in targets if isinstance(array, np.ndarray) for n in array.flat]
     for statement in build.block:
         # jax.lax.cond converts its condition to a number
         if isinstance(statement, Assign) and statement.target is index:
@@ -230,7 +273,7 @@ def _cond(
     return targets
 
 
-def _linear_solve(build: Builder, *operands: Scalars | Data) -> Sequence[Scalars | Data]:
+def _linear_solve(build: Builder, *operands: Array) -> Sequence[Array]:
     """Solution of linear equations: the function that solves them, without its derivatives."""
     counts, functions = build.params["const_lengths"], build.params["jaxprs"]
     start = counts.matvec + counts.vecmat
@@ -238,7 +281,7 @@ def _linear_solve(build: Builder, *operands: Scalars | Data) -> Sequence[Scalars
     return build.lower(functions.solve, [*constants, *right], build.block, build.where)
 
 
-RULES: dict[str, Callable[..., Sequence[Scalars | Data]]] = {
+RULES: dict[str, Callable[..., Sequence[Array]]] = {
     "cond": _cond,
     "custom_linear_solve": _linear_solve,
     "scan": _scan,

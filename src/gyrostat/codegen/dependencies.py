@@ -15,6 +15,7 @@ from gyrostat.codegen.program import (
     Statement,
     Store,
     Table,
+    inner_blocks,
     statements,
 )
 
@@ -26,12 +27,23 @@ def used(statement: Statement) -> list[Operand]:
             return list(operands)
         case Fill(values=values):
             return list(values)
-        case Store(index=index, value=value):
-            return [index, value]
+        case Store(indices=indices, value=value):
+            return [*indices, value]
         case Loop(carried=carried):
-            return [each.first for each in carried]
+            return [*(each.first for each in carried), statement.start]
         case Branch(index=index):
             return [index]
+
+
+def read_by(statement: Statement) -> list[Operand]:
+    """Operands that a statement reads in its own block or at the end of those inside it."""
+    operands = used(statement)
+    if isinstance(statement, Loop):
+        operands += [each.next for each in statement.carried]
+        operands += [statement.goes_on] if statement.goes_on is not None else []
+    if isinstance(statement, Branch):
+        operands += [value for values in statement.values for value in values]
+    return operands
 
 
 def dependencies(functions: Sequence[Function]) -> dict[Name | Table, list[Operand | Table]]:
@@ -52,10 +64,12 @@ def _needs(statement: Statement) -> Iterator[tuple[Name | Table, Sequence[Operan
             yield table, values
         case Loop(carried=carried, goes_on=goes_on, stacked=stacked):
             yield from ((each.name, (each.first, each.next, goes_on)) for each in carried)
-            yield from ((table, (goes_on,)) for table in stacked)
-        case Store(table, index, _, _, value):
-            yield table, (index, value)
+            yield statement.counter, (statement.start,)
+            yield from ((table, (goes_on,)) for table in (*stacked, *_stored(statement)))
+        case Store(table, indices, value):
+            yield table, (*indices, value)
         case Branch(index, _, values, targets):
+            yield from ((table, (index,)) for table in _stored(statement))
             for target, *choices in zip(targets, *values, strict=True):
                 yield target, (index, *choices)
         case Call(function, operands, targets):
@@ -63,6 +77,12 @@ def _needs(statement: Statement) -> Iterator[tuple[Name | Table, Sequence[Operan
                 yield target, (result,)
             for parameter, operand in zip(function.parameters, operands, strict=True):
                 yield parameter, (operand,)
+
+
+def _stored(statement: Statement) -> Iterator[Table]:
+    """Tables that the blocks inside a statement store elements of."""
+    for block in inner_blocks(statement):
+        yield from (each.table for each in statements(block) if isinstance(each, Store))
 
 
 def reached(

@@ -1,56 +1,65 @@
-"""Rules for reading and replacing elements at constant or computed indices."""
+"""Rules for reading elements at constant or computed indices."""
 
 from collections.abc import Callable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from gyrostat.codegen.arrays import Array, Data, joined
 from gyrostat.codegen.builder import Builder
-from gyrostat.codegen.data import Data
-from gyrostat.codegen.jax_versions import closed
+from gyrostat.codegen.loops import nest
+from gyrostat.codegen.nests import declared, placed, put, reader, settled
 from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.program import Name, Number, Operand
+from gyrostat.codegen.views import view_of
 
 ZERO = Number("integer", 0)
 
 
 class _Base(NamedTuple):
-    """Position in a table: the sum of a computed and a known index."""
+    """Index in a table: the sum of a computed and a known one.
 
-    computed: Operand
+    Attributes:
+        computed: Computed index; None for 0.
+        known: Known index.
+    """
+
+    computed: Operand | None
     known: int
 
 
-class _Pick:
+class Pick:
     """Array with elements read at a computed index, which is clamped to the array."""
 
-    def __init__(self, build: Builder, array: Scalars | Data, sizes: Sequence[int]) -> None:
-        self._build, self._array, self._sizes = build, array, sizes
-        self._table, self._first, self._strides = build.table(array)
+    def __init__(self, build: Builder, array: Array, sizes: Sequence[int]) -> None:
+        self.data = placed(build, array)
+        self._sizes, self._strides = sizes, self.data.strides() or []
 
-    def base(self, starts: Sequence[Operand]) -> _Base:
-        """Position in the table of the first element of the part that starts at some indices."""
-        base: Operand = ZERO
-        offset = self._first
-        for axis, start in enumerate(map(self._build.signed, starts)):
-            last = Number("integer", self._array.shape[axis] - self._sizes[axis])
-            step = self._build.clamp(start, ZERO, last)
-            if self._table.memory and isinstance(step, Number):
+    def base(self, build: Builder, starts: Sequence[Operand]) -> _Base:
+        """Index in the table of the first element of the part that starts at some indices."""
+        base, offset = self.data.base, int(self.data.places.flat[0])
+        for axis, start in enumerate(map(build.signed, starts)):
+            if start.kind == "index":  # the counter of a loop
+                term = build.index("mul", Number("index", self._strides[axis]), start)
+                base = build.index("add", base, term)
+                continue
+            last = Number("integer", self.data.shape[axis] - self._sizes[axis])
+            step = build.as_index(build.clamp(start, ZERO, last))
+            if isinstance(step, Number):
                 offset += int(step.value) * self._strides[axis]
                 continue
             if self._strides[axis] != 1:
-                stride = Number("integer", self._strides[axis])
-                step = self._build.compute("mul", step, stride, hint="index")
-            base = step if base == ZERO else self._build.compute("add", base, step, hint="index")
+                step = build.index("mul", Number("index", self._strides[axis]), step)
+            base = build.index("add", base, step)
         return _Base(base, offset)
 
-    def element(self, base: _Base, offset: Sequence[int], name: Name) -> Operand:
-        """Element of that part at an offset from its start."""
-        steps = sum(step * stride for step, stride in zip(offset, self._strides, strict=True))
-        return self._build.element(self._table, base.computed, base.known + steps, name)
+    def part(self, base: _Base) -> Data:
+        """Part of the array that starts at an index of its table."""
+        first = self.data.places[tuple(slice(0, size) for size in self._sizes)]
+        return Data(self.data.table, first - first.flat[0] + base.known, base.computed)
 
 
-class _Windows(NamedTuple):
+class Windows(NamedTuple):
     """Layout of the windows that a gather reads from an operand or a scatter writes to it.
 
     Attributes:
@@ -65,13 +74,27 @@ class _Windows(NamedTuple):
     started: dict[int, int]
     batched: dict[int, int]
 
-    def starts(self, row: tuple[int, ...], indices: Scalars, count: int) -> list[Operand]:
-        """Start of the window for one row of indices, on each axis of the operand."""
+    def starts(
+        self,
+        row: tuple[int, ...],
+        indices: Scalars,
+        count: int,
+        counters: Sequence[Operand] = (),
+    ) -> list[Operand]:
+        """Start of the window for one row of indices, on each axis of the operand.
+
+        Args:
+            row: Row.
+            indices: Indices.
+            count: Number of axes of the operand.
+            counters: Row, if loops count it.
+        """
         starts: list[Operand] = [ZERO] * count
         for axis, column in self.started.items():
             starts[axis] = indices[(*row, column)]
         for axis, index_axis in self.batched.items():
-            starts[axis] = Number("integer", row[index_axis])
+            number = Number("integer", row[index_axis])
+            starts[axis] = counters[index_axis] if counters else number
         return starts
 
     def places(self, shape: tuple[int, ...], count: int) -> Iterator[tuple[Any, Any, list[int]]]:
@@ -96,33 +119,32 @@ def _fill_value(params: dict[str, Any], dtype: Any) -> Any:
     return dtype == np.bool_ or np.nan
 
 
-def _inside(build: Builder, starts: Sequence[Operand], limits: Sequence[int]) -> Operand:
+def inside_limits(build: Builder, starts: Sequence[Operand], limits: Sequence[int]) -> Operand:
     """Whether a part that starts at the given indices lies within the array."""
     inside: Operand = Number("logical", True)
     for start, limit in zip(map(build.signed, starts), limits, strict=True):
+        if start.kind == "index":  # the counter of a loop
+            continue
         for low, high in ((ZERO, start), (start, Number("integer", limit))):
             test = build.compute("le", low, high, hint="inside")
             inside = build.compute("and", inside, test, hint="inside")
     return inside
 
 
-def _dynamic_slice(build: Builder, array: Scalars | Data, *starts: Scalars | Data) -> Scalars:
+def _dynamic_slice(build: Builder, array: Array, *starts: Array) -> Array:
     """Part of an array that starts at computed indices."""
-    pick = _Pick(build, array, build.params["slice_sizes"])
-    base = pick.base([build.scalars(start).item() for start in starts])
-    names: Any = build.names(build.target)
-    for index in np.ndindex(names.shape):
-        names[index] = pick.element(base, index, names[index])
-    return names
+    pick = Pick(build, array, build.params["slice_sizes"])
+    base = pick.base(build, [build.scalars(start).item() for start in starts])
+    return settled(build, pick.part(base))
 
 
-def _gather(build: Builder, array: Scalars | Data, indices: Scalars | Data) -> Scalars:
+def _gather(build: Builder, array: Array, indices: Array) -> Array:
     """Parts that start at computed indices, one for each row of an array of indices."""
-    params, indices, axes = build.params, build.scalars(indices), len(array.shape)
+    params, indices, axes = build.params, build.scalars(indices), array.ndim
     dimensions, sizes = params["dimension_numbers"], params["slice_sizes"]
     batched = dimensions.operand_batching_dims
     skipped_axes = (*dimensions.collapsed_slice_dims, *batched)
-    windows = _Windows(
+    windows = Windows(
         dimensions.offset_dims,
         [k for k in range(axes) if k not in skipped_axes],
         {axis: k for k, axis in enumerate(dimensions.start_index_map)},
@@ -130,114 +152,79 @@ def _gather(build: Builder, array: Scalars | Data, indices: Scalars | Data) -> S
     )
     limits = [size - part for size, part in zip(array.shape, sizes, strict=True)]
     fill = _fill_value(params, build.target.aval.dtype)
-    pick = _Pick(build, array, sizes)
-    names: Any = build.names(build.target)
-    bases: dict[tuple[int, ...], tuple[_Base, Operand]] = {}
-    for position, row, offset in windows.places(names.shape, axes):
+    pick = Pick(build, array, sizes)
+    if build.size > build.scope.few and not all(isinstance(each, Number) for each in indices.flat):
+        return _gathered(build, pick, windows, indices, limits, fill)
+    elements = np.empty(build.shape, dtype=object)
+    bases: dict[tuple[int, ...], tuple[Data, Operand]] = {}
+    group = next(build.groups)
+    for position, row, offset in windows.places(elements.shape, axes):
         if row not in bases:
             starts = windows.starts(row, indices, axes)
             inside: Operand = Number("logical", True)
             if fill is not None:
-                inside = _inside(build, starts, limits)
-            bases[row] = pick.base(starts), inside
-        base, inside = bases[row]
-        group = names[position].group
-        names[position] = element = pick.element(base, offset, names[position])
+                inside = inside_limits(build, starts, limits)
+            bases[row] = pick.part(pick.base(build, starts)), inside
+        part, inside = bases[row]
+        element: Any = _element(build, part, offset)
         if fill is not None:
-            choice = (inside, element, Number(element.kind, fill))
+            number = Number(element.kind, fill)
             name = Name(element.kind, build.where.name, group, position)
-            names[position] = build.assign("select", choice, name)
-    return names
+            element = build.assign("select", (inside, build.scalar(element), number), name)
+        elements[position] = element
+    return settled(build, joined(elements))
 
 
-def _combine(
+def _gathered(
     build: Builder,
-    arrays: Sequence[Scalars],
-    windows: _Windows,
-    join: Callable[[Operand, Operand], Operand],
-    *,
-    clipped: bool,
-) -> Scalars:
-    """Array with some parts combined with other arrays, at computed indices.
+    pick: "Pick",
+    windows: Windows,
+    indices: Scalars,
+    limits: Sequence[int],
+    fill: Any,
+) -> Data:
+    """Parts that start at computed indices, in a loop over the rows of indices."""
+    kind, shape = build.scope.kind(build.target), build.shape
+    table = declared(build, kind, build.size)
+    data = Data(table, np.arange(table.size).reshape(shape))
+    rows, axes = [k for k in range(len(shape)) if k not in windows.axes], pick.data.ndim
+    at, target = reader(build, indices), view_of(data)
 
-    Each element that the index can refer to is selected by a test of the index. If the index is
-    known beforehand, so are the tests, and no code is generated for them.
-    """
-    array, indices, updates = arrays
-    result, limits = array.copy(), list(array.shape)
-    for axis, k in zip(windows.kept, windows.axes, strict=True):
-        limits[axis] -= updates.shape[k] - 1
+    def body(inside: Builder, row: tuple[Operand, ...]) -> None:
+        columns = range(indices.shape[-1])
+        picked = np.empty((1,) * len(rows) + (len(columns),), dtype=object)
+        for column in columns:
+            picked[..., column] = at(inside, (*row, Number("index", column)))
+        starts = windows.starts((0,) * len(rows), picked, axes, row)
+        is_inside: Operand = Number("logical", True)
+        if fill is not None:
+            is_inside = inside_limits(inside, starts, limits)
+        part = view_of(pick.part(pick.base(inside, starts)))
 
-    def tests(row: tuple[int, ...]) -> list[list[Operand]]:
-        axis_tests = []
-        starts = map(build.signed, windows.starts(row, indices, array.ndim))
-        for start, limit in zip(starts, limits, strict=True):
-            index = build.clamp(start, ZERO, Number("integer", limit - 1)) if clipped else start
-            numbers = (Number("integer", k) for k in range(limit))
-            axis_tests.append(
-                [build.compute("eq", index, number, hint="chosen") for number in numbers]
-            )
-        return axis_tests
+        def copy(within: Builder, window: tuple[Operand, ...]) -> None:
+            place: list[Operand] = [Number("index", 0)] * axes
+            counters: list[Operand] = [Number("index", 0)] * len(shape)
+            for axis, k, counter in zip(windows.kept, windows.axes, window, strict=True):
+                place[axis] = counters[k] = counter
+            for k, counter in zip(rows, row, strict=True):
+                counters[k] = counter
+            value = part.at(within, place)
+            if fill is not None:
+                name = Name(kind, within.where.name, next(within.groups))
+                value = within.assign("select", (is_inside, value, Number(kind, fill)), name)
+            put(within, target, counters, value)
 
-    row_tests: dict[tuple[int, ...], list[list[Operand]]] = {}
-    group = next(build.groups)
-    for position, row, offset in windows.places(updates.shape, array.ndim):
-        if row not in row_tests:
-            row_tests[row] = tests(row)
-        for cell in np.ndindex(*limits):
-            is_target: Operand = Number("logical", True)
-            for axis, k in enumerate(cell):
-                is_target = build.compute("and", is_target, row_tests[row][axis][k], hint="chosen")
-            if is_target == Number("logical", False):
-                continue
-            target = tuple(k + step for k, step in zip(cell, offset, strict=True))
-            old: Any = result[target]
-            new = join(old, updates[position])  # pyright: ignore[reportArgumentType]
-            name = Name(new.kind, build.where.name, group, target)
-            result[target] = build.assign("select", (is_target, new, old), name)
-    return result
+        nest(inside, [shape[k] for k in windows.axes], copy, depth=len(rows))
+
+    nest(build, [shape[k] for k in rows], body)
+    return data
 
 
-def _scatter(build: Builder, *arrays: Scalars) -> Scalars:
-    """Array with some parts replaced or combined with others; parts outside it are ignored."""
-    params, count = build.params, arrays[0].ndim
-    dimensions = params["dimension_numbers"]
-    batched = dimensions.operand_batching_dims
-    skipped_axes = (*dimensions.inserted_window_dims, *batched)
-    windows = _Windows(
-        dimensions.update_window_dims,
-        [k for k in range(count) if k not in skipped_axes],
-        {axis: k for k, axis in enumerate(dimensions.scatter_dims_to_operand_dims)},
-        dict(zip(batched, dimensions.scatter_indices_batching_dims, strict=True)),
-    )
-
-    def join(old: Operand, update: Operand) -> Operand:
-        if params["update_jaxpr"] is None:
-            return update
-        inner = closed(params["update_jaxpr"], params["update_consts"])
-        operands = [np.array(operand, dtype=object) for operand in (old, update)]
-        (result,) = build.lower(inner, operands, build.block, build.where)
-        return build.scalars(result).item()
-
-    return _combine(build, arrays, windows, join, clipped="CLIP" in str(params["mode"]))
+def _element(build: Builder, data: Data, position: Sequence[int]) -> Any:
+    """Element of data at a position, read if its index is computed."""
+    one = Data(data.table, data.places[tuple(position)].reshape(()), data.base)
+    return build.scalars(one).item() if data.base is not None else one.elements().item()
 
 
-def _dynamic_update(build: Builder, array: Scalars, updates: Scalars, *starts: Scalars) -> Scalars:
-    """Array with the part that starts at computed indices replaced."""
-    axes = range(array.ndim)
-    windows = _Windows(tuple(axes), list(axes), {axis: axis for axis in axes}, {})
-    arrays = (array, np.array([start.item() for start in starts], dtype=object), updates)
-    return _combine(build, arrays, windows, lambda _, update: update, clipped=True)
-
-
-RULES: dict[str, Callable[..., Scalars]] = {
-    "dynamic_slice": _dynamic_slice,
-    "dynamic_update_slice": _dynamic_update,
-    "gather": _gather,
-    "scatter": _scatter,
-    **{
-        f"scatter{mark}{operation}": _scatter
-        for mark in "-_"
-        for operation in ("add", "sub", "mul", "min", "max")
-    },
-}
+RULES: dict[str, Callable[..., Array]] = {"dynamic_slice": _dynamic_slice, "gather": _gather}
+"""Primitive -> (builder, operands) -> result."""

@@ -18,6 +18,9 @@ from gyrostat.core.jax64 import jax, jnp
 Matrix = Float[Array, "m n"]
 WRITTEN = 8
 """Largest number of passes that are written out."""
+SMALL = 4
+"""Largest size of a matrix whose elimination is expanded; `elimination` has loops for others."""
+ELIMINATION = ("cholesky", "lu", "triangular_solve")
 
 
 def _passes(count: int, step: Callable[[Any, Any], Any], carry: Any) -> Any:

@@ -1,25 +1,24 @@
-"""Lower a jaxpr to a program of scalars: arrays become scalars, functions and loops remain."""
+"""Lower a jaxpr to a program: small arrays become scalars, large ones tables that loops fill."""
 
 import math
+from collections import Counter
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import count
 from typing import Any
 
 import numpy as np
 
+from gyrostat.codegen.arrays import SMALL, Array, Data, Deferred, is_plain
 from gyrostat.codegen.builder import Builder
+from gyrostat.codegen.constants import constant_table
 from gyrostat.codegen.control_flow import argument_name, is_rows
-from gyrostat.codegen.data import Data, moved
+from gyrostat.codegen.nests import filled
 from gyrostat.codegen.primitives import ALIKE, COMPILED, MOVES, OVERFLOWING, PRODUCTS, Scalars
 from gyrostat.codegen.program import Block, Call, Function, Table
-from gyrostat.codegen.rules import RULES
+from gyrostat.codegen.rules import OF_ARRAYS, RULES
 from gyrostat.codegen.scope import FLIGHT, Scope
 from gyrostat.codegen.source import NOWHERE, Source, UnsupportedError, refused, source
 from gyrostat.codegen.tracing import called, constant, own_function
-
-_READING = frozenset({"dynamic_slice", "gather", "cond", "scan", "while"})
-"""Primitives whose rules take data as it is."""
 
 
 class Lowering:
@@ -32,27 +31,26 @@ class Lowering:
         self._groups = count(1)
         self._library_call: Source | None = None
         self._large: dict[int, tuple[Any, Data | None]] = {}
-        self._tables: dict[tuple[str, bytes], Table] = {}
+        self._tables: dict[Any, Table] = {}
 
-    def graph(self, closed: Any, inputs: Sequence[Scalars | Data], block: Block) -> list[Scalars]:
-        """Append a closed jaxpr to a block and return its results.
+    def graph(self, closed: Any, inputs: Sequence[Array], block: Block) -> list[Scalars]:
+        """Append a closed jaxpr to a block and return its results as scalars.
 
         Args:
             closed: Closed jaxpr.
             inputs: Arguments.
             block: Block that the statements are appended to.
         """
-        arrays = self._graph(closed, inputs, block)
-        return [array.scalars() if isinstance(array, Data) else array for array in arrays]
+        return [self.builder(block).scalars(a) for a in self.arrays(closed, inputs, block)]
 
-    def _graph(
+    def arrays(
         self,
         closed: Any,
-        inputs: Sequence[Scalars | Data],
+        inputs: Sequence[Array],
         block: Block,
         called_at: Source | None = None,
-    ) -> list[Scalars | Data]:
-        """See `graph`.
+    ) -> list[Array]:
+        """Append a closed jaxpr to a block and return its results.
 
         Args:
             closed: Closed jaxpr.
@@ -63,10 +61,18 @@ class Lowering:
         """
         outer, self._library_call = self._library_call, called_at or self._library_call
         jaxpr = closed.jaxpr
+        uses = Counter(atom for e in jaxpr.eqns for atom in e.invars if constant(atom) is None)
+        uses.update(atom for atom in jaxpr.outvars if constant(atom) is None)
         constants = dict(zip(jaxpr.constvars, closed.consts, strict=True))
-        values: dict[Any, Scalars | Data] = dict(zip(jaxpr.invars, inputs, strict=True))
+        values: dict[Any, Array] = {}
 
-        def read(atom: Any) -> Scalars | Data:
+        def keep(variables: Sequence[Any], arrays: Sequence[Array], build: Builder) -> None:
+            for variable, array in zip(variables, arrays, strict=True):
+                # an operation that is used once is computed where it is used
+                is_used_again = isinstance(array, Deferred) and uses[variable] > 1
+                values[variable] = filled(build, array) if is_used_again else array
+
+        def read(atom: Any) -> Array:
             value = constant(atom)
             if value is None and atom in constants:
                 value = constants[atom]
@@ -74,64 +80,68 @@ class Lowering:
                 return values[atom]
             return self._data(value) or self._scope.numbers(value)
 
-        def lookup(atom: Any) -> Scalars | Data | None:
+        def lookup(atom: Any) -> Array | None:
             value = constants.get(atom) if constant(atom) is None else constant(atom)
             return values.get(atom) if value is None else self._data(value)
 
+        keep(jaxpr.invars, inputs, self.builder(block, called_at or NOWHERE))
         for equation in jaxpr.eqns:
             where = self._library_call or source(equation, NOWHERE)
-            build = Builder(equation, block, where, self._scope, self._groups, self._graph)
+            build = self.builder(block, where, equation)
             try:
                 self._refuse_arrays(build, [lookup(atom) for atom in equation.invars])
                 results = self._equation(build, [read(atom) for atom in equation.invars])
-                results = self._narrow(
-                    build, [results] if isinstance(results, np.ndarray) else results
-                )
+                if isinstance(results, np.ndarray | Data | Deferred):
+                    results = [results]
+                results = self._narrow(build, results)
+                keep(equation.outvars, results, build)
             except UnsupportedError as error:
                 error.equations.append(equation)
                 raise
-            values.update(zip(equation.outvars, results, strict=True))
         self._library_call = outer
         return [read(atom) for atom in jaxpr.outvars]
 
-    def _equation(
-        self, build: Builder, operands: list[Scalars | Data]
-    ) -> Scalars | Sequence[Scalars | Data]:
+    def builder(self, block: Block, where: Source = NOWHERE, equation: Any = None) -> Builder:
+        """Builder that appends the statements of an equation to a block."""
+        return Builder(equation, block, where, self._scope, self._groups, self.arrays, self._tables)
+
+    def _equation(self, build: Builder, operands: list[Array]) -> Array | Sequence[Array]:
         inner, name = called(build.equation), build.equation.primitive.name
         if inner is not None:
             function = None if self._scope.in_place else own_function(build.equation, inner)
-            # C has no arrays as arguments of internal functions
-            if function is None or any(isinstance(array, Data) for array in operands):
-                return self._graph(inner, operands, build.block, build.where)
+            if function is None or not _are_scalars(build, operands):
+                return self.arrays(inner, operands, build.block, build.where)
             return self._call(function, inner, [build.scalars(array) for array in operands], build)
-        if _stays_data(build.equation, operands):
-            data: Any = operands[0]
-            return moved(MOVES[name], build.params, data) if name in MOVES else [data]
-        if name not in _READING:
-            operands = [build.scalars(array) for array in operands]
+        if name in ALIKE:
+            return operands
         if any(is_rows(array) for array in operands):
             raise build.refused("rows of a long scan", "them only as a result")
+        if name not in OF_ARRAYS:
+            operands = [self._scalars(build, array) for array in operands]
         rule = self._scope.rules.get(name) or RULES.get(name)
         if rule is None:
             raise build.refused("a primitive", COMPILED)
         return rule(build, *operands)
 
-    def _data(self, value: Any) -> Data | None:
-        """Large constant as data of one table, wherever it is read; None if it is not large.
+    def _scalars(self, build: Builder, array: Array) -> Scalars:
+        """Elements of an array; a loop computes those of a large deferred operation."""
+        if isinstance(array, Deferred) and array.size > self._scope.few:
+            array = filled(build, array)
+        return build.scalars(array)
 
-        Constants with equal elements are one table.
-        """
+    def _data(self, value: Any) -> Data | None:
+        """Large constant as data of one table, wherever it is read; None if it is not large."""
         # keep the constant alive with its table: the id of a deleted object may be reused
         if id(value) not in self._large:
-            data = self._scope.large(value)
-            if data is not None:
-                elements = np.array(data.table.values).tobytes()
-                table = self._tables.setdefault((data.table.kind, elements), data.table)
-                data = replace(data, table=table)
+            array, data = self._scope.array(value), None
+            kind = self._scope.kind_of(array.dtype)
+            if kind is not None and array.size > SMALL:
+                table = constant_table(self._tables, kind, array.ravel().tolist())
+                data = Data(table, np.arange(array.size).reshape(array.shape))
             self._large[id(value)] = (value, data)
         return self._large[id(value)][1]
 
-    def _narrow(self, build: Builder, arrays: Sequence[Scalars | Data]) -> Sequence[Scalars | Data]:
+    def _narrow(self, build: Builder, arrays: Sequence[Array]) -> Sequence[Array]:
         name = build.equation.primitive.name
         if name not in OVERFLOWING:
             return arrays
@@ -158,7 +168,7 @@ class Lowering:
         build.block.append(Call(function, _flat(inputs), _flat(results), build.where))
         return results
 
-    def _refuse_arrays(self, build: Builder, operands: Sequence[Scalars | Data | None]) -> None:
+    def _refuse_arrays(self, build: Builder, operands: Sequence[Array | None]) -> None:
         """Check that arrays are not too large and of a supported type; raises `InputError`."""
         scope, equation, where = self._scope, build.equation, build.where
         # results of a long scan are kept as tables, not as scalars
@@ -179,7 +189,7 @@ class Lowering:
             raise refused(equation, where, f"numbers of type {dtype}", expected)
 
 
-def _stays_data(equation: Any, operands: Sequence[Scalars | Data | None]) -> bool:
+def _stays_data(equation: Any, operands: Sequence[Array | None]) -> bool:
     """Whether an equation only rearranges the elements of data."""
     if len(operands) != 1 or not isinstance(operands[0], Data):
         return False
@@ -187,6 +197,14 @@ def _stays_data(equation: Any, operands: Sequence[Scalars | Data | None]) -> boo
     if name == "convert_element_type":
         return equation.invars[0].aval.dtype == equation.outvars[0].aval.dtype
     return name in MOVES or name in ALIKE
+
+
+def _are_scalars(build: Builder, operands: Sequence[Array]) -> bool:
+    """Whether a function gets and returns scalars; C has no arrays as results."""
+    results = build.equation.outvars
+    return all(isinstance(array, np.ndarray) and is_plain(array) for array in operands) and all(
+        math.prod(variable.aval.shape) <= SMALL for variable in results
+    )
 
 
 def _flat(arrays: Sequence[Scalars]) -> list[Any]:

@@ -1,16 +1,19 @@
-"""Intermediate representation between jaxpr and C: statements on scalars, in blocks.
+"""Intermediate representation between jaxpr and C: statements on scalars and tables, in blocks.
 
 A scalar is a `Name` that is assigned once, or a `Number`. Only the carried names of a loop change,
-at the end of each pass.
+at the end of each pass. A small array is one of scalars; a large one is a `Table`, filled by loops.
 """
 
 from collections.abc import Iterator
 from dataclasses import dataclass, field
 from typing import Literal
 
+import numpy as np
+
 from gyrostat.codegen.source import NOWHERE, Source
 
-Kind = Literal["real", "integer", "logical", "bits"]
+Kind = Literal["real", "integer", "logical", "bits", "index"]
+"""Kind of number; "index" counts passes of loops and elements of tables."""
 
 
 @dataclass(frozen=True)
@@ -31,6 +34,7 @@ class Name:
         group: Number of the operation that computes it: the same for all elements of an array.
         place: Index of the element in its array.
         fixed: Whether `hint` is used unchanged.
+        table: Array of the caller that it is an element of; `place` is its index there.
     """
 
     kind: Kind
@@ -38,22 +42,26 @@ class Name:
     group: int = 0
     place: tuple[int, ...] = ()
     fixed: bool = False
+    table: "Table | None" = None
 
 
 @dataclass(eq=False)
 class Table:
-    """Array of scalars that is read at a computed index, row by row.
+    """Array of scalars in memory, which is read at a computed index.
 
     Attributes:
         kind: Kind of number.
         size: Number of scalars.
-        hint: Preferred name in C.
+        hint: Preferred name in C. If there is a `shape`, an expression of C such as memory->rates.
         kept: Whether the table is a result, which nothing in the program reads.
         memory: Memory of the inputs that contains the table, "shared" or "own"; "" for a table that
             the program fills.
         start: Index of its first word in that memory.
         parameters: Index -> parameter for the element at this index, of a table in memory.
         values: Numbers of a constant table; () for other tables.
+        shape: Shape of an array of the caller, which is read and set with an index for each axis;
+            () for other tables.
+        changes: Whether elements change after the table was read, as those carried by a loop do.
     """
 
     kind: Kind
@@ -64,12 +72,21 @@ class Table:
     start: int = 0
     parameters: dict[int, Name] = field(default_factory=dict)
     values: tuple[float | int | bool, ...] = ()
+    shape: tuple[int, ...] = ()
+    changes: bool = False
 
     def known(self, index: int) -> "Operand":
-        """Element at a known index: a number of a constant table, a parameter of one in memory."""
+        """Element at a known index of a constant table, a table in memory or one of the caller."""
         if self.values:
             return Number(self.kind, self.values[int(index)])
+        if self.shape:
+            return self.parameters.setdefault(int(index), self._of_caller(int(index)))
         return self.parameter(index)
+
+    def _of_caller(self, index: int) -> Name:
+        place = np.unravel_index(index, self.shape)
+        text = self.hint + "".join(f"[{k}]" for k in place)
+        return Name(self.kind, text, place=(index,), fixed=True, table=self)
 
     def parameter(self, index: int) -> Name:
         """Parameter for the element at a known index, of a table in memory."""
@@ -84,7 +101,8 @@ class Assign:
     """Operation: target = operation(operands).
 
     An "element" is read from `table` at the index that is its operand. For a table in the memory of
-    the inputs, the index is the sum of two operands, the second of which is constant.
+    the inputs, the index is the sum of two operands, the second of which is constant; for one with
+    a shape, there is an index for each axis.
     """
 
     target: Name
@@ -96,7 +114,7 @@ class Assign:
 
 @dataclass(eq=False)
 class Fill:
-    """Assignment of a whole table from values that are all known at once."""
+    """Declaration of a table: with all its values, or with none, for loops that fill it."""
 
     table: Table
     values: tuple[Operand, ...]
@@ -105,12 +123,10 @@ class Fill:
 
 @dataclass(eq=False)
 class Store:
-    """Assignment table[width * index + offset] = value, in a loop that declares the table."""
+    """Assignment of an element: table[index] = value, with an index for each axis of a shape."""
 
     table: Table
-    index: Name
-    width: int
-    offset: int
+    indices: tuple[Operand, ...]
     value: Operand
     source: Source = NOWHERE
 
@@ -128,7 +144,8 @@ class Carried:
 class Loop:
     """Loop of at most `count` passes, which ends when `goes_on` is false.
 
-    `goes_on` is computed by the `test` block.
+    `goes_on` is computed by the `test` block. The counter begins with `start`, which leaves out the
+    passes before.
     """
 
     count: int
@@ -139,6 +156,7 @@ class Loop:
     goes_on: Operand | None
     stacked: list[Table] = field(default_factory=list)
     source: Source = NOWHERE
+    start: Operand = Number("index", 0)
 
 
 @dataclass(eq=False)

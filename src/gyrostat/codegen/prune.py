@@ -67,9 +67,10 @@ def _prune_block(
             case Loop():
                 statement.carried = [c for c in statement.carried if c.name in names]
                 statement.stacked = [t for t in statement.stacked if t in names]
-                needed = bool(statement.carried or statement.stacked)
                 statement.test = _prune_block(statement.test, names, used_results)
                 statement.body = _prune_block(statement.body, names, used_results)
+                # a loop without variables fills tables
+                needed = bool(statement.carried or statement.stacked or statement.body)
             case Branch(targets=targets):
                 rows = {k for k, target in enumerate(targets) if target in names}
                 statement.targets = _at(targets, rows)
@@ -77,7 +78,7 @@ def _prune_block(
                 statement.blocks = [
                     _prune_block(inner, names, used_results) for inner in statement.blocks
                 ]
-                needed = bool(rows)
+                needed = bool(rows) or any(statement.blocks)
             case Call(function, operands, targets):
                 needed = any(target in names for target in targets)
                 if needed:

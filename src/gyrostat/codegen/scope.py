@@ -7,9 +7,9 @@ from typing import Any
 
 import numpy as np
 
-from gyrostat.codegen.data import Data
+from gyrostat.codegen.arrays import SMALL
 from gyrostat.codegen.primitives import Scalars, one_by_one
-from gyrostat.codegen.program import Kind, Number, Table
+from gyrostat.codegen.program import Kind, Number
 from gyrostat.codegen.source import UnsupportedError
 
 LARGEST = 1024
@@ -40,7 +40,9 @@ class Scope:
         narrow: Type -> operation that keeps integers of less than 64 bits within their range.
         longest: Largest number of passes of a scan whose rows are scalars; the rows of a longer
             scan are kept as tables.
-        constant_tables: Whether a constant of more elements than `largest` is kept as a table.
+        few: Largest number of elements of a part of a table that is one of scalars.
+        known: The same for a table that is an input or a constant.
+        written: Largest number of operations on elements of tables that are written out.
     """
 
     kind_of: Callable[[Any], Kind | None] = kind_of
@@ -51,22 +53,15 @@ class Scope:
     array: Callable[[Any], Any] = np.asarray
     narrow: Mapping[Any, str] = field(default_factory=dict)
     longest: float = np.inf
-    constant_tables: bool = False
+    few: int = 8
+    known: int = SMALL
+    written: int = 64
 
     def kind(self, atom: Any) -> Kind:
         """Kind of number of a variable that may be lowered."""
         kind = self.kind_of(atom.aval.dtype)
         assert kind is not None  # `Lowering` refuses unsupported types
         return kind
-
-    def large(self, array: Any) -> Data | None:
-        """Constant array as data of a constant table; None if it is not large."""
-        array = self.array(array)
-        kind = self.kind_of(array.dtype)
-        if not self.constant_tables or kind is None or array.size <= self.largest:
-            return None
-        table = Table(kind, array.size, values=tuple(array.ravel().tolist()))
-        return Data(table, np.arange(array.size).reshape(array.shape))
 
     def numbers(self, array: Any) -> Scalars:
         """Array of constants.
@@ -86,4 +81,4 @@ class Scope:
         return one_by_one(array.shape, lambda value: Number(kind, value.item()), array)
 
 
-FLIGHT = Scope(narrow={np.dtype(np.uint32): "to_word"}, constant_tables=True)
+FLIGHT = Scope(narrow={np.dtype(np.uint32): "to_word"})

@@ -7,17 +7,21 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.codegen.arrays import SMALL, Data, data_or_scalars, is_plain
+from gyrostat.codegen.assignment import set_tables
 from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.codegen.flight.header import header, prototype, wrapped
 from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
+from gyrostat.codegen.flight.inlining import may_stop_early
 from gyrostat.codegen.flight.module import Entry, Module, Port, Precision
 from gyrostat.codegen.flight.moves import moves
-from gyrostat.codegen.flight.structs import Leaf, Struct, Structs, scalars
-from gyrostat.codegen.flight.write import Writer, may_stop_early
+from gyrostat.codegen.flight.structs import Leaf, Struct, Structs, arrays_of
+from gyrostat.codegen.flight.write import Writer
 from gyrostat.codegen.lower import Lowering
 from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.program import Block, Function, Name, Operand
 from gyrostat.codegen.prune import prune
+from gyrostat.codegen.sharing import share_tables
 from gyrostat.codegen.tracing import as_arrays, trace
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
@@ -56,6 +60,8 @@ def emit(name: str, entries: Sequence[Entry], precision: Precision = "double") -
     for function in inner:
         function.name = free_name(identifier(function.name), reserved)
         reserved.add(function.name)
+    for function in (*inner, *tops):
+        share_tables(function)
     helpers: set[str] = set()
     texts = [_inner(function, dialect, reserved, helpers) for function in inner]
     texts += [_entry(root, dialect, reserved, helpers) for root in roots]
@@ -96,18 +102,19 @@ def _lower(entry: Entry, structs: Structs, lowering: Lowering) -> _Root:
     arguments = {name: as_arrays(tree) for name, tree in entry.arguments.items()}
     traced = trace(entry.function, list(arguments.values()), entry.name)
     contents = {n: structs.of(tree, f"{entry.name}_{n}") for n, tree in arguments.items()}
-    inputs: list[Scalars] = []
+    inputs: list[Scalars | Data] = []
     for name, tree in arguments.items():
-        inputs += _scalars(name, contents[name], name in entry.results, tree)
+        arrays = _arrays(name, contents[name], name in entry.results, tree)
+        inputs += [data_or_scalars(each) if isinstance(each, Data) else each for each in arrays]
     body: Block = []
-    outputs = lowering.graph(traced.jaxpr, inputs, body)
+    outputs = lowering.arrays(traced.jaxpr, inputs, body)
     trees = traced.results if len(entry.results) > 1 else (traced.results,)
     if not isinstance(trees, tuple) or len(trees) != len(entry.results):
         raise InputError(
             f"{entry.name}: found {len(entry.results)} names of results, expected as many as the "
             "function returns"
         )
-    stores: list[str] = []
+    destinations: list[Scalars | Data] = []
     for name, tree in zip(entry.results, trees, strict=True):
         content = structs.of(tree, f"{entry.name}_{name}")
         if contents.setdefault(name, content) != content:
@@ -115,25 +122,45 @@ def _lower(entry: Entry, structs: Structs, lowering: Lowering) -> _Root:
                 f"{entry.name}: found a result {name} of another shape than the argument, "
                 "expected the same shape"
             )
-        destinations = _scalars(name, content, True, tree)
-        stores += [destination.hint for array in destinations for destination in array.flat]
+        destinations += _arrays(name, content, True, tree)
     ports = tuple(
         Port(name, content, name in arguments, name in entry.results)
         for name, content in contents.items()
         if content is not None
     )
-    flat: list[Operand] = [operand for array in outputs for operand in array.flat]
-    return _Root(entry, Function(entry.name, [], body, flat), ports, tuple(stores))
+    build = lowering.builder(body)
+    is_table = [
+        isinstance(each, Data) and each.size > (SMALL if is_plain(array) else build.scope.few)
+        for each, array in zip(destinations, outputs, strict=True)
+    ]
+    changes: list[tuple[Any, Any]] = []
+    results: list[Operand] = []
+    stores: list[str] = []
+    for destination, array, in_table in zip(destinations, outputs, is_table, strict=True):
+        if in_table:
+            changes.append((array, destination))
+            continue
+        # the elements of a table are set before the scalars
+        operands = build.scalars(array).flat
+        results += [build.copied(each) if any(is_table) else each for each in operands]
+        stores += [each.hint for each in build.scalars(destination).flat]
+    set_tables(build, changes)
+    tables = [destination.table for _, destination in changes]
+    return _Root(entry, Function(entry.name, [], body, results, rows=tables), ports, tuple(stores))
 
 
-def _scalars(name: str, content: Leaf | Struct | None, is_set: bool, tree: Any) -> list[Scalars]:
-    """C expressions for the leaves of an argument, in JAX's order."""
-    empty = [np.empty(leaf.shape, dtype=object) for leaf in jax.tree.leaves(tree)]
+def _arrays(
+    name: str, content: Leaf | Struct | None, is_set: bool, tree: Any
+) -> list[Scalars | Data]:
+    """Leaves of an argument in JAX's order, as C expressions of their elements, or as tables."""
+    empty: list[Scalars | Data] = [
+        np.empty(leaf.shape, dtype=object) for leaf in jax.tree.leaves(tree)
+    ]
     if content is None:
         return empty
     address = isinstance(content, Leaf) and not content.shape and is_set
-    expressions = iter(scalars(content, f"(*{name})" if address else name))
-    return [next(expressions) if array.size else array for array in empty]
+    arrays = iter(arrays_of(content, f"(*{name})" if address else name))
+    return [next(arrays) if array.size else array for array in empty]
 
 
 def _inner(function: Function, dialect: Dialect, reserved: set[str], helpers: set[str]) -> str:

@@ -47,6 +47,11 @@ _BINARY = (
 _SIGNS = {"neg": "-", "not": "!", "bits_not": "~"}
 OF_INTEGERS = {name: f"bits_{name}" for name in ("and", "or", "xor", "not")}
 """Operation on logical values -> bitwise operation on integers."""
+_CONVERSIONS: dict[str, Kind] = {
+    "to_real": "real",
+    "to_integer": "integer",
+    "to_index": "index",
+}
 HELPERS = {
     "max": "largest",
     "min": "smallest",
@@ -83,7 +88,8 @@ class Dialect:
 
     def type_of(self, kind: Kind) -> str:
         """C type for a kind of number."""
-        return {"real": self.real, "integer": "int64_t", "logical": "bool"}[kind]
+        kinds = {"integer": "int64_t", "logical": "bool", "index": "int32_t"}
+        return self.real if kind == "real" else kinds[kind]
 
     def number(self, number: Number) -> Text:
         """Constant as an expression."""
@@ -92,7 +98,7 @@ class Dialect:
             return Text("true" if value else "false", WORD)
         if number.kind == "integer" and value == -(2**63):  # C has no such literal
             return Text("INT64_MIN", WORD)
-        if number.kind == "integer":
+        if number.kind in ("integer", "index"):
             return Text(str(value), WORD if value >= 0 else UNARY)
         if math.isnan(value):
             return Text("NAN", WORD)
@@ -116,11 +122,12 @@ class Dialect:
             # literals have type int, which the other operand may not have
             yes, no = (re.sub(r"^-?\d+$", r"INT64_C(\g<0>)", text) for text in (yes, no))
             return Text(f"{test} ? {yes} : {no}", CHOICE)
+        if name == "copy":
+            return operands[0]
         if name in _SIGNS:
             return Text(f"{_SIGNS[name]}{operands[0].word()}", UNARY)
-        if name in ("to_real", "to_integer"):
-            kind = self.real if name == "to_real" else "int64_t"
-            return Text(f"({kind}){operands[0].word()}", UNARY)
+        if name in _CONVERSIONS:
+            return Text(f"({self.type_of(_CONVERSIONS[name])}){operands[0].word()}", UNARY)
         if name == "to_word":
             return self.operation("bits_and", [*operands, Text("4294967295", WORD)])
         if name == "to_half":

@@ -9,9 +9,10 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.codegen.arrays import Data
 from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
 from gyrostat.codegen.primitives import Scalars
-from gyrostat.codegen.program import Kind, Name
+from gyrostat.codegen.program import Kind, Name, Table
 from gyrostat.codegen.scope import LARGEST, kind_of
 from gyrostat.core.checked import declared_units
 from gyrostat.core.errors import InputError
@@ -103,7 +104,13 @@ class Structs:
 
 
 def scalars(content: Leaf | Struct, path: str, pointer: bool = True) -> list[Scalars]:
-    """C expressions for the numbers of a type, one array for each leaf, in JAX's order.
+    """C expressions for the numbers of a type; see `arrays_of`."""
+    arrays = arrays_of(content, path, pointer)
+    return [array.scalars() if isinstance(array, Data) else array for array in arrays]
+
+
+def arrays_of(content: Leaf | Struct, path: str, pointer: bool = True) -> list[Scalars | Data]:
+    """Leaves of a type in JAX's order: names of single numbers, and tables.
 
     Args:
         content: Type, as returned by `Structs.of`.
@@ -111,16 +118,16 @@ def scalars(content: Leaf | Struct, path: str, pointer: bool = True) -> list[Sca
         pointer: Whether `path` is a pointer to a struct.
     """
     if isinstance(content, Leaf):
-        names = np.empty(content.shape, dtype=object)
-        for position in np.ndindex(content.shape):
-            text = path + "".join(f"[{index}]" for index in position)
-            names[position] = Name(content.kind, text, fixed=True)
-        return [names]
+        if not content.shape:
+            return [np.array(Name(content.kind, path, fixed=True), dtype=object)]
+        size = int(np.prod(content.shape))
+        table = Table(content.kind, size, path, shape=content.shape)
+        return [Data(table, np.arange(size).reshape(content.shape))]
     step = "->" if pointer else "."
     return [
         array
         for member in content.members
-        for array in scalars(member.content, f"{path}{step}{member.name}", False)
+        for array in arrays_of(member.content, f"{path}{step}{member.name}", False)
     ]
 
 

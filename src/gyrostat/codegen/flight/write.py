@@ -4,9 +4,15 @@ import textwrap
 from collections import Counter
 from collections.abc import Sequence
 
-from gyrostat.codegen.dependencies import used
+from gyrostat.codegen.dependencies import read_by, used
 from gyrostat.codegen.flight.expressions import HELPERS, OF_INTEGERS, WORD, Dialect, Text
 from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
+from gyrostat.codegen.flight.inlining import (
+    is_known_element,
+    may_stop_early,
+    stored,
+    takes_in,
+)
 from gyrostat.codegen.flight.moves import LastBranch, last_branch, moves
 from gyrostat.codegen.program import (
     Assign,
@@ -14,7 +20,6 @@ from gyrostat.codegen.program import (
     Branch,
     Call,
     Fill,
-    Function,
     Loop,
     Name,
     Number,
@@ -27,27 +32,6 @@ from gyrostat.codegen.program import (
 from gyrostat.codegen.source import NOWHERE, Source
 
 WIDTH = 100
-LONGEST = 70
-"""Largest length of an expression that may be inlined in another."""
-
-
-def _takes_in(reader: Statement, statement: Assign, expression: Text) -> bool:
-    """Whether a statement may contain the expression of another instead of its name."""
-    if reader.source != statement.source or len(expression.text) > LONGEST:
-        return False
-    # the alternatives of a conditional expression are most readable as names
-    if isinstance(reader, Assign) and reader.operation == "select":
-        return expression.strength == WORD or reader.operands[0] is statement.target
-    return True
-
-
-def may_stop_early(function: Function) -> bool:
-    """Whether a loop in a function or its callees has a test that its bound may cut short."""
-    return any(
-        (isinstance(statement, Loop) and statement.goes_on is not None)
-        or (isinstance(statement, Call) and may_stop_early(statement.function))
-        for statement in statements(function.body)
-    )
 
 
 class Writer:
@@ -69,6 +53,7 @@ class Writer:
         self._last: LastBranch | None = None
         self.done: set[str] = set()
         self._source: Source = NOWHERE
+        self._reads: dict[Operand, set[Table]] = {}
 
     def name(self, name: Name | Table, hint: str) -> str:
         """Assign a C name to a scalar or a table."""
@@ -136,32 +121,41 @@ class Writer:
 
     def _count(self, block: Block) -> None:
         for statement in statements(block):
-            read = used(statement)
-            if isinstance(statement, Loop):
-                read += [each.next for each in statement.carried]
-                read += [statement.goes_on] if statement.goes_on is not None else []
-            if isinstance(statement, Branch):
-                read += [value for values in statement.values for value in values]
-            self._uses.update(operand for operand in read if isinstance(operand, Name))
+            self._uses.update(
+                operand for operand in read_by(statement) if isinstance(operand, Name)
+            )
 
     def _block(self, block: Block, results: list[Operand]) -> None:
         """Write a block; its results get names."""
         readers = {
-            operand: statement
-            for statement in block
+            operand: position
+            for position, statement in enumerate(block)
             for operand in used(statement)
             if isinstance(operand, Name)
         }
+        reads = self._reads
         result_ids = {id(result) for result in results}
         for number, statement in enumerate(block):
             if isinstance(statement, Assign):
                 expression = self._expression(statement)
                 reader = readers.get(statement.target)
-                single_use = (
-                    self._uses[statement.target] == 1 and id(statement.target) not in result_ids
+                tables = set().union(*(reads.get(each, ()) for each in statement.operands))
+                tables |= {statement.table} if statement.table is not None else set()
+                target = statement.target
+                is_inlined = (
+                    is_known_element(statement)
+                    or (
+                        self._uses[target] == 1
+                        and id(target) not in result_ids
+                        and reader is not None
+                        and takes_in(block[reader], statement, expression)
+                        # a table may have other elements by then
+                        and not (tables and tables & stored(block[number:reader]))
+                    )
                 )
-                if single_use and reader is not None and _takes_in(reader, statement, expression):
-                    self._texts[statement.target] = expression
+                if is_inlined:
+                    self._texts[target] = expression
+                    reads[target] = tables
                     continue
                 self._say(statement.source)
                 text = self.name(statement.target, self._hint(statement, block[number + 1 :]))
@@ -184,7 +178,7 @@ class Writer:
     def _expression(self, statement: Assign) -> Text:
         operands = [self.text(operand) for operand in statement.operands]
         if statement.table is not None:
-            return Text(f"{self._texts[statement.table].text}[{operands[0].text}]", WORD)
+            return Text(self._element(statement.table, statement.operands), WORD)
         operation, kind = statement.operation, statement.operands[0].kind
         if kind == "integer":
             operation = OF_INTEGERS.get(operation, operation)
@@ -194,11 +188,15 @@ class Writer:
             self.helpers.add(operation)
         return self._dialect.operation(operation, operands)
 
+    def _element(self, table: Table, indices: Sequence[Operand]) -> str:
+        name = table.hint if table.shape else self._texts[table].text
+        return name + "".join(f"[{self.text(index).text}]" for index in indices)
+
     def _say(self, source: Source) -> None:
         if source != self._source and source != NOWHERE:
             self._lines.append("")
             self.line(f"/* {comment(str(source))} */")
-        self._source = source
+            self._source = source
 
     def _statement(self, statement: Statement) -> None:
         kinds = self._dialect.type_of
@@ -206,12 +204,10 @@ class Writer:
             case Fill(table, values):
                 name = self.name(table, f"{table.hint or 'value'}_table")
                 elements = ", ".join(self.text(value).text for value in values)
-                self.line(f"const {kinds(table.kind)} {name}[{table.size}] = {{{elements}}};")
-            case Store(table, index, width, offset, value):
-                position = self.text(index).beside()
-                position = f"({width} * {position})" if width > 1 else position
-                position = f"{position} + {offset}" if offset else position
-                self.line(f"{self._texts[table].text}[{position}] = {self.text(value).text};")
+                const, filled = ("const ", f" = {{{elements}}}") if values else ("", "")
+                self.line(f"{const}{kinds(table.kind)} {name}[{table.size}]{filled};")
+            case Store(table, indices, value):
+                self.line(f"{self._element(table, indices)} = {self.text(value).text};")
             case Loop():
                 self._loop(statement)
             case Branch():
@@ -229,11 +225,13 @@ class Writer:
         for table in loop.stacked:
             name = self.name(table, f"{table.hint or 'value'}_table")
             self.line(f"{kinds(table.kind)} {name}[{table.size}];")
-        counter = self.name(loop.counter, "pass")
+        counter = self.name(loop.counter, loop.counter.hint)
         if loop.goes_on is None:
-            self.line(f"for (int64_t {counter} = 0; {counter} < {loop.count}; ++{counter}) {{")
+            kind = kinds(loop.counter.kind)
+            first = f"{kind} {counter} = {self.text(loop.start).text}"
+            self.line(f"for ({first}; {counter} < {loop.count}; ++{counter}) {{")
         else:
-            self.line(f"int64_t {counter};")
+            self.line(f"{kinds(loop.counter.kind)} {counter};")
             self.line(f"for ({counter} = 0; {counter} < {loop.count}; ++{counter}) {{")
         self._depth += 1
         if loop.goes_on is not None:
@@ -243,7 +241,9 @@ class Writer:
         self._carry(loop)
         self._depth -= 1
         self.line("}")
-        if loop.goes_on is not None:
+        if loop.goes_on is None:
+            self._taken.discard(counter)  # the next loop may have a counter of the same name
+        else:
             self.line(f"if ({counter} == {loop.count}) {{ status = 1; }}")
 
     def _carry(self, loop: Loop) -> None:

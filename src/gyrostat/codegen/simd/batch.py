@@ -10,6 +10,7 @@ from gyrostat.codegen.jax_versions import require_supported
 from gyrostat.codegen.lower import Lowering
 from gyrostat.codegen.program import Function, Operand, Table
 from gyrostat.codegen.prune import prune
+from gyrostat.codegen.sharing import share_tables
 from gyrostat.codegen.simd.batch_scope import BATCH, numbers, random_keys
 from gyrostat.codegen.simd.call import KEY, Compiled, Layout, Place, Type
 from gyrostat.codegen.simd.compiler import library
@@ -165,6 +166,7 @@ def traced(
     branch_rarely_taken(program)
     simplify(program)
     prune([program], [program])
+    share_tables(program)
     split = parameters_of(inputs, flags, program.body)
     own_words = sum(array.size for array, each in zip(inputs, flags, strict=True) if each)
     text = module(program, *split, rows, {**words, "own": own_words})

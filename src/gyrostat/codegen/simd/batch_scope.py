@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyrostat.codegen.arrays import SMALL, Array
 from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.primitives import Scalars, one_by_one
 from gyrostat.codegen.program import Kind, Number
@@ -59,7 +60,7 @@ def _draw(build: Builder, keys: Scalars) -> Scalars:
     return words.reshape(names.shape)
 
 
-def _seed(build: Builder, seed: Scalars) -> Scalars:
+def _seed(build: Builder, seed: Scalars) -> Array:
     """Key of a seed: the 64 bits of the seed."""
     size = 8 * build.equation.invars[0].aval.dtype.itemsize
     if all(isinstance(operand, Number) for operand in seed.flat):
@@ -67,7 +68,7 @@ def _seed(build: Builder, seed: Scalars) -> Scalars:
     return build.apply("to_bits" if size == 64 else "to_word", seed)
 
 
-def _bitcast(build: Builder, array: Scalars) -> Scalars:
+def _bitcast(build: Builder, array: Scalars) -> Array:
     before, after = build.equation.invars[0].aval.dtype, build.target.aval.dtype
     if before == after:
         return array
@@ -88,6 +89,8 @@ BATCH = Scope(
         "random_split": _draw,
     },
     largest=LARGEST,
+    few=SMALL,
+    written=256,
     in_place=True,
     unbounded=True,
     array=numbers,

@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from gyrostat.codegen.data import Data, data_or_scalars
+from gyrostat.codegen.arrays import Data, data_or_scalars
 from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.program import Assign, Block, Name, Table, statements
 from gyrostat.codegen.simd.batch_scope import LARGEST, batch_kind

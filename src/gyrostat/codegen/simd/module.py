@@ -53,10 +53,12 @@ def module(
         places: Row of the function -> arrays that it is part of, and its first word in each.
         words: Array that differs between runs -> number of words of a run.
     """
-    read = (s.table for s in statements(function.body) if isinstance(s, Assign))
-    own_tables = [table for table in read if table is not None and table.memory == "own"]
+    read = dict.fromkeys(s.table for s in statements(function.body) if isinstance(s, Assign))
+    tables = [table for table in read if table is not None]
+    own_tables = [table for table in tables if table.memory == "own"]
     writer = Writer(made_from(function, [*own, *own_tables]))
     writer.parameters(shared, own)
+    writer.constants([table for table in tables if table.values])
     writer.block(function.body, places)
     writer.results(function.results)
     return _TEXT.format(body="\n".join(writer.lines), **words)

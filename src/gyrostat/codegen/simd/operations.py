@@ -4,9 +4,15 @@ from collections.abc import Sequence
 
 from gyrostat.codegen.program import Kind, Number, Operand
 
-VECTOR = {"real": "real", "integer": "integer", "logical": "mask", "bits": "bits"}
+VECTOR = {
+    **{"real": "real", "integer": "integer", "logical": "mask", "bits": "bits"},
+    "index": "integer",
+}
 """Kind of number -> C type of a vector of lanes, which is also the suffix of function names."""
-ONE = {"real": "double", "integer": "int64_t", "logical": "bool", "bits": "uint64_t"}
+ONE = {
+    **{"real": "double", "integer": "int64_t", "logical": "bool", "bits": "uint64_t"},
+    "index": "int64_t",
+}
 """Kind of number -> C type of a single number."""
 
 INFIX = {
@@ -31,7 +37,7 @@ def number(constant: Number) -> str:
         return f"UINT64_C({int(value)})"
     if constant.kind == "integer" and value == -(2**63):  # C has no such literal
         return "INT64_MIN"
-    if constant.kind == "integer":
+    if constant.kind in ("integer", "index"):
         return f"INT64_C({int(value)})"
     if value != value:
         return "NAN"
@@ -57,13 +63,14 @@ def converted(operation: str, kind: Kind, text: str) -> str | None:
         return f"(bits){text} & 0xffffffffu"
     if target == "half":
         return f"(integer)((bits){text} << 32) >> 32"
+    vector = VECTOR[target]  # pyright: ignore[reportArgumentType]
     if kind == "logical" and target == "real":
         return f"real_of_mask({text})"
     if kind == "logical":
-        return f"({target})integer_of_mask({text})"
+        return f"({vector})integer_of_mask({text})"
     if target == "real" or kind == "real":
-        return f"{target}_of_{VECTOR[kind]}({text})"
-    return f"({target}){text}"
+        return f"{vector}_of_{VECTOR[kind]}({text})"
+    return f"({vector}){text}"
 
 
 def on_one(operation: str, operands: Sequence[Operand], texts: list[str]) -> str:
@@ -100,3 +107,21 @@ def on_one(operation: str, operands: Sequence[Operand], texts: list[str]) -> str
         return f"{operation}_{VECTOR[kind]}({lanes})[0]"
     name = {"abs": "fabs", "finite": "isfinite"}.get(operation, operation)
     return f"{name}({', '.join(texts)})"
+
+
+def case_test(kind: Kind, text: str, is_one: bool, case: int, last: int) -> str:
+    """C test that selects one of several blocks by an index.
+
+    Args:
+        kind: Kind of number of the index.
+        text: Index.
+        is_one: Whether it is a single number.
+        case: Number of the block.
+        last: Number of the last block.
+    """
+    if kind == "logical":
+        return text if case else f"{'!' if is_one else 'not_mask'}({text})"
+    if is_one:
+        return f"{text} {'<=' if case == 0 else '>=' if case == last else '=='} {case}"
+    comparison = "le" if case == 0 else "ge" if case == last else "eq"
+    return f"{comparison}_{kind}({text}, all_{kind}({case}))"

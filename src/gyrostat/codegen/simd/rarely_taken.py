@@ -118,7 +118,9 @@ class _Moving:
         names: set[Name | Table],
     ) -> bool:
         """Whether a statement is used only by the rarely taken alternatives of selects."""
-        target = statement.target
+        target, table = statement.target, statement.table
+        if table is not None and table.changes:
+            return False
         users = self._uses.get(target, set())
         if not users or target in self._results or not users <= names:
             return False

@@ -113,13 +113,12 @@ class _Values:
                 self._assign(statement)
             case Fill(table, values):
                 statement.values = tuple(self.known_as(values))
-                self._filled[table] = statement.values
+                if values:
+                    self._filled[table] = statement.values
                 self._add(statement)
             case Store():
                 statement.value = self._resolve(statement.value)
-                index = self._resolve(statement.index)
-                assert isinstance(index, Name)
-                statement.index = index
+                statement.indices = tuple(self.known_as(statement.indices))
                 self._add(statement)
             case Loop():
                 self._loop(statement)
@@ -129,6 +128,7 @@ class _Values:
                 raise TypeError(f"found {type(statement).__name__}, expected it lowered in place")
 
     def _loop(self, loop: Loop) -> None:
+        loop.start = self._resolve(loop.start)
         carried: list[Carried] = []
         twins: dict[tuple[object, ...], Name] = {}
         for each in loop.carried:
@@ -168,6 +168,9 @@ class _Values:
             self._same[assign.target] = self.value(assign, assign.operation, *operands)
             return
         values, index = self._filled.get(assign.table), operands[0]
+        if isinstance(index, Number) and assign.table.values:
+            self._same[assign.target] = assign.table.known(int(index.value))
+            return
         if values is not None and isinstance(index, Number):
             self._same[assign.target] = values[int(index.value)]
             return

@@ -25,6 +25,7 @@ from gyrostat.codegen.simd.operations import (
     INFIX,
     ONE,
     VECTOR,
+    case_test,
     converted,
     number,
     on_one,
@@ -42,6 +43,7 @@ class Writer:
         self._kept: Mapping[Table, Sequence[tuple[str, int]]] = {}
         self._depth = 1
         self._active: str | None = None
+        self._declared_in: dict[Table, str | None] = {}
 
     def parameters(self, shared: Mapping[Name, int], own: Mapping[Name, int]) -> None:
         """Declare the parameters shared by all runs and those that differ, with their words."""
@@ -52,6 +54,13 @@ class Writer:
             memory = "integer" if logical else VECTOR[name.kind]
             text = f"((const {memory}_memory *)own)[{word}]"
             self._declare(name, f"mask_of_integer({text})" if logical else text, constant=True)
+
+    def constants(self, tables: Sequence[Table]) -> None:
+        """Define constant tables."""
+        for table in tables:
+            elements = ", ".join(number(Number(table.kind, each)) for each in table.values)
+            head = f"static const {ONE[table.kind]} {self._new(table)}[{table.size}]"
+            self._line(f"{head} = {{{elements}}};")
 
     def results(self, results: Sequence[Operand]) -> None:
         """Store results one after the other."""
@@ -112,23 +121,41 @@ class Writer:
                 self._declare(target, self._expression(statement), constant=True)
             case Fill(table, values):
                 elements = ", ".join(self._for(table, value) for value in values)
-                kind = self._type(table)
-                self._line(f"const {kind} {self._new(table)}[{table.size}] = {{{elements}}};")
-            case Store(table, index, width, offset, value):
-                position = f"{self._text(index)} * {width} + {offset}"
+                const, filled = ("const ", f" = {{{elements}}}") if values else ("", "")
+                head = f"{const}{self._type(table)} {self._new(table)}[{table.size}]"
+                self._line(f"{head}{filled};")
+                self._declared_in[table] = self._active
+            case Store(table, (index,), value):
                 if table.kept:
                     for memory, first in self._kept[table]:
                         if memory == "asked":
                             self._line("if (asked)")
-                        self._store(memory, f"{first} + {position}", value)
+                        self._store(memory, f"{first} + {self._text(index)}", value)
                 else:
-                    self._line(f"{self._texts[table]}[{position}] = {self._for(table, value)};")
+                    self._set_element(table, index, value)
             case Loop():
                 self._loop(statement)
             case Branch():
                 self._branch(statement)
             case _:
                 raise TypeError(f"found {type(statement).__name__}, expected it lowered in place")
+
+    def _set_element(self, table: Table, index: Operand, value: Operand) -> None:
+        """Assign an element, in the lanes that are active if others may read the table later."""
+        is_masked = self._active != self._declared_in[table] and table in self._varying
+        name = self._texts[table]
+        if self._is_one(index):
+            element, text = f"{name}[{self._text(index)}]", self._for(table, value)
+            if is_masked:
+                text = f"select_{VECTOR[table.kind]}({self._active}, {text}, {element})"
+            self._line(f"{element} = {text};")
+            return
+        where, lanes = f"{name}[{self._text(index)}[lane]]", self._lanes(value)
+        test = f"if (lane_of({self._active}, lane)) " if is_masked else ""
+        text = f"{where}[lane] = ({lanes})[lane]"
+        if table.kind == "logical":
+            text = f"{where} = with_lane({where}, lane, lane_of({lanes}, lane))"
+        self._line(f"EACH {test}{text};")
 
     def _expression(self, statement: Assign) -> str:
         target, operation, operands = statement.target, statement.operation, statement.operands
@@ -189,13 +216,15 @@ class Writer:
         for table in loop.stacked:
             if not table.kept:
                 self._line(f"{self._type(table)} {self._new(table)}[{table.size}];")
+                self._declared_in[table] = self._active
 
     def _loop(self, loop: Loop) -> None:
         self._carry_in(loop)
         counter, before = self._new(loop.counter), self._active
         alive = None
         if loop.goes_on is None:
-            self._line(f"for (int64_t {counter} = 0; {counter} < {loop.count}; ++{counter}) {{")
+            first = f"int64_t {counter} = {self._text(loop.start)}"
+            self._line(f"for ({first}; {counter} < {loop.count}; ++{counter}) {{")
         else:
             if loop.goes_on in self._varying:
                 alive = f"alive_{counter}"
@@ -244,7 +273,7 @@ class Writer:
         for case, block in enumerate(branch.blocks):
             if case == empty:
                 continue
-            condition = self._case(branch.index, case, last)
+            condition = case_test(branch.index.kind, self._text(branch.index), is_one, case, last)
             if is_one:
                 self._line(f"if ({condition}) {{")
             else:
@@ -265,13 +294,3 @@ class Writer:
             self._active = before
             self._depth -= 1
             self._line("}")
-
-    def _case(self, index: Operand, case: int, last: int) -> str:
-        """C test that selects one of several blocks."""
-        text, is_one = self._text(index), self._is_one(index)
-        if index.kind == "logical":
-            return text if case else f"{'!' if is_one else 'not_mask'}({text})"
-        if is_one:
-            return f"{text} {'<=' if case == 0 else '>=' if case == last else '=='} {case}"
-        comparison = "le" if case == 0 else "ge" if case == last else "eq"
-        return f"{comparison}_{index.kind}({text}, all_{index.kind}({case}))"
