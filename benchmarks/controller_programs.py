@@ -226,6 +226,18 @@ def four_wheels():
     return Program(call, arguments, ("memory", "command"), {"measurement": measurement})
 
 
+def four_wheels_fixed():
+    """As `four_wheels`, with its parameters in the code."""
+    program = four_wheels()
+    controller = program.arguments["controller"]
+    arguments = {name: program.arguments[name] for name in ("memory", "measurement")}
+
+    def step(memory, measurement):
+        return controller(memory, measurement)
+
+    return Program(step, arguments, program.results, program.inputs)
+
+
 def _of_target(target):
     (step,) = target.steps
     count = len(jax.tree.leaves(target.inputs)[0])
@@ -253,6 +265,7 @@ PROGRAMS = {
     "mlp": learned,
     "mlp_fixed": learned_fixed,
     "four_wheels": four_wheels,
+    "four_wheels_fixed": four_wheels_fixed,
     "four_wheels_scenario": four_wheels_scenario,
     "compensator": compensator,
 }

@@ -132,14 +132,14 @@ def built(
 
 
 def code_size(folder: Path, file: str, optimisation: str, compiler: str = "") -> int | None:
-    """Bytes of instructions and constants of a C file; None without the compiler."""
+    """Bytes of instructions and constants of a C file; None if it cannot be compiled."""
     command = compiler.split() or list(require_compiler())
     if shutil.which(command[0]) is None:
         return None
     made = folder / f"{file}{optimisation}.o"
-    subprocess.run(
-        [*command, *FLAGS.split(), optimisation, "-c", file, "-o", made], cwd=folder, check=True
-    )
+    command += [*FLAGS.split(), optimisation, "-c", file, "-o", made]
+    if subprocess.run(command, cwd=folder, capture_output=True).returncode != 0:
+        return None
     size = "arm-none-eabi-size" if compiler else "size"
     listed = subprocess.run([size, "-A", made], capture_output=True, text=True, check=True).stdout
     return sum(map(int, re.findall(r"^\.(?:text|rodata)\S*\s+(\d+)", listed, re.MULTILINE)))
