@@ -337,10 +337,6 @@ def pivoted(x):
     return jax.scipy.linalg.qr(x * jnp.eye(3), pivoting=True)[1].sum()
 
 
-def sorted_(x):
-    return jnp.lexsort((x * jnp.ones(3), jnp.ones(3)))[0]
-
-
 def drawn(x):
     return x + jax.random.normal(jax.random.key(0))
 
@@ -366,7 +362,6 @@ REFUSED = {
     empty: ("jnp.sum", "a sum of no elements"),
     reduced: ("scipy.linalg.hessenberg", "(hessenberg)"),
     pivoted: ("scipy.linalg.qr", "QR without pivoting"),
-    sorted_: ("jnp.lexsort", "found 2 arrays to sort by (sort), expected one"),
     drawn: ("jax.random", "found random numbers"),
     unsigned: ("astype(jnp.uint32)", "products of uint32"),
     small: ("float32", "numbers of type float32"),

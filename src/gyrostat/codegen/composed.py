@@ -5,6 +5,8 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
+import numpy as np
+
 from gyrostat.codegen import jacobi, linear_algebra
 from gyrostat.core.jax64 import jax, jnp
 
@@ -31,6 +33,25 @@ def _shifted_right(x: Any, bits: Any) -> Any:
     return jnp.where(beyond, jnp.where(x < 0, -1, 0).astype(x.dtype), quotient)
 
 
+def _next_after(x: Any, y: Any) -> Any:
+    """Neighbouring number towards another one."""
+    bits = jax.lax.bitcast_convert_type(x, jnp.int64)
+    outwards = (x < y) == (x > 0.0)
+    step = jax.lax.bitcast_convert_type(bits + jnp.where(outwards, 1, -1), x.dtype)
+    least = jnp.where(y > 0.0, 5e-324, -5e-324)
+    step = jnp.where(x == 0.0, least, step)
+    return jnp.where(x == y, y, jnp.where((x != x) | (y != y), x + y, step))
+
+
+def _shifted_logically(x: Any, bits: Any) -> Any:
+    """Right shift of int32 that moves in zeros, by 64 bits; that of other types is a rule."""
+    if x.dtype != jnp.int32:
+        raise NotImplementedError
+    word = x.astype(jnp.int64) & (2**32 - 1)
+    shifted = jax.lax.shift_right_logical(word, jnp.clip(bits, -1, 32).astype(jnp.int64))
+    return shifted.astype(jnp.int32)
+
+
 def _convolved(x: Any, kernel: Any, **params: Any) -> Any:
     """Convolution along one axis, as of `jnp.convolve`: sums of products, from first to last."""
     layout = params["dimension_numbers"]
@@ -52,14 +73,75 @@ def _running_logarithm(x: Any, *, axis: int, reverse: bool) -> Any:
     return jax.lax.associative_scan(jnp.logaddexp, x, axis=axis, reverse=reverse)
 
 
+def _preferred(candidates: Any, better: Any) -> Any:
+    """Those candidates along the first axis that are better; all of them if none is."""
+    both = candidates & better
+    return jnp.where(jnp.any(both, axis=0), both, candidates)
+
+
+def _largest(x: Any, *, k: int, axis: int = -1, **_: Any) -> tuple[Any, Any]:
+    """The k largest elements and their indices, one after the other; the first of equal ones.
+
+    As in JAX, NaN is above all numbers and 0 above -0; here also a NaN with the sign bit, which JAX
+    puts below them.
+    """
+    if x.dtype == jnp.bool_:
+        values, indices = _largest(x.astype(jnp.int64), k=k, axis=axis)
+        return values != 0, indices
+    rows = jnp.moveaxis(x, axis, 0)
+    index = jnp.arange(len(rows), dtype=jnp.int32).reshape(-1, *[1] * (x.ndim - 1))
+    is_real = jnp.issubdtype(x.dtype, jnp.floating)
+    least = -jnp.inf if is_real else jnp.iinfo(x.dtype).min
+    least = jnp.asarray(least, x.dtype)
+
+    def step(remaining: Any, _: Any) -> Any:
+        candidates: Any = remaining
+        numbers = rows
+        if is_real:
+            candidates = _preferred(candidates, rows != rows)
+            numbers = jnp.where(rows != rows, 0.0, rows)
+        candidates &= numbers == jnp.max(jnp.where(candidates, numbers, least), axis=0)
+        if is_real:
+            candidates = _preferred(candidates, (numbers != 0.0) | (1.0 / numbers > 0.0))
+        best = jnp.argmax(candidates, axis=0).astype(jnp.int32)
+        value = jnp.max(jnp.where(index == best, rows, least), axis=0)
+        return remaining & (index != best), (value, best)
+
+    start = jnp.ones(rows.shape, bool)
+    _, (values, indices) = jax.lax.scan(step, start, None, length=k)
+    return jnp.moveaxis(values, 0, axis), jnp.moveaxis(indices, 0, axis)
+
+
+def _product(
+    x: Any, y: Any, *, dimension_numbers: Any, preferred_element_type: Any, **_: Any
+) -> Any:
+    """Product of arrays of integers; that of real numbers is a rule of its own."""
+    if not jnp.issubdtype(x.dtype, jnp.integer) or not x.dtype == y.dtype == preferred_element_type:
+        raise NotImplementedError
+
+    def rows(array: Any, axes: Any, batch: Any) -> Any:
+        free = [k for k in range(array.ndim) if k not in (*axes, *batch)]
+        shape = [[array.shape[k] for k in group] for group in (batch, free, axes)]
+        return array.transpose([*batch, *free, *axes]).reshape([math.prod(s) for s in shape]), shape
+
+    (left, shape), (right, right_shape) = map(rows, (x, y), *dimension_numbers)
+    sums = jnp.sum(left[:, :, None] * right[:, None], axis=-1, dtype=x.dtype)
+    return sums.reshape([*shape[0], *shape[1], *right_shape[1]])
+
+
 COMPOSED: dict[str, Callable[..., Any]] = {
     **linear_algebra.COMPOSED,
     **jacobi.COMPOSED,
     "conv_general_dilated": _convolved,
     "cumlogsumexp": _running_logarithm,
+    "dot_general": _product,
+    "empty2": lambda *, dtype, **_: jnp.zeros((), dtype),
     "le_to": lambda x, y: ~_below(y, x),
     "lt_to": _below,
+    "nextafter": _next_after,
     "shift_right_arithmetic": _shifted_right,
+    "shift_right_logical": _shifted_logically,
+    "top_k": _largest,
     # since JAX 0.11
     "log2": lambda x, **_: jnp.log(x) * (1.0 / math.log(2.0)),
     "one_minus_square": lambda x: (1.0 + x) * (1.0 - x),

@@ -8,7 +8,7 @@ import numpy as np
 
 from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.primitives import Scalars
-from gyrostat.codegen.program import Number
+from gyrostat.codegen.program import Number, Operand
 
 
 def _largest(test: str) -> Callable[..., Sequence[Scalars]]:
@@ -38,24 +38,35 @@ def _largest(test: str) -> Callable[..., Sequence[Scalars]]:
 
 
 def _sort(build: Builder, *operands: Scalars) -> Sequence[Scalars]:
-    """Sort arrays by the first one along one axis, by exchanges of neighbours; NaN last."""
-    if build.params["num_keys"] != 1:
-        raise build.refused(f"{build.params['num_keys']} arrays to sort by", "one")
+    """Sort arrays by the first ones along one axis, by exchanges of neighbours; NaN last."""
     axis, new = build.params["dimension"], partial(build.compute, group=next(build.groups))
     arrays = [np.moveaxis(array.copy(), axis, -1) for array in operands]
-    keys = arrays[0]
-    for position in np.ndindex(keys.shape[:-1]):
-        for sweep in range(keys.shape[-1]):
-            for k in range(sweep % 2, keys.shape[-1] - 1, 2):
-                low, high = keys[*position, k], keys[*position, k + 1]
-                swap = new("gt", low, high)
-                if low.kind == "real":
-                    numberless = new("and", new("ne", low, low), new("eq", high, high))
-                    swap = new("or", swap, numberless)
+    keys = arrays[: build.params["num_keys"]]
+
+    def above(first: Operand, second: Operand) -> Operand:
+        larger = new("gt", first, second)
+        if first.kind != "real":
+            return larger
+        numberless = new("and", new("ne", first, first), new("eq", second, second))
+        return new("or", larger, numberless)
+
+    def swapped(low: tuple[int, ...], high: tuple[int, ...]) -> Operand:
+        swap = above(keys[-1][low], keys[-1][high])
+        for key in reversed(keys[:-1]):
+            tied = new("not", above(key[high], key[low]))
+            swap = new("or", above(key[low], key[high]), new("and", tied, swap))
+        return swap
+
+    *rows, length = keys[0].shape
+    for position in np.ndindex(*rows):
+        for sweep in range(length):
+            for k in range(sweep % 2, length - 1, 2):
+                low, high = (*position, k), (*position, k + 1)
+                swap = swapped(low, high)
                 for array in arrays:
-                    first, second = array[*position, k], array[*position, k + 1]
-                    array[*position, k] = new("select", swap, second, first)
-                    array[*position, k + 1] = new("select", swap, first, second)
+                    first, second = array[low], array[high]
+                    array[low] = new("select", swap, second, first)
+                    array[high] = new("select", swap, first, second)
     return [np.moveaxis(array, -1, axis) for array in arrays]
 
 

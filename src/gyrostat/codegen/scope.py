@@ -81,4 +81,6 @@ class Scope:
         return one_by_one(array.shape, lambda value: Number(kind, value.item()), array)
 
 
-FLIGHT = Scope(narrow={np.dtype(np.uint32): "to_word"})
+NARROW = {np.dtype(np.uint32): "to_word", np.dtype(np.int32): "to_half"}
+"""Operations that keep 32-bit numbers within their range."""
+FLIGHT = Scope(narrow=NARROW)

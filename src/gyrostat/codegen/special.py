@@ -92,6 +92,18 @@ def _convert(build: Builder, array: Array) -> Array:
     return converted
 
 
+def _bitcast(build: Builder, array: Array) -> Array:
+    """Number with the bits of another type."""
+    before, after = build.equation.invars[0].aval.dtype, build.target.aval.dtype
+    if before == after:
+        return array
+    if np.bool_ in (before, after) or before.itemsize != after.itemsize:
+        raise build.refused(f"{before} as {after}", "numbers of as many bits")
+    return build.apply(
+        build.scope.narrow.get(after) or f"as_{build.scope.kind(build.target)}", array
+    )
+
+
 def _round(build: Builder, array: Array) -> Array:
     to_even = int(build.params["rounding_method"]) == 1
     return build.apply("rint" if to_even else "round", array)
@@ -111,22 +123,24 @@ def _platform(build: Builder, *_: Any) -> Scalars:
     raise build.refused(f"code for {platforms} alone", "code for a processor")
 
 
-def _shifted(build: Builder, *given: Scalars) -> Array:
-    """Logical right shift: zeros are shifted in."""
-    if build.target.aval.dtype == np.int32:
-        raise build.refused("a shift of int32", "one of int64 or an unsigned type")
-    return build.apply("shift_right", *given)
-
-
 OF_ARRAYS = frozenset(
     {
-        *("clamp", "convert_element_type", "integer_pow", "logistic", "round", "rsqrt"),
+        *(
+            "bitcast_convert_type",
+            "clamp",
+            "convert_element_type",
+            "integer_pow",
+            "logistic",
+            "round",
+            "rsqrt",
+        ),
         *("select_n", "square"),
     }
 )
 """Primitives whose rules take large arrays as they are."""
 
 RULES: dict[str, Callable[..., Array | Sequence[Array]]] = {
+    "bitcast_convert_type": _bitcast,
     "clamp": _clamp,
     "convert_element_type": _convert,
     "integer_pow": _power,
@@ -136,7 +150,7 @@ RULES: dict[str, Callable[..., Array | Sequence[Array]]] = {
     "round": _round,
     "rsqrt": lambda build, array: build.apply("div", ONE, build.apply("sqrt", array)),
     "select_n": _select,
-    "shift_right_logical": _shifted,
+    "shift_right_logical": lambda build, *given: build.apply("shift_right", *given),
     "square": lambda build, array: build.apply("mul", array, array),
 }
 """Primitive -> (builder, operands) -> result."""

@@ -9,7 +9,7 @@ import numpy as np
 
 from gyrostat.codegen.arrays import SMALL, Data, data_or_scalars, is_plain
 from gyrostat.codegen.assignment import set_tables
-from gyrostat.codegen.flight.expressions import Dialect
+from gyrostat.codegen.flight.expressions import COPIES, Dialect
 from gyrostat.codegen.flight.header import header, prototype, wrapped
 from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
 from gyrostat.codegen.flight.inlining import may_stop_early
@@ -68,7 +68,7 @@ def emit(name: str, entries: Sequence[Entry], precision: Precision = "double") -
     helper_texts = [dialect.helper(each) for each in sorted(helpers)]
     source = "\n".join(
         [
-            _TOP.format(name=name, memory=_MEMORY if "finite" in helpers else ""),
+            _TOP.format(name=name, memory=_MEMORY if COPIES & helpers else ""),
             *helper_texts,
             *texts,
         ]

@@ -52,7 +52,11 @@ _CONVERSIONS: dict[str, Kind] = {
     "to_integer": "integer",
     "to_index": "index",
 }
+COPIES = frozenset({"finite", "as_integer", "as_real"})
+"""Operations whose functions copy bits by `memcpy`."""
 HELPERS = {
+    "as_integer": "bits_of_real",
+    "as_real": "real_of_bits",
     "max": "largest",
     "min": "smallest",
     "sign": "sense",

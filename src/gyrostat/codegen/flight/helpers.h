@@ -63,3 +63,23 @@ static int64_t integer_right(int64_t a, int64_t by)
 {
     return ((by < 0) || (by > 63)) ? 0 : (int64_t)((uint64_t)a >> by);
 }
+
+/* The bits of a number of double precision. */
+static int64_t bits_of_real(@real@ a)
+{
+    const double number = (double)a;
+    int64_t bits;
+    const void *from = &number;
+    void *to = &bits;
+    (void)memcpy(to, from, sizeof bits);
+    return bits;
+}
+
+static @real@ real_of_bits(int64_t a)
+{
+    double number;
+    const void *from = &a;
+    void *to = &number;
+    (void)memcpy(to, from, sizeof number);
+    return (@real@)number;
+}

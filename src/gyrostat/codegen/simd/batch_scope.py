@@ -10,14 +10,15 @@ from gyrostat.codegen.arrays import SMALL, Array
 from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.primitives import Scalars, one_by_one
 from gyrostat.codegen.program import Kind, Number
-from gyrostat.codegen.scope import Scope, kind_of
+from gyrostat.codegen.scope import NARROW, Scope, kind_of
 from gyrostat.core.jax64 import jax, jnp
 
 LARGEST = 4096
 LONGEST = 64
 """Largest number of passes of a scan whose rows are scalars of the program."""
-NARROW = {np.dtype(np.uint32): "to_word", np.dtype(np.int32): "to_half"}
-"""Operations that keep 32-bit numbers within their range."""
+
+HALF = Number("bits", 32)
+"""Number of bits of a word of a random key."""
 
 
 @lru_cache
@@ -43,21 +44,42 @@ def random_keys(words: NDArray[np.uint64]) -> Any:
 
 
 def _draw(build: Builder, keys: Scalars) -> Scalars:
-    """Words of a key's random stream, one for each element: 64 bits, or a new key.
+    """Words of a key's random stream, one for each element: 32 or 64 bits, or a new key.
 
     Threefry-2x32 of the element's index, as JAX draws with `jax_threefry_partitionable`.
     """
-    if (
-        build.params.get("bit_width", 64) != 64
-        or not jax.config.values["jax_threefry_partitionable"]
-    ):
-        raise build.refused("random bits of another kind", "64 partitionable ones")
+    size = build.params.get("bit_width", 64)
+    if size not in (32, 64) or not jax.config.values["jax_threefry_partitionable"]:
+        raise build.refused("random bits of another kind", "32 or 64 partitionable ones")
     names: Any = build.names(build.target)
     words = names.reshape([keys.size, -1])
     for key, row in zip(keys.flat, words, strict=True):
         for number, name in enumerate(row):
-            row[number] = build.assign("threefry", (key, Number("bits", number)), name)
+            stream = key, Number("bits", number)
+            if size == 64:
+                row[number] = build.assign("threefry", stream, name)
+                continue
+            word = build.compute("threefry", *stream)
+            halves = build.compute("shift_right", word, HALF), build.compute("to_word", word)
+            row[number] = build.assign("xor", halves, name)
     return words.reshape(names.shape)
+
+
+def _wrap(build: Builder, words: Scalars) -> Array:
+    """Random keys of pairs of words of 32 bits."""
+    high = build.apply("shift_left", words[..., 0], np.array(HALF, dtype=object))
+    return build.apply("or", high, words[..., 1])
+
+
+def _unwrap(build: Builder, keys: Scalars) -> Scalars:
+    """Pairs of words of 32 bits of random keys."""
+    names: Any = build.names(build.target)
+    for position in np.ndindex(keys.shape):
+        key: Any = keys[position]
+        high, low = names[position]
+        names[(*position, 0)] = build.assign("shift_right", (key, HALF), high)
+        names[(*position, 1)] = build.assign("to_word", (key,), low)
+    return names
 
 
 def _seed(build: Builder, seed: Scalars) -> Array:
@@ -68,25 +90,17 @@ def _seed(build: Builder, seed: Scalars) -> Array:
     return build.apply("to_bits" if size == 64 else "to_word", seed)
 
 
-def _bitcast(build: Builder, array: Scalars) -> Array:
-    before, after = build.equation.invars[0].aval.dtype, build.target.aval.dtype
-    if before == after:
-        return array
-    if np.bool_ in (before, after) or before.itemsize != after.itemsize:
-        raise build.refused(f"{before} as {after}", "numbers of as many bits")
-    return build.apply(NARROW.get(after) or f"as_{build.scope.kind(build.target)}", array)
-
-
 BATCH = Scope(
     kind_of=batch_kind,
     rules={
-        "bitcast_convert_type": _bitcast,
         "erf_inv": lambda build, array: build.apply("erf_inv", array),
         "random_bits": _draw,
         # key n is word n of the stream
         "random_fold_in": lambda build, *operands: build.apply("threefry", *operands),
         "random_seed": _seed,
         "random_split": _draw,
+        "random_unwrap": _unwrap,
+        "random_wrap": _wrap,
     },
     largest=LARGEST,
     few=SMALL,
