@@ -45,9 +45,9 @@ ADVICE: tuple[tuple[type[Exception], str, str], ...] = (
 """Exception -> what it means in a part, and what to write instead."""
 
 NO_KEY = (
-    "numbers: keep the number of the sample, and make the key in each call by "
-    "jax.random.fold_in(jax.random.key(1), number); it is the same in every run, and noise that "
-    "differs from run to run comes from a sensor, which is given a key"
+    "numbers: the words of a key, jax.random.PRNGKey(1), or the number of the sample, from which "
+    "each call makes its key by jax.random.fold_in(jax.random.key(1), number); both are the same "
+    "in every run, and noise that differs from run to run comes from a sensor, which is given a key"
 )
 """What to write instead of a random key in the memory."""
 
