@@ -19,6 +19,8 @@ OPERATIONS = {
     "to_real": float,
     "to_integer": int,
     "to_index": int,
+    "to_half": lambda number: (number + 2**31) % 2**32 - 2**31,
+    "to_word": lambda number: number % 2**32,
 }
 
 

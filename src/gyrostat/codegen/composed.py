@@ -5,8 +5,6 @@ from collections.abc import Callable
 from functools import partial
 from typing import Any
 
-import numpy as np
-
 from gyrostat.codegen import jacobi, linear_algebra
 from gyrostat.core.jax64 import jax, jnp
 
@@ -108,7 +106,8 @@ def _largest(x: Any, *, k: int, axis: int = -1, **_: Any) -> tuple[Any, Any]:
         return remaining & (index != best), (value, best)
 
     start = jnp.ones(rows.shape, bool)
-    _, (values, indices) = jax.lax.scan(step, start, None, length=k)
+    results: Any = jax.lax.scan(step, start, None, length=k)[1]
+    values, indices = results
     return jnp.moveaxis(values, 0, axis), jnp.moveaxis(indices, 0, axis)
 
 
