@@ -75,8 +75,9 @@ def in_c(target, texts, steps, optimisation):
     name = target.name
     with tempfile.TemporaryDirectory() as folder:
         loop = LOOP.format(name=name, steps=steps, **SNIPPETS[name])
-        for file, text in (texts | {"loop.c": loop}).items():
-            (Path(folder) / file).write_text(text, encoding="utf-8")
+        for file, text in {**texts, "loop.c": loop}.items():
+            if "/" not in file:
+                (Path(folder) / file).write_text(text, encoding="utf-8")
         command = [*compiler(), *FLAGS.split(), optimisation, "loop.c", f"{name}.c", "-lm"]
         subprocess.run([*command, "-o", "loop"], cwd=folder, check=True)
         done = subprocess.run([f"{folder}/loop"], capture_output=True, text=True, check=True)

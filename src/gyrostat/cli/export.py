@@ -71,6 +71,9 @@ def export(
         Literal["hold", "zero"],
         typer.Option(help="Command after a rejected sample: last accepted one, or zero."),
     ] = "hold",
+    evidence: Annotated[
+        bool, typer.Option("--evidence", help="Check the C code, as make evidence does.")
+    ] = False,
     force: ForceModel = False,
     json_output: Json = False,
 ) -> None:
@@ -80,4 +83,9 @@ def export(
     """
     paths = call(verbs.export, locals(), command=command_line())
     if json_output:
-        print(json.dumps({"files": [path.name for path in paths]}))
+        print(json.dumps({"files": [path.relative_to(out).as_posix() for path in paths]}))
+    if evidence:
+        from gyrostat.exports import read_results
+
+        if any(result.outcome == "failed" for result in read_results(out)):
+            raise typer.Exit(1)

@@ -2,6 +2,7 @@
 
 from gyrostat.exports.basilisk import basilisk
 from gyrostat.exports.compensated_wheel import CompensatedWheel
+from gyrostat.exports.evidence import read_results, run_evidence
 from gyrostat.exports.fmu import write_fmu
 from gyrostat.exports.folder import files
 from gyrostat.exports.parts import Part
@@ -15,6 +16,8 @@ __all__ = [
     "Target",
     "basilisk",
     "files",
+    "read_results",
+    "run_evidence",
     "scenario_controller",
     "sheet",
     "write_fmu",

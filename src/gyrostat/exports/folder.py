@@ -11,6 +11,8 @@ from gyrostat.codegen.flight.operation_count import CLASSES, ELEMENTARY, operati
 from gyrostat.codegen.program import Assign, Call, Function, statements
 from gyrostat.codegen.scope import LARGEST
 from gyrostat.exports.check_program import TOLERANCE, program
+from gyrostat.exports.evidence.evidence_kind import Subject
+from gyrostat.exports.evidence.folder import evidence_files, evidence_notes
 from gyrostat.exports.target import STEPS, Target
 from gyrostat.exports.template import filled
 
@@ -39,12 +41,13 @@ def files(target: Target, precision: Precision, origin: str) -> dict[str, str]:
         "expected.txt": printed,
         "Makefile": filled("Makefile", name=name, flags=FLAGS, optimisation=OPTIMISATION),
     }
-    return texts | {"README.md": _readme(target, module, precision, origin, measure(texts, name))}
+    subject = Subject(target, module, precision, texts)
+    readme = _readme(subject, origin, measure(texts, name))
+    return texts | evidence_files(subject) | {"README.md": readme}
 
 
-def _readme(
-    target: Target, module: Module, precision: Precision, origin: str, compiled: Compiled | None
-) -> str:
+def _readme(subject: Subject, origin: str, compiled: Compiled | None) -> str:
+    target, module, precision = subject.target, subject.module, subject.precision
     dialect = Dialect(precision)
 
     def calls(entries: Sequence[Entry]) -> str:
@@ -69,6 +72,7 @@ def _readme(
         steps=STEPS,
         tolerance=f"{TOLERANCE[precision]:g}",
         losses="\n".join(losses) if precision == "float" else "",
+        evidence=evidence_notes(subject),
     )
 
 

@@ -40,6 +40,7 @@ def export(
     range_: Named = None,
     rate_limit: Named = None,
     on_bad: str = "hold",
+    evidence: bool = False,
     force: bool = False,
     say: Say = silent,
     command: str = "gyrostat.export",
@@ -72,6 +73,8 @@ def export(
         range_: Accepted values of inputs: field -> (lower, upper).
         rate_limit: Largest accepted change of inputs: field -> SI unit per second.
         on_bad: Command after a rejected sample: "hold" (last accepted) or "zero".
+        evidence: Whether to check the C code with the tools that are installed, as `make evidence`
+            in the folder does. Each outcome is said; `gyrostat.exports.read_results` reads them.
         force: Whether to replace files that gyrostat did not write, and to take a wheel that is
             marked as impossible.
         say: Function that receives each message for the user.
@@ -109,7 +112,8 @@ def export(
     target, texts, origin = None, {}, f"Made by `{command}`."
     content = None if kind is not None else wheel_model(model, force=force)  # pyright: ignore[reportArgumentType]
     if to != "c":
-        refuse_given({"--precision": precision == "float"}, f"--to {to}", "--to c")
+        c_options = {"--precision": precision == "float", "--evidence": evidence}
+        refuse_given(c_options, f"--to {to}", "--to c")
     if scenario is not None:
         if to != "c":
             raise InputError(f"--to {to}: found {name_of(scenario)}, expected --to c")
@@ -148,6 +152,7 @@ def export(
     names = [*texts] if target is None else [f"{target.name}.fmu"]
     with new_files(folder, by="export", force=force) as scratch:
         for name, text in texts.items():
+            (scratch / name).parent.mkdir(exist_ok=True)
             (scratch / name).write_text(text, encoding="utf-8")
         if target is not None:
             from gyrostat.exports import write_fmu
@@ -156,6 +161,11 @@ def export(
                 say("found no C compiler: the unit contains its sources only")
     paths = tuple(folder / name for name in names)
     say(f"written: {', '.join(map(str, paths))}")
+    if evidence:
+        from gyrostat.exports import run_evidence
+
+        for result in run_evidence(folder):
+            say(str(result))
     return paths
 
 

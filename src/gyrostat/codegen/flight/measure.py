@@ -47,7 +47,9 @@ def measure(files: Mapping[str, str], name: str) -> Compiled | None:
         return None
     with tempfile.TemporaryDirectory() as folder:
         for file, text in files.items():
-            (Path(folder) / file).write_text(text, encoding="utf-8")
+            path = Path(folder) / file
+            path.parent.mkdir(exist_ok=True)
+            path.write_text(text, encoding="utf-8")
 
         def run(*words: str) -> str | None:
             process = run_compiler(words, Path(folder))

@@ -1,0 +1,19 @@
+"""Evidence about emitted code: files of the flight folder that check it, and their results."""
+
+from gyrostat.exports.evidence.evidence_kind import EvidenceKind, Subject
+from gyrostat.exports.evidence.folder import KINDS, evidence_files, evidence_notes
+from gyrostat.exports.evidence.results import Figure, Outcome, Result, read_results
+from gyrostat.exports.evidence.run import run_evidence
+
+__all__ = [
+    "KINDS",
+    "EvidenceKind",
+    "Figure",
+    "Outcome",
+    "Result",
+    "Subject",
+    "evidence_files",
+    "evidence_notes",
+    "read_results",
+    "run_evidence",
+]
