@@ -18,6 +18,7 @@ import numpy as np
 from gyrostat.codegen.flight.measure import FLAGS, measure
 from gyrostat.codegen.simd import compiler
 from gyrostat.control import AttitudePID, EstimatingCompensator, Guarded
+from gyrostat.core.files import write_texts
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.exports import files, targets
 from gyrostat.wheel import Wheel
@@ -75,9 +76,7 @@ def in_c(target, texts, steps, optimisation):
     name = target.name
     with tempfile.TemporaryDirectory() as folder:
         loop = LOOP.format(name=name, steps=steps, **SNIPPETS[name])
-        for file, text in {**texts, "loop.c": loop}.items():
-            if "/" not in file:
-                (Path(folder) / file).write_text(text, encoding="utf-8")
+        write_texts(Path(folder), {**texts, "loop.c": loop})
         command = [*compiler(), *FLAGS.split(), optimisation, "loop.c", f"{name}.c", "-lm"]
         subprocess.run([*command, "-o", "loop"], cwd=folder, check=True)
         done = subprocess.run([f"{folder}/loop"], capture_output=True, text=True, check=True)

@@ -130,7 +130,7 @@ def test_a_part_is_exported_as_its_design_from_options_is(fit, tmp_path):
     )
     assert tmp_path / "part" / "controller.c" in written
     for path in written:
-        other = tmp_path / "options" / path.name
+        other = tmp_path / "options" / path.relative_to(tmp_path / "part")
         assert path.read_text(encoding="utf-8") == other.read_text(encoding="utf-8")
 
 

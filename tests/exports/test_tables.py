@@ -9,6 +9,7 @@ import pytest
 
 from gyrostat.codegen.flight.measure import measure
 from gyrostat.control import MeasurementGuard
+from gyrostat.core.files import write_texts
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.exports import files
 from gyrostat.exports.targets import flight_loop
@@ -75,8 +76,7 @@ def test_equal_tables_are_one_constant_and_no_parameter(texts, law):
 
 
 def test_the_code_with_tables_is_as_python_and_keeps_them_off_the_stack(texts, tools, tmp_path):
-    for name, text in texts.items():
-        (tmp_path / name).write_text(text, encoding="utf-8")
+    write_texts(tmp_path, texts)
     tools.build(tmp_path, "tabled.c", "tabled_test.c", "-lm", "-o", "program")
     done = subprocess.run([tmp_path / "program"], capture_output=True, text=True)
     assert done.stdout == texts["expected.txt"]

@@ -24,7 +24,7 @@ from gyrostat.codegen.flight.structs import Leaf, Struct
 from gyrostat.codegen.program import Kind, Number
 from gyrostat.codegen.simd import run_compiler
 from gyrostat.core.errors import InputError
-from gyrostat.core.files import whole_file
+from gyrostat.core.files import whole_file, write_texts
 from gyrostat.core.jax64 import jax
 from gyrostat.exports.model_description import Variable, model_description
 from gyrostat.exports.target import Target
@@ -185,8 +185,7 @@ def _binary(sources: dict[str, str], name: str) -> bytes | None:
     if program is None:
         return None
     with tempfile.TemporaryDirectory() as folder:
-        for file, text in sources.items():
-            (Path(folder) / file).write_text(text, encoding="utf-8")
+        write_texts(Path(folder), sources)
         files = [file for file in sources if file.endswith(".c")]
         flags = [*FLAGS.split(), "-O2", "-shared", "-fPIC", "-fvisibility=hidden"]
         command = [*program, *flags, *files, "-lm", "-o", "unit"]

@@ -86,7 +86,7 @@ def export(
     Raises:
         InputError: A part, model or option cannot be used, or existing files would be replaced.
     """
-    from gyrostat.core.files import check_writable
+    from gyrostat.core.files import check_writable, write_texts
     from gyrostat.core.outputs import new_files
 
     folder = Path(out)
@@ -151,9 +151,7 @@ def export(
             target = flight_target(model, content, choice)
     names = [*texts] if target is None else [f"{target.name}.fmu"]
     with new_files(folder, by="export", force=force) as scratch:
-        for name, text in texts.items():
-            (scratch / name).parent.mkdir(exist_ok=True)
-            (scratch / name).write_text(text, encoding="utf-8")
+        write_texts(scratch, texts)
         if target is not None:
             from gyrostat.exports import write_fmu
 

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gyrostat.codegen.simd import compiler, run_compiler
+from gyrostat.core.files import write_texts
 
 FLAGS = "-std=c99 -ffp-contract=off"
 """Flags without which results may differ from Python in the last digits."""
@@ -46,10 +47,7 @@ def measure(files: Mapping[str, str], name: str) -> Compiled | None:
     if program is None:
         return None
     with tempfile.TemporaryDirectory() as folder:
-        for file, text in files.items():
-            path = Path(folder) / file
-            path.parent.mkdir(exist_ok=True)
-            path.write_text(text, encoding="utf-8")
+        write_texts(Path(folder), files)
 
         def run(*words: str) -> str | None:
             process = run_compiler(words, Path(folder))
