@@ -1,80 +1,41 @@
 """Bounds of instructions and stack against counts on simulated processors."""
 
 import re
-import shutil
 import subprocess
+from pathlib import Path
 
 import pytest
 
-from gyrostat.codegen import bounds
 from gyrostat.codegen.bounds.angles import angles
 from gyrostat.codegen.bounds.library import COUNTED
-from gyrostat.core.files import write_texts
-from gyrostat.exports.evidence.board import board_files, counting_code
+from gyrostat.exports import read_results
 
-TOOLS = ("arm-none-eabi-gcc", "arm-none-eabi-objdump", "qemu-system-arm", "sh")
-MISSING = [tool for tool in TOOLS if shutil.which(tool) is None]
-pytestmark = pytest.mark.skipif(bool(MISSING), reason=f"{', '.join(MISSING)} not installed")
-
+SOAK = Path(__file__).parents[2] / "benchmarks" / "soak_bounds.py"
 M4 = ("cortex-m4", "fpv4-sp-d16", "mps2-an386")
 M7 = ("cortex-m7", "fpv5-d16", "mps2-an500")
 
 
-class Board:
-    """Programs for a simulated board, in one folder."""
-
-    def __init__(self, folder):
-        self.folder = folder
-        write_texts(folder, board_files())
-
-    def build(self, processor, code, main, names, *options):
-        """Program of the file code.c, with lines and frames, and a main; functions are counted."""
-        cpu, fpu, _ = processor
-        self.processor = processor
-        heads = [f"int {name}({arguments})" for name, arguments in names.items()]
-        declared = "\n".join(f"{head};" for head in heads)
-        texts = {"code.c": code, "main.c": f"#include <stdint.h>\n{declared}\n{main}"}
-        write_texts(self.folder, {**texts, "count.c": counting_code("", heads)})
-        flags = ("-std=c99", "-mthumb", f"-mcpu={cpu}", f"-mfpu={fpu}", "-mfloat-abi=hard")
-        command = ("arm-none-eabi-gcc", *flags, "-ffp-contract=off", "-DPAINTED=512")
-        self._run(*command, *options, "-g", "-fstack-usage", "-c", "code.c", "-o", "code.o")
-        wrapped = [f"-Wl,--wrap={name}" for name in names]
-        files = ("main.c", "count.c", "board.c", "code.o", "-lm", "-o", "program")
-        options = ("-Os", "-nostartfiles", "--specs=rdimon.specs", "-T", "board.ld")
-        self._run(*command, *wrapped, *options, *files)
-
-    def counts(self):
-        """Function -> largest count of instructions, bytes of stack."""
-        printed = self._run(
-            *("qemu-system-arm", "-M", self.processor[2], "-nographic", "-monitor", "none"),
-            *("-semihosting-config", "enable=on,target=native", "-icount", "shift=9"),
-            *("-kernel", "program"),
-        )
-        rows = (row.split("\t") for row in printed.splitlines())
-        return {name: (int(count), int(stack)) for _, name, count, stack in rows}
-
-    def bounds(self, counted=None):
-        """Function of the program -> bounds of its instructions and of its stack."""
-        listing = bounds.read_listing(self._run("arm-none-eabi-objdump", "-d", "-l", "program"))
-        loops = bounds.c_loops((self.folder / "code.c").read_text(encoding="utf-8"))
-        frames = bounds.frames((self.folder / "code.su").read_text(encoding="utf-8"))
-        instructions = bounds.Instructions(listing, "code.c", loops, counted or {})
-        stack = bounds.Stack(listing, frames)
-        names = [name for name in listing.symbols.values() if name.startswith("call_")]
-        return {
-            name.removeprefix("call_"): (instructions.bound(name), stack.bound(name))
-            for name in names
-        }
-
-    def _run(self, *words):
-        done = subprocess.run(words, cwd=self.folder, capture_output=True, text=True, timeout=100)
-        assert done.returncode == 0, done.stderr
-        return done.stdout
+@pytest.fixture(scope="module")
+def soak(module_at):
+    if not SOAK.is_file():
+        pytest.skip("found no benchmarks/soak_bounds.py, which a source distribution lacks")
+    soak = module_at(SOAK)
+    if missing := soak.missing_tools():
+        pytest.skip(f"{', '.join(missing)} not installed")
+    return soak
 
 
 @pytest.fixture
-def board(tmp_path):
-    return Board(tmp_path)
+def board(soak, tmp_path):
+    return soak.Board(tmp_path)
+
+
+@pytest.mark.parametrize("seed", range(3))
+def test_no_count_of_a_random_program_is_above_its_bound(soak, board, seed):
+    ratios, unbounded, wrong = soak.check(board, seed)
+    assert len(ratios) == 3
+    assert not unbounded
+    assert not wrong
 
 
 STRUCTURED = """
@@ -274,3 +235,70 @@ def test_no_reduction_takes_longer_than_that_of_the_angles(board, real, suffix):
         board.build(M7, "", main, names)
         counts.append(board.counts()[name][0])
     assert counts[0] >= counts[1] > 0
+
+
+MODEL = """
+[wheel]
+inertia = 0.0015
+motor_constant = 0.0228
+
+[friction]
+model = "stribeck"
+viscous = 4.83e-06
+coulomb = 0.8795e-3
+static = 0.9055e-3
+stribeck_speed = 0.418879
+"""
+
+
+@pytest.fixture
+def folder(soak, run, tmp_path):
+    """Flight folder of an attitude law."""
+    (tmp_path / "model.toml").write_text(MODEL, encoding="utf-8")
+    words = ("--to", "c", "--what", "controller", "--period", "100ms", "--gains", "0.1,0.01,0.3")
+    code, _, said = run("export", tmp_path / "model.toml", *words, "--out", tmp_path / "out")
+    assert code == 0, said
+    return tmp_path / "out"
+
+
+def resources(folder):
+    """Result of the evidence about resources, and its figures: name -> value."""
+    script = folder / "evidence" / "run.sh"
+    subprocess.run(["sh", script, "resources"], capture_output=True, timeout=100)
+    (result,) = (each for each in read_results(folder) if each.name == "resources")
+    return result, {figure.name: figure.value for figure in result.figures}
+
+
+def test_the_folder_counts_and_bounds_each_entry(folder):
+    result, figures = resources(folder)
+    assert (result.outcome, result.reason) == ("passed", "")
+    assert any("newlib" in tool for tool in result.tools)
+    for processor in ("Cortex-M4F", "Cortex-M7"):
+        for entry in ("controller_parameters", "controller_start", "controller_step"):
+            name = f"{processor}: {entry}"
+            count, bound = int(figures[f"{name}, counted"]), int(figures[f"{name}, bound"])
+            assert 0 < count <= bound
+            stack, depth = int(figures[f"{name}, stack used"]), int(figures[f"{name}, stack bound"])
+            assert 0 < stack <= depth
+        code = int(figures[f"{processor}: code and constants"])
+        assert 0 < code <= int(figures[f"{processor}: code and constants with the C library"])
+        assert figures[f"{processor}: static data"] == "0"
+
+
+def test_results_that_are_not_those_of_python_fail(folder):
+    expected = folder / "expected.txt"
+    text = expected.read_text(encoding="utf-8").replace("as in Python", "not as in Python", 1)
+    expected.write_text(text, encoding="utf-8")
+    result, _ = resources(folder)
+    assert (result.outcome, result.reason) == ("failed", "Cortex-M4F: not as in Python")
+
+
+def test_a_loop_without_a_bound_fails(folder):
+    source = folder / "controller.c"
+    text = source.read_text(encoding="utf-8")
+    where = text.rindex("    return 0;")
+    loop = "    while (command->current > 1e9) { command->current -= 1.0; }\n"
+    source.write_text(text[:where] + loop + text[where:], encoding="utf-8")
+    result, _ = resources(folder)
+    assert result.outcome == "failed"
+    assert re.fullmatch(r"Cortex-M4F: line \d+: found while, expected for", result.reason)

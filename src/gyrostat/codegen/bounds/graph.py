@@ -5,7 +5,6 @@ calls, common endings of a library) are followed, so that a function may contain
 """
 
 import re
-from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 from .library import MEMORY
@@ -17,19 +16,6 @@ _CALL = re.compile(f"blx?{CONDITION}?")
 _RETURN = re.compile(f"(?:bx|pop|ldmia|ldmfd|ldm|ldr|mov){CONDITION}?")
 
 
-@dataclass(frozen=True)
-class Call:
-    """Call of a function.
-
-    Attributes:
-        address: Address of the function.
-        size: Third argument, if it is a constant of the calling block: the bytes of memcpy.
-    """
-
-    address: int
-    size: int | None
-
-
 @dataclass
 class Block:
     """Instructions that are executed one after another.
@@ -37,13 +23,13 @@ class Block:
     Attributes:
         instructions: The instructions, with those that a condition may skip.
         successors: Addresses of the blocks that can follow.
-        calls: Functions that it calls.
+        calls: Address of an instruction -> address of the function that it calls.
         returns: Whether the function can end here.
     """
 
     instructions: list[Instruction] = field(default_factory=list)
     successors: list[int] = field(default_factory=list)
-    calls: list[Call] = field(default_factory=list)
+    calls: dict[int, int] = field(default_factory=dict)
     returns: bool = False
 
 
@@ -86,7 +72,7 @@ def _block(listing: Listing, flows: dict[int, _Flow], leaders: set[int], address
     while True:
         instruction, flow = listing.instructions[address], flows[address]
         if flow.call is not None:
-            block.calls.append(Call(flow.call, _third_argument(block.instructions)))
+            block.calls[address] = flow.call
         block.instructions.append(instruction)
         address = instruction.following
         if flow.successors != (address,) or flow.returns or address in leaders:
@@ -122,20 +108,10 @@ def _flow(listing: Listing, address: int) -> _Flow:
     saved = name.startswith("pop") or operands.startswith("sp!, {") or "[sp]" in operands
     if match and (saved or operands in ("lr", "pc, lr")):
         return _Flow((after,) if match[1] else (), returns=True)
+    by_table = name == "ldr" and re.fullmatch(r"pc, \[\w+, \w+, lsl #2\]", operands)
+    if by_table and (targets := _addresses(listing, (after + 3) & ~3)):
+        return _Flow(targets)
     raise UnboundedError(f"{listing.where(address)}: jump to a computed address")
-
-
-def _third_argument(instructions: Sequence[Instruction]) -> int | None:
-    """Constant that r2 has after some instructions; None if it is not known."""
-    for instruction in reversed(instructions):
-        operands = re.findall(r"\w+|#-?\w+", instruction.operands)
-        if "r2" in operands:
-            if re.fullmatch("movs?w?", instruction.name) and operands[:1] == ["r2"]:
-                return int(operands[1][1:]) if operands[1].startswith("#") else None
-            reads = re.match("(add|sub|mov|str|vmov|cmp)", instruction.name)
-            if not reads or "r2" in operands[: 2 if instruction.name == "vmov" else 1]:
-                return None
-    return None
 
 
 def _target(listing: Listing, instruction: Instruction) -> int:
@@ -153,3 +129,15 @@ def _table(listing: Listing, instruction: Instruction) -> tuple[int, ...]:
     targets = sorted({base + 2 * entry for entry in entries})
     # a byte that fills the table up names its own beginning
     return tuple(target for target in targets if target in listing.instructions)
+
+
+def _addresses(listing: Listing, place: int) -> tuple[int, ...]:
+    """Targets of a jump by a table of addresses, whose last bit says that they are of Thumb."""
+    table = listing.bytes_at(place)
+    targets = []
+    for k in range(0, len(table), 4):
+        word = int.from_bytes(table[k : k + 4], "little")
+        if not word & 1 or word - 1 not in listing.instructions:
+            break
+        targets.append(word - 1)
+    return tuple(sorted(set(targets)))

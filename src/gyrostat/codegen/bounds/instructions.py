@@ -8,8 +8,9 @@ longest path is the bound (Wilhelm and others: The worst-case execution-time pro
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
 
-from .graph import Call, function_graph
-from .library import COUNTED
+from .constants import third_arguments
+from .graph import Block, function_graph
+from .library import COUNTED, MEMORY
 from .listing import Listing, UnboundedError
 from .loops import natural_loops, reverse_postorder
 from .passes import CLoop
@@ -30,6 +31,21 @@ class InstructionBound:
     normal: int
 
 
+@dataclass(frozen=True)
+class _Call:
+    """Call of a function.
+
+    Attributes:
+        address: Address of the function.
+        size: Third argument, if it is a constant: the bytes of memcpy.
+        normal: Whether no operand is subnormal.
+    """
+
+    address: int
+    size: int | None
+    normal: bool
+
+
 class Instructions:
     """Bounds of the functions of a program."""
 
@@ -46,7 +62,8 @@ class Instructions:
         """
         self._listing, self._counted = listing, counted
         self._repeats = Repeats(listing, file, loops)
-        self._known: dict[tuple[Call, bool], int] = {}
+        self._writing = {address for address, name in listing.symbols.items() if name in MEMORY}
+        self._known: dict[_Call, int] = {}
         self._open: set[int] = set()
 
     def bound(self, function: str) -> InstructionBound:
@@ -55,38 +72,50 @@ class Instructions:
         Raises:
             UnboundedError: There is no bound, and why.
         """
-        call = Call(self._listing.address(function), None)
-        return InstructionBound(self._call(call, False), self._call(call, True))
+        address = self._listing.address(function)
+        return InstructionBound(*(self._call(_Call(address, None, n)) for n in (False, True)))
 
     @property
     def reached(self) -> set[str]:
         """Functions that those with a bound call."""
-        return {self._listing.symbol(call.address) for call, _ in self._known}
+        return {self._listing.symbol(call.address) for call in self._known}
 
-    def _call(self, call: Call, normal: bool) -> int:
-        if (call, normal) not in self._known:
+    def _call(self, call: _Call) -> int:
+        if call not in self._known:
             name = self._listing.symbol(call.address)
             if call.address in self._open:
                 raise UnboundedError(f"{name}: recursion")
             if name in COUNTED and name not in self._counted:
                 raise UnboundedError(f"{name}: its largest count is not given")
             self._open.add(call.address)
-            longest = self._counted[name] if name in COUNTED else self._longest(call, normal)
-            self._known[call, normal] = longest
+            self._known[call] = self._counted[name] if name in COUNTED else self._longest(call)
             self._open.remove(call.address)
-        return self._known[call, normal]
+        return self._known[call]
 
-    def _longest(self, call: Call, normal: bool) -> int:
+    def _costs(self, graph: Mapping[int, Block], call: _Call) -> dict[int, int]:
+        """Block -> instructions of one execution, with those of the functions that it calls."""
+        calls = {place: callee for b in graph.values() for place, callee in b.calls.items()}
+        writing = {place for place, callee in calls.items() if callee in self._writing}
+        sizes = third_arguments(graph, call.address) if writing else {}
+        costs = {
+            place: self._call(
+                _Call(callee, sizes.get(place) if place in writing else None, call.normal)
+            )
+            for place, callee in calls.items()
+        }
+        return {
+            address: len(block.instructions) + sum(costs[place] for place in block.calls)
+            for address, block in graph.items()
+        }
+
+    def _longest(self, call: _Call) -> int:
         graph = function_graph(self._listing, call.address)
         order = reverse_postorder(graph, call.address)
         loops = natural_loops(graph, order)
         if loops is None:
             raise UnboundedError(f"{self._listing.where(call.address)}: a loop has several entries")
-        costs = {
-            address: len(block.instructions) + sum(self._call(c, normal) for c in block.calls)
-            for address, block in graph.items()
-        }
-        repeats = self._repeats.of_function(graph, loops, call.size, normal)
+        costs = self._costs(graph, call)
+        repeats = self._repeats.of_function(graph, loops, call.size, call.normal)
         lengths = longest_paths(graph, order, loops, costs, repeats)
         ends = [lengths[address] for address, block in graph.items() if block.returns]
         if not ends:

@@ -56,9 +56,9 @@ class Stack:
             depths = _depths(self._listing, graph, entry)
             own = self._frames.get(self._listing.symbol(entry), 0)
             at_calls = [
-                max(depth, own) + self._deepest(call.address)
+                max(depth, own) + self._deepest(callee)
                 for block, depth in depths.items()
-                for call in graph[block].calls
+                for callee in graph[block].calls.values()
             ]
             self._known[entry] = max([own, *depths.values(), *at_calls])
             self._open.remove(entry)
