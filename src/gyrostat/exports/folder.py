@@ -10,6 +10,7 @@ from gyrostat.codegen.flight.module import Entry, Module, Precision, call
 from gyrostat.codegen.flight.operation_count import CLASSES, ELEMENTARY, operations
 from gyrostat.codegen.program import Assign, Call, Function, statements
 from gyrostat.codegen.scope import LARGEST
+from gyrostat.core.source_digest import source_digest
 from gyrostat.exports.check_program import TOLERANCE, program
 from gyrostat.exports.evidence.evidence_kind import Subject
 from gyrostat.exports.evidence.folder import evidence_files, evidence_notes
@@ -32,7 +33,7 @@ def files(target: Target, precision: Precision, origin: str) -> dict[str, str]:
         InputError: The module cannot be emitted; see `emit`.
     """
     name = target.name
-    module = emit(name, target.entries, precision)
+    module = emit(name, target.entries, precision, digests(target))
     test, printed = program(target, module, precision)
     texts = {
         f"{name}.h": module.header,
@@ -44,6 +45,11 @@ def files(target: Target, precision: Precision, origin: str) -> dict[str, str]:
     subject = Subject(target, module, precision, texts)
     readme = _readme(subject, origin, measure(texts, name))
     return texts | evidence_files(subject) | {"README.md": readme}
+
+
+def digests(target: Target) -> dict[str, str]:
+    """What a flight module is made from -> its digest, with the generator."""
+    return {"generator": f"gyrostat {source_digest()}", **target.digests}
 
 
 def _readme(subject: Subject, origin: str, compiled: Compiled | None) -> str:
@@ -61,6 +67,7 @@ def _readme(subject: Subject, origin: str, compiled: Compiled | None) -> str:
         "README.md.txt",
         title=target.title,
         origin=origin,
+        made_from=", ".join(f"{what}: `{text}`" for what, text in digests(target).items()),
         precision=precision,
         declarations="\n".join(_declarations(target, module, dialect)),
         begin=calls(target.begin),

@@ -74,7 +74,8 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
             controller,
             is_leaf=_is_phases,
         )
-    return flight_loop("controller", title, controller, period, guard, _test_run(sample))
+    target = flight_loop("controller", title, controller, period, guard, _test_run(sample))
+    return replace(target, digests={"scenario": f"SHA-256 {scenario.digest()}"})
 
 
 def _is_phases(part: Any) -> bool:

@@ -33,6 +33,7 @@ class Target:
         units: Name -> unit of arguments and results that are single numbers.
         on_bad: Safe command after a rejected sample; None if inputs are not
             validated.
+        digests: What the module is made from, such as "model" -> its SHA-256 digest.
     """
 
     name: str
@@ -44,6 +45,7 @@ class Target:
     inputs: Mapping[str, Any]
     units: Mapping[str, str] = field(default_factory=dict)
     on_bad: str | None = None
+    digests: Mapping[str, str] = field(default_factory=dict)
 
     @property
     def entries(self) -> tuple[Entry, ...]:

@@ -1,6 +1,7 @@
 """Parts that are exported: designed from a wheel model and options, or given, as flight modules."""
 
 import shutil
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gyrostat.core.errors import InputError
@@ -93,7 +94,9 @@ def flight_target(part: Any, model: "WheelModel | None", choice: Choice) -> Any:
     if model is not None:
         part = kind.design(model.wheel(), period, Given(options))
     check_parts(part)
-    return kind.module(part, period, limits, choice.on_bad)
+    target = kind.module(part, period, limits, choice.on_bad)
+    digest = None if model is None else model.digest()
+    return target if digest is None else replace(target, digests={"model": f"SHA-256 {digest}"})
 
 
 def name_of(model: Any) -> str:

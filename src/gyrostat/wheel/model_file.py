@@ -30,6 +30,7 @@ The friction law can be a class of a Python file beside this one, `model = "mine
 Data files that it reads are `data = ["table.csv"]` in [friction], with digests in [sources].
 """
 
+import hashlib
 import json
 import os
 from collections.abc import Collection, Mapping
@@ -114,6 +115,20 @@ class WheelModel:
             motor_constant=self.values["motor_constant"],
             friction=self.friction.of(**self._friction_values()),
         )
+
+    def digest(self) -> str | None:
+        """SHA-256 digest of friction law and values; it identifies the wheel.
+
+        Standard deviations, the origin and the comments of a file have no effect. None if the law
+        is a class that was not loaded from a file by gyrostat.
+        """
+        law = law_texts(self.friction)
+        if law is None and not self.friction.is_shipped():
+            return None
+        name, sources = law or (self.friction.name, ())
+        values = {key: float(value).hex() for key, value in self.values.items()}
+        content = [name, {source.path: digest(source) for source in sources}, values]
+        return hashlib.sha256(json.dumps(content, sort_keys=True).encode()).hexdigest()
 
     def check_friction(self) -> None:
         """Validate the friction, unless the values are marked as impossible.
