@@ -276,13 +276,15 @@ def test_the_folder_counts_and_bounds_each_entry(folder):
     for processor in ("Cortex-M4F", "Cortex-M7"):
         for entry in ("controller_parameters", "controller_start", "controller_step"):
             name = f"{processor}: {entry}"
-            count, bound = int(figures[f"{name}, counted"]), int(figures[f"{name}, bound"])
+            count, bound = int(figures[f"{name}, largest count"]), int(figures[f"{name}, bound"])
             assert 0 < count <= bound
             stack, depth = int(figures[f"{name}, stack used"]), int(figures[f"{name}, stack bound"])
             assert 0 < stack <= depth
-        code = int(figures[f"{processor}: code and constants"])
-        assert 0 < code <= int(figures[f"{processor}: code and constants with the C library"])
-        assert figures[f"{processor}: static data"] == "0"
+        code = int(figures[f"memory: {processor}, code and constants"])
+        assert (
+            0 < code <= int(figures[f"memory: {processor}, code and constants with the C library"])
+        )
+        assert figures[f"memory: {processor}, static data"] == "0"
 
 
 def test_results_that_are_not_those_of_python_fail(folder):

@@ -4,6 +4,7 @@ import ast
 import functools
 import linecache
 import os
+import sys
 import sysconfig
 import threading
 from pathlib import Path
@@ -26,6 +27,21 @@ _LIBRARIES = tuple(
 )
 
 
+class Definition(NamedTuple):
+    """Innermost function or class with a docstring that contains a line of Python.
+
+    Without any docstring it is the outermost one.
+
+    Attributes:
+        name: Its name with those of the functions and classes around it; "" outside of all.
+        docstrings: Its docstring, then those of what is around it, the module's last; those that
+            exist.
+    """
+
+    name: str
+    docstrings: tuple[str, ...]
+
+
 class Source(NamedTuple):
     """Line of Python.
 
@@ -36,6 +52,7 @@ class Source(NamedTuple):
         text: Text of the line, stripped.
         name: Name that the line assigns to, or function that it returns from; "" for neither.
         part: Class that contains the line, otherwise function; "" for neither.
+        definition: Function or class with a docstring that contains the line.
     """
 
     file: str
@@ -43,6 +60,7 @@ class Source(NamedTuple):
     text: str
     name: str
     part: str = ""
+    definition: Definition = Definition("", ())
 
     def __str__(self) -> str:
         return f"{self.file}:{self.line}: {self.text}"
@@ -101,7 +119,39 @@ def source_at(file: str, line: int) -> Source:
         path = path.parent
         short_path = f"{path.name}/{short_path}"
     text, name = linecache.getline(file, line).strip(), _names_at(file).get(line, "")
-    return Source(short_path, line, text, name, _part_at(file).get(line, ""))
+    inside = [d for first, last, d in _definitions(file) if first <= line <= last]
+    definition = inside[-1] if inside else Definition("", ())
+    return Source(short_path, line, text, name, _part_at(file).get(line, ""), definition)
+
+
+@functools.cache
+def _definitions(file: str) -> list[tuple[int, int, Definition]]:
+    """First line, last line and definition of a file and of all in it, the innermost last."""
+    tree = _syntax_tree(file)
+    definitions: list[tuple[int, int, Definition]] = []
+
+    def add(node: ast.Module | ast.ClassDef | ast.FunctionDef, around: Definition) -> None:
+        text, lines = ast.get_docstring(node), (0, sys.maxsize)
+        here = Definition("", (text,) if text else ())
+        if not isinstance(node, ast.Module):
+            lines = node.lineno, node.end_lineno or node.lineno
+            here = around
+            if text or not around.name:
+                name = f"{around.name}.{node.name}".lstrip(".")
+                here = Definition(name, (*([text] if text else []), *around.docstrings))
+        definitions.append((*lines, here))
+        visit(node, here)
+
+    def visit(node: ast.AST, around: Definition) -> None:
+        for child in ast.iter_child_nodes(node):
+            if isinstance(child, ast.ClassDef | ast.FunctionDef):
+                add(child, around)
+            else:
+                visit(child, around)
+
+    if tree is not None:
+        add(tree, Definition("", ()))
+    return definitions
 
 
 @functools.cache

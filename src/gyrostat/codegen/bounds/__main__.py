@@ -32,25 +32,29 @@ def figures(processor: str, paths: list[Path]) -> tuple[list[str], list[str]]:
     stack = Stack(listing, frames(frame_file.read_text(encoding="utf-8")))
     rows, wrong = [], []
 
-    def figure(name: str, value: int, unit: str) -> None:
+    def figure(name: str, value: object, unit: str = "") -> None:
         rows.append(f"figure\t{processor}: {name}\t{value}\t{unit}")
 
-    for root in sorted(s for s in listing.symbols.values() if s.startswith("call_")):
+    roots = sorted(s for s in listing.symbols.values() if s.startswith("call_"))
+    limits = {root: (instructions.bound(root), stack.bound(root)) for root in roots}
+    subnormal = any(bound.normal != bound.any for bound, _ in limits.values())
+    for root, (bound, depth) in limits.items():
         name = root.removeprefix("call_")
-        bound, depth = instructions.bound(root), stack.bound(root)
         figure(f"{name}, bound", bound.any, "instructions")
-        if bound.normal != bound.any:
+        if subnormal:
             figure(f"{name}, bound without subnormal operands", bound.normal, "instructions")
-        if name in counts:
-            figure(f"{name}, counted", counts[name][0], "instructions")
+        count, used = counts.get(name, (0, 0))
+        if count:
+            figure(f"{name}, largest count", count, "instructions")
+            figure(f"{name}, bound over count", f"{bound.any / count:.2f}")
         figure(f"{name}, stack bound", depth, "bytes")
-        if name in counts:
-            figure(f"{name}, stack used", counts[name][1], "bytes")
-            if counts[name][0] > bound.any or counts[name][1] > depth:
-                wrong.append(f"{processor}: {name} is above its bound")
+        if count:
+            figure(f"{name}, stack used", used, "bytes")
+        if count > bound.any or used > depth:
+            wrong.append(f"{processor}: {name} is above its bound")
     for name, count in library.items():
         if name in instructions.reached:
-            figure(f"{name}, counted instead of a bound", count, "instructions")
+            figure(f"{name}, largest count instead of a bound", count, "instructions")
     return rows, wrong
 
 

@@ -35,11 +35,13 @@ class EvidenceKind:
         title: One-line title.
         tools: Variable of the script -> programs, separated by spaces. The variable is the first
             one that is installed; without any of them the evidence is not run.
+        clause: Clause of ECSS-E-ST-40C to which it contributes, a key of `content.CLAUSES`.
     """
 
     name: ClassVar[str]
     title: ClassVar[str]
     tools: ClassVar[Mapping[str, str]] = {}
+    clause: ClassVar[str] = "5.8.3.5"
 
     @classmethod
     def script(cls, subject: Subject) -> str:

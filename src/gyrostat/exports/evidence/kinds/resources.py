@@ -22,6 +22,7 @@ class Resources(EvidenceKind):
 
     name = "resources"
     title = "bounds of instructions and stack, size of the code"
+    clause = "5.8.3.12"
     tools: ClassVar[Mapping[str, str]] = {
         "gcc": "arm-none-eabi-gcc",
         "objdump": "arm-none-eabi-objdump",

@@ -44,12 +44,17 @@ measure() {
     cat "$work/bounds" >> "$work/figures"
     # shellcheck disable=SC2046
     set -- "$1" $("$size" "$work/code.o" "$work/flight.elf" | awk 'NR > 1 { print $1, $2 + $3 }')
-    figure "$1: code and constants" "$2" bytes
-    figure "$1: static data" "$3" bytes
-    figure "$1: code and constants with the C library" "$4" bytes
-    figure "$1: static data with the C library" "$5" bytes
+    memory "$1, code and constants" "$2"
+    memory "$1, static data" "$3"
+    memory "$1, code and constants with the C library" "$4"
+    memory "$1, static data with the C library" "$5"
+}
+
+memory() {
+    printf 'figure\tmemory: %s\t%s\tbytes\n' "$1" "$2" >> "$work/memory"
 }
 
 measure Cortex-M4F cortex-m4 fpv4-sp-d16 mps2-an386
 measure Cortex-M7 cortex-m7 fpv5-d16 mps2-an500
+cat "$work/memory" >> "$work/figures"
 pass
