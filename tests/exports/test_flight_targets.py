@@ -67,6 +67,7 @@ def test_the_folder_compiles_and_its_test_passes(what, exported, tools):
     out, printed = exported(what, *OPTIONS[what], "--json")
     what = what.replace("-", "_")
     names = [f"{what}.h", f"{what}.c", f"{what}_test.c", "expected.txt", "Makefile", "README.md"]
+    names.append("evidence.html")
     files = json.loads(printed)["files"]
     assert [name for name in files if not name.startswith("evidence/")] == names
     folder = [path.name for path in out.iterdir()]

@@ -2,7 +2,7 @@
 
 from gyrostat.exports.basilisk import basilisk
 from gyrostat.exports.compensated_wheel import CompensatedWheel
-from gyrostat.exports.evidence import read_results, run_evidence
+from gyrostat.exports.evidence import read_content, read_results, results_text, run_evidence
 from gyrostat.exports.fmu import write_fmu
 from gyrostat.exports.folder import files
 from gyrostat.exports.parts import Part
@@ -16,7 +16,9 @@ __all__ = [
     "Target",
     "basilisk",
     "files",
+    "read_content",
     "read_results",
+    "results_text",
     "run_evidence",
     "scenario_controller",
     "sheet",

@@ -1,6 +1,7 @@
 """Public names of the package; `__init__.py` reads this file."""
 
 from gyrostat.reports.drawing import svg as svg
+from gyrostat.reports.evidence import evidence_page as evidence_page
 from gyrostat.reports.feasibility import Drawn as Drawn
 from gyrostat.reports.feasibility import Question as Question
 from gyrostat.reports.feasibility import write_holdable as write_holdable

@@ -20,25 +20,23 @@ CREDIBILITY = (
     ("M&S history", "not recorded here"),
     (
         "M&S process and product management",
-        "the version and digest of the generator; the same inputs give the same files, byte by byte",
+        "version and digest of the generator; the same inputs give the same code, byte by byte",
     ),
 )
 """Credibility factor of NASA-STD-7009B -> where it is shown; None: the results of the page."""
 
 
-def evidence_page(content: Any, pivots: Any, *, command: str) -> str:
+def evidence_page(content: Any, *, command: str) -> str:
     """HTML page of the evidence about a flight folder.
 
     Args:
         content: Content of the folder, a `gyrostat.exports.evidence.content.Content`.
-        pivots: Function that arranges the figures of a result in tables.
         command: Command line that made the folder.
     """
     executed = [count for each in content.trace for _, _, count in each.groups]
     return render(
         "evidence.html",
         content=content,
-        pivots=pivots,
         command=command,
         credibility=CREDIBILITY,
         groups=len(executed),

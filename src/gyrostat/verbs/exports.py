@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Named, Quantity, Say, one_of, refuse_given, silent
 from gyrostat.verbs.exported_parts import Choice, c_files, flight_target, name_of
+from gyrostat.verbs.flight_folder import PAGE, complete
 from gyrostat.verbs.part_kinds import PARTS, part_kind
 from gyrostat.verbs.required_options import missing_of_part, names_scenario, require_given
 from gyrostat.verbs.scenario_check import say_unlikely
@@ -150,20 +151,20 @@ def export(
         else:
             target = flight_target(model, content, choice)
     names = [*texts] if target is None else [f"{target.name}.fmu"]
+    results: dict[str, str] = {}
     with new_files(folder, by="export", force=force) as scratch:
         write_texts(scratch, texts)
+        if to == "c":
+            results = complete(scratch, folder, evidence=evidence, command=command, say=say)
+            names.append(PAGE)
         if target is not None:
             from gyrostat.exports import write_fmu
 
             if write_fmu(target, scratch / names[0]) is None:
                 say("found no C compiler: the unit contains its sources only")
+    write_texts(folder, results)
     paths = tuple(folder / name for name in names)
     say(f"written: {', '.join(map(str, paths))}")
-    if evidence:
-        from gyrostat.exports import run_evidence
-
-        for result in run_evidence(folder):
-            say(str(result))
     return paths
 
 

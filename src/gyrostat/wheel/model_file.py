@@ -123,7 +123,7 @@ class WheelModel:
         is a class that was not loaded from a file by gyrostat.
         """
         law = law_texts(self.friction)
-        if law is None and not self.friction.is_shipped():
+        if law is None and not self.friction.__module__.startswith("gyrostat."):
             return None
         name, sources = law or (self.friction.name, ())
         values = {key: float(value).hex() for key, value in self.values.items()}

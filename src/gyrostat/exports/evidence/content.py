@@ -7,7 +7,8 @@ from dataclasses import dataclass
 from pathlib import Path
 
 from gyrostat.exports.evidence.folder import KINDS
-from gyrostat.exports.evidence.results import Result, read_results
+from gyrostat.exports.evidence.pivot import Pivot, pivots
+from gyrostat.exports.evidence.results import Figure, Result, read_results
 from gyrostat.exports.evidence.trace import Group, Requirement
 
 CLAUSES = {
@@ -16,6 +17,21 @@ CLAUSES = {
     "5.8.3.12": "Technical budgets management",
 }
 """Clause of ECSS-E-ST-40C (6 March 2009) -> its title, in the order of the standard."""
+
+
+@dataclass(frozen=True)
+class Arranged:
+    """Result with its figures in tables.
+
+    Attributes:
+        result: Result of a kind of evidence.
+        tables: Tables of its figures.
+        figures: Its other figures.
+    """
+
+    result: Result
+    tables: tuple[Pivot, ...]
+    figures: tuple[Figure, ...]
 
 
 @dataclass(frozen=True)
@@ -52,7 +68,7 @@ class Content:
     digests: tuple[tuple[str, str], ...]
     code: str
     source: tuple[str, tuple[str, ...]]
-    clauses: tuple[tuple[str, str, tuple[Result, ...]], ...]
+    clauses: tuple[tuple[str, str, tuple[Arranged, ...]], ...]
     outcomes: dict[str, int]
     trace: tuple[Traced, ...]
 
@@ -64,7 +80,7 @@ def read_content(folder: Path) -> Content:
     source = header.with_suffix(".c").read_text(encoding="utf-8")
     title, origin = _title(folder)
     clauses = [
-        (clause, text, tuple(r for r in results if KINDS[r.name].clause == clause))
+        (clause, text, tuple(_arranged(r) for r in results if KINDS[r.name].clause == clause))
         for clause, text in CLAUSES.items()
     ]
     return Content(
@@ -77,6 +93,11 @@ def read_content(folder: Path) -> Content:
         outcomes=dict(Counter(result.outcome for result in results)),
         trace=_trace(folder),
     )
+
+
+def _arranged(result: Result) -> Arranged:
+    tables, others = pivots(result.figures)
+    return Arranged(result, tuple(tables), tuple(others))
 
 
 def _title(folder: Path) -> tuple[str, str]:

@@ -19,7 +19,10 @@ def stribeck_torque(
     static: Scalar,
     stribeck_speed: Scalar,
 ) -> Scalar:
-    """F(w) = b w + sgn(w) [c + (T_s - c) exp(-w^2 / w_s^2)], N·m, for a fixed direction."""
+    """F(w) = b w + sgn(w) [c + (T_s - c) exp(-w^2 / w_s^2)], N·m, for a fixed direction.
+
+    Carrara and Kuga, eq. (1).
+    """
     excess = (static - coulomb) * jnp.exp(-((speed / stribeck_speed) ** 2))
     return viscous * speed + direction * (coulomb + excess)
 
