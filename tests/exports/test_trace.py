@@ -1,6 +1,7 @@
 """Trace from requirements to lines of C and to the steps that execute them; page of evidence."""
 
 import csv
+import hashlib
 import shutil
 import subprocess
 from pathlib import Path
@@ -10,6 +11,7 @@ import equinox as eqx
 import numpy as np
 import pytest
 
+import gyrostat as gs
 from gyrostat.codegen.flight.c import emit
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.files import write_texts
@@ -22,7 +24,10 @@ from gyrostat.exports.evidence.results_text import results_text
 from gyrostat.exports.evidence.trace import trace
 from gyrostat.exports.target import STEPS, flight_module
 from gyrostat.reports.evidence import evidence_page
+from gyrostat.wheel import WheelModel
+from gyrostat.wheel.friction import ViscousCoulomb
 
+VALUES = {"inertia": 1.5e-3, "motor_constant": 0.0228, "viscous": 4.8e-6, "coulomb": 8.8e-4}
 TOOLS = ("cc", "sh")
 needs_tools = pytest.mark.skipif(
     any(shutil.which(tool) is None for tool in TOOLS), reason="needs a C compiler and sh"
@@ -193,3 +198,24 @@ def test_figures_of_one_group_are_a_table():
     assert (table.title, table.columns) == ("M4", ("bound (bytes)", "used (bytes)"))
     assert table.rows == (("step", ("12", "10")), ("start", ("3", "")))
     assert others == figures[3:]
+
+
+def test_an_export_shows_the_results_of_the_same_code(tmp_path):
+    """Those of an earlier run in the folder, until the code changes; they are no file of it."""
+    words = {"to": "c", "what": "controller", "period": 0.1}
+    model = WheelModel(ViscousCoulomb, VALUES)
+    gs.export(model, tmp_path, gains=(0.1, 0.01, 0.3), **words)
+    page, readme = (tmp_path / name for name in ("evidence.html", "README.md"))
+    assert '<span class="good">passed</span>' not in page.read_text(encoding="utf-8")
+    assert "### Results" not in readme.read_text(encoding="utf-8")
+    code = (tmp_path / "controller.h").read_bytes() + (tmp_path / "controller.c").read_bytes()
+    digest = hashlib.sha256(code).hexdigest()
+    (tmp_path / "evidence" / "results").mkdir()
+    result = f"outcome\tpassed\ncode\t{digest}\nfigure\tof a test\t17\tbytes\n"
+    (tmp_path / "evidence" / "results" / "warnings.txt").write_text(result, encoding="utf-8")
+    gs.export(model, tmp_path, gains=(0.1, 0.01, 0.3), **words)
+    assert '<span class="good">passed</span>' in page.read_text(encoding="utf-8")
+    assert "| of a test | 17 bytes |" in readme.read_text(encoding="utf-8")
+    gs.export(model, tmp_path, gains=(0.1, 0.01, 0.4), **words)
+    assert '<span class="good">passed</span>' not in page.read_text(encoding="utf-8")
+    assert "the result is that of other code" in readme.read_text(encoding="utf-8")
