@@ -115,7 +115,10 @@ class WheelEnvelope(Checked):
 
         def largest(constant: PerWheel, cosine: PerWheel, sine: PerWheel) -> PerWheel:
             """Largest |constant + cosine cos(x) + sine sin(x)| for x from 0 to the angle."""
-            turning = jnp.mod(jnp.arctan2(sine, cosine), jnp.pi)
+            turning = jnp.arctan2(sine, cosine)
+            # modulo pi, without fmod: in flight code it makes a pass for each digit of a quotient
+            within = jnp.where(turning < jnp.pi, turning, 0.0)
+            turning = jnp.where(turning < 0.0, turning + jnp.pi, within)
             places = jnp.stack([0.0 * turning, angle + 0.0 * turning, jnp.minimum(turning, angle)])
             values = constant + cosine * jnp.cos(places) + sine * jnp.sin(places)
             return jnp.max(jnp.abs(values), axis=0)
