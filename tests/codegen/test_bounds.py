@@ -11,6 +11,7 @@ from gyrostat.codegen.bounds import (
     frames,
     read_listing,
 )
+from gyrostat.codegen.bounds.__main__ import figures
 
 
 def listing(**functions):
@@ -251,3 +252,39 @@ def test_loops_of_c_have_the_passes_of_their_counters():
 def test_loops_of_another_form_are_refused(loop, reason):
     with pytest.raises(UnboundedError, match=reason):
         c_loops(loop)
+
+
+PROGRAM = """
+00000100 <call_step>:
+     100:\tb510      \tpush\t{r4, lr}
+     102:\tf000 f80c \tbl\t120 <step>
+     106:\tbd10      \tpop\t{r4, pc}
+
+00000120 <step>:
+     120:\t3001      \tadds\tr0, #1
+     122:\t4770      \tbx\tlr
+"""
+
+
+@pytest.mark.parametrize(
+    ("count", "stack", "wrong"),
+    [(5, 8, []), (6, 8, ["M7: step is above its bound"]), (5, 12, ["M7: step is above its bound"])],
+)
+def test_counts_stand_beside_their_bounds_and_above_them_is_wrong(tmp_path, count, stack, wrong):
+    texts = {
+        "listing": PROGRAM,
+        "code.c": "",
+        "frames": "code.c:3:5:step\t0\tstatic\n",
+        "counts": f"step: as in Python\ncount\tstep\t{count}\t{stack}\n",
+    }
+    for name, text in texts.items():
+        (tmp_path / name).write_text(text, encoding="utf-8")
+    rows, found = figures("M7", [tmp_path / name for name in texts])
+    assert found == wrong
+    assert rows == [
+        "figure\tM7: step, bound\t5\tinstructions",
+        f"figure\tM7: step, largest count\t{count}\tinstructions",
+        f"figure\tM7: step, bound over count\t{5 / count:.2f}\t",
+        "figure\tM7: step, stack bound\t8\tbytes",
+        f"figure\tM7: step, stack used\t{stack}\tbytes",
+    ]

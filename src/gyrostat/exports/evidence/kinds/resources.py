@@ -64,6 +64,33 @@ class Resources(EvidenceKind):
                 texts[f"bounds/{file.name}"] = file.read_text(encoding="utf-8")
         return texts
 
+    @classmethod
+    def notes(cls, subject: Subject) -> list[str]:
+        """See `EvidenceKind.notes`."""
+        return [
+            "Instructions are those of a call with its arguments and with the functions of the C "
+            "library, without interrupts. They are no cycles: the manual of the processor says how "
+            "many cycles each takes. The count is the largest of the test program, which QEMU "
+            "runs on the simulated processor; its results must be those of Python. The bound is "
+            "the longest path through the control-flow graph of the same program, with the passes "
+            "of the loops of C from their text and those of the C library from "
+            "`evidence/bounds/library.py`. A loop that may end early counts with its most passes. "
+            "The stack is that of the deepest chain of calls, by `-fstack-usage` and, for the C "
+            "library, by its instructions.",
+            *([" ".join(_SOFTWARE.split())] if subject.precision == "double" else []),
+            *([" ".join(_REDUCED.split())] if _reduction(subject) else []),
+        ]
+
+
+_SOFTWARE = """
+A Cortex-M4F computes `double` by software, which takes up to 52 passes more for a product or a
+quotient with a subnormal operand (smaller than 2.3e-308). The bound without them holds if there are
+none."""
+_REDUCED = """
+Angles from 8e5 rad (`float`: 200 rad) are reduced by `__kernel_rem_pio2` of the C library, whose
+passes depend on the digits of the angle. It has no bound; the largest count of 4020 angles
+(`float`: 488) that take long, among them those next to a multiple of pi/2, stands in its place."""
+
 
 def _reduction(subject: Subject) -> str:
     """Function of the C library that reduces large angles; "" if the code has no angles."""

@@ -1,3 +1,4 @@
+"$python" -c 'import sys; sys.exit(sys.version_info < (3, 10))' || skip "python3 is older than 3.10"
 options="@flags@ -mthumb -mfloat-abi=hard"
 program="-nostartfiles --specs=rdimon.specs -T resources/board.ld"
 reduction="@reduction@"
