@@ -209,9 +209,9 @@ C = """
 int f(int n)
 {
     for (int64_t k = 0; k < 15; ++k) {
-        for (int64_t j = 0; j < k + 1; ++j) {
-            x[k] = x[j];
-        }
+        const int32_t limit = k + 1;
+        for (int64_t j = 0; j < limit; ++j) { x[k] = x[j]; }
+
         for (int64_t j = 14;
              j >= k; j -= 2) {
             x[k] = x[j] == 2.0;
@@ -228,10 +228,10 @@ int f(int n)
 
 def test_loops_of_c_have_the_passes_of_their_counters():
     assert c_loops(C) == [
-        CLoop(5, 5, 13, 15),
-        CLoop(6, 6, 8, 15),
-        CLoop(9, 10, 12, 8),
-        CLoop(15, 15, 17, 1000),
+        CLoop(5, 5, 13, 15, 4),
+        CLoop(7, 7, 7, 15, 4),
+        CLoop(9, 10, 12, 8, 4),
+        CLoop(15, 15, 17, 1000, 4),
     ]
 
 

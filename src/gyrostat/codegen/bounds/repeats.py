@@ -45,36 +45,62 @@ class Repeats:
         Raises:
             UnboundedError: There is no bound for a loop.
         """
-        repeats, known = dict[int, int](), dict[int, set[CLoop]]()
-        for loop in reversed(loops):
-            inner = [each for each in loops if each.blocks < loop.blocks]
-            own = loop.blocks.difference(*(each.blocks for each in inner))
-            lines = {i.line for b in own for i in graph[b].instructions if i.file == self.file}
-            if not lines:
+        lines = {loop.header: self._own_lines(graph, loop, loops) for loop in loops}
+        sources = self._sources([loop for loop in loops if lines[loop.header]], lines)
+        repeats = dict[int, int]()
+        for loop in loops:
+            if loop.header in sources:
+                passes = _passes(sources[loop.header], merged=len(loop.ends) > 1)
+                repeats[loop.header] = max(passes - _ends_at_its_end(graph, loop), 0)
+            else:
                 repeats[loop.header] = self._in_library(graph, loop, loops, size, normal)
-                continue
-            others = set[CLoop]().union(*(known.get(each.header, ()) for each in inner))
-            known[loop.header] = self._in_c(lines, others)
-            if not known[loop.header]:
-                where = self.listing.where(loop.header)
-                raise UnboundedError(f"{where}: a loop that C does not have")
-            passes = _passes(known[loop.header], merged=len(loop.ends) > 1)
-            repeats[loop.header] = max(passes - _ends_at_its_end(graph, loop), 0)
         return repeats
 
-    def _in_c(self, lines: set[int], others: set[CLoop]) -> set[CLoop]:
-        """Loops of C that a loop can come from.
+    def _own_lines(
+        self, graph: Mapping[int, Block], loop: NaturalLoop, loops: Sequence[NaturalLoop]
+    ) -> set[int]:
+        """Lines of C of the instructions of a loop that are in no loop inside it."""
+        own = loop.blocks.difference(*(each.blocks for each in loops if each.blocks < loop.blocks))
+        return {i.line for block in own for i in graph[block].instructions if i.file == self.file}
 
-        It executes the header of its loop of C. It begins the loops of C inside that, and has lines
-        of their headers too.
+    def _sources(
+        self, loops: Sequence[NaturalLoop], lines: Mapping[int, set[int]]
+    ) -> dict[int, set[CLoop]]:
+        """Header of each loop -> loops of C that it can come from.
+
+        A loop executes the header of its loop of C, so that it has a line of it. It can have those
+        of others too: it begins the loops inside, and the compiler moves instructions. Of these
+        remain the loops of C that are nested as the loops of the program are.
 
         Args:
-            lines: Lines of C of the instructions outside of inner loops.
-            others: Loops of C that the inner loops come from.
+            loops: Loops with lines of C.
+            lines: Header -> lines of C that are in no loop inside it.
+
+        Raises:
+            UnboundedError: A loop has lines of no loop of C.
         """
-        heads = {c for c in self.loops if any(c.first <= n <= c.body for n in lines)}
-        around = {c for c in self.loops if any(c.first <= n <= c.last for n in lines)}
-        return heads - others or around - others or around
+        sources, around = dict[int, set[CLoop]](), dict[int, set[CLoop]]()
+        for loop in loops:
+            own = lines[loop.header]
+            heads = {c for c in self.loops if any(c.first <= n <= c.body for n in own)}
+            every = {c for c in self.loops if any(c.first <= n <= c.last for n in own)}
+            if not every:
+                where = self.listing.where(loop.header)
+                raise UnboundedError(f"{where}: a loop that C does not have")
+            sources[loop.header], around[loop.header] = heads or every, every
+        pairs = [(a.header, b.header) for a in loops for b in loops if b.blocks < a.blocks]
+        changed = True
+        while changed:
+            changed = False
+            for outer, inner in pairs:
+                outers = {o for o in sources[outer] if any(_in(i, o) for i in sources[inner])}
+                inners = {i for i in sources[inner] if any(_in(i, o) for o in sources[outer])}
+                for header, fits in ((outer, outers), (inner, inners)):
+                    if not fits:  # the line of its own header is missing
+                        fits = around.pop(header, sources[header])
+                    if fits != sources[header]:
+                        sources[header], changed = fits, True
+        return sources
 
     def _in_library(
         self,
@@ -95,6 +121,11 @@ class Repeats:
             widest = written[loop.header] == max(written.values())
             return passes if widest or narrow is None else min(passes, narrow)
         raise UnboundedError(f"{self.listing.where(loop.header)}: a loop of unknown length")
+
+
+def _in(inner: CLoop, outer: CLoop) -> bool:
+    """Whether a loop can be executed inside another: one of another function may be inlined."""
+    return outer.contains(inner) or outer.function != inner.function
 
 
 def _ends_at_its_end(graph: Mapping[int, Block], loop: NaturalLoop) -> bool:
