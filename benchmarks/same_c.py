@@ -19,7 +19,8 @@ import sys
 import tempfile
 from pathlib import Path
 
-EXAMPLES = Path(__file__).parents[1] / "examples" / "scenarios"
+HERE = Path(__file__).resolve()
+EXAMPLES = HERE.parents[1] / "examples" / "scenarios"
 LAW = {"gains": (0.0571, 0.00234, 0.3126)}
 FILTER = {"table_inertia": 0.495, "speed_sigma": 0.5, "delay": 1}
 PARTS = {
@@ -59,10 +60,10 @@ def export_elsewhere(python, folder, names, **environment):
         names: Parts and scenarios.
         environment: Further environment variables.
     """
-    source = str(Path(__file__).parents[1] / "src")
+    source = str(HERE.parents[1] / "src")
     others = {"GYROSTAT_CACHE": str(folder / "cache"), "PYTHONPATH": source, "OMP_NUM_THREADS": "1"}
     done = subprocess.run(
-        [python, __file__, "--export", folder, *names],
+        [python, HERE, "--export", folder, *names],
         env={**os.environ, "JAX_PLATFORMS": "cpu", **others, **environment},
         capture_output=True,
         text=True,

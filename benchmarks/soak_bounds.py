@@ -38,22 +38,27 @@ def missing_tools():
 
 
 class Board:
-    """Programs for a simulated board, in one folder."""
+    """Programs for a simulated board, in one folder.
 
-    def __init__(self, folder):
-        self.folder = folder
+    Attributes:
+        folder: The folder.
+        painted: Words of the stack whose use is seen.
+    """
+
+    def __init__(self, folder, painted=512):
+        self.folder, self.painted = folder, painted
         write_texts(folder, board_files())
 
-    def build(self, processor, code, main, names, *options):
+    def build(self, processor, code, main, names, *options, include=""):
         """Program of the file code.c, with lines and frames, and a main; functions are counted."""
         cpu, fpu, _ = processor
         self.processor = processor
         heads = [f"int {name}({arguments})" for name, arguments in names.items()]
         declared = "\n".join(f"{head};" for head in heads)
-        texts = {"code.c": code, "main.c": f"#include <stdint.h>\n{declared}\n{main}"}
-        write_texts(self.folder, {**texts, "count.c": counting_code("", heads)})
+        texts = {"code.c": code, "main.c": f"#include <stdint.h>\n{include}{declared}\n{main}"}
+        write_texts(self.folder, {**texts, "count.c": counting_code(include, heads)})
         flags = ("-std=c99", "-mthumb", f"-mcpu={cpu}", f"-mfpu={fpu}", "-mfloat-abi=hard")
-        command = ("arm-none-eabi-gcc", *flags, "-ffp-contract=off", "-DPAINTED=512")
+        command = ("arm-none-eabi-gcc", *flags, "-ffp-contract=off", f"-DPAINTED={self.painted}")
         self._run(*command, *options, "-g", "-fstack-usage", "-c", "code.c", "-o", "code.o")
         wrapped = [f"-Wl,--wrap={name}" for name in names]
         files = ("main.c", "count.c", "board.c", "code.o", "-lm", "-o", "program")
