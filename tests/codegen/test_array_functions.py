@@ -59,6 +59,7 @@ def indexed(x, grid, whole, half, at):
         jnp.searchsorted(grid, x),
         jnp.searchsorted(grid, x, side="right", method="sort"),
         jnp.searchsorted(grid, grid, method="compare_all"),
+        jnp.searchsorted(jnp.sort(whole), at),
         jnp.bincount(inside, length=SIZE),
         jax.ops.segment_sum(grid, inside, 4),
         jnp.nonzero(whole > 0, size=3, fill_value=-1)[0],

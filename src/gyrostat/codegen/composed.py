@@ -18,6 +18,8 @@ def _polynomial(x: Any, *coefficients: Any, **_: Any) -> Any:
 
 def _below(x: Any, y: Any) -> Any:
     """Order of numbers with NaN last, for which JAX's sorting has made zeros and NaN alike."""
+    if not jnp.issubdtype(x.dtype, jnp.floating):
+        return x < y
     return (x < y) | ((x == x) & (y != y))
 
 
@@ -111,11 +113,10 @@ def _largest(x: Any, *, k: int, axis: int = -1, **_: Any) -> tuple[Any, Any]:
     return jnp.moveaxis(values, 0, axis), jnp.moveaxis(indices, 0, axis)
 
 
-def _product(
-    x: Any, y: Any, *, dimension_numbers: Any, preferred_element_type: Any, **_: Any
-) -> Any:
+def _product(x: Any, y: Any, **params: Any) -> Any:
     """Product of arrays of integers; that of real numbers is a rule of its own."""
-    if not jnp.issubdtype(x.dtype, jnp.integer) or not x.dtype == y.dtype == preferred_element_type:
+    is_integer = jnp.issubdtype(x.dtype, jnp.integer)
+    if not is_integer or not x.dtype == y.dtype == params["preferred_element_type"]:
         raise NotImplementedError
 
     def rows(array: Any, axes: Any, batch: Any) -> Any:
@@ -123,7 +124,7 @@ def _product(
         shape = [[array.shape[k] for k in group] for group in (batch, free, axes)]
         return array.transpose([*batch, *free, *axes]).reshape([math.prod(s) for s in shape]), shape
 
-    (left, shape), (right, right_shape) = map(rows, (x, y), *dimension_numbers)
+    (left, shape), (right, right_shape) = map(rows, (x, y), *params["dimension_numbers"])
     sums = jnp.sum(left[:, :, None] * right[:, None], axis=-1, dtype=x.dtype)
     return sums.reshape([*shape[0], *shape[1], *right_shape[1]])
 

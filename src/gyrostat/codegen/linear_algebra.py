@@ -166,8 +166,8 @@ def geqrf(matrix: Matrix) -> tuple[Matrix, Float[Array, " k"]]:
         scaled = below.at[0].set(first) / jnp.where(reflects, largest, 1.0)
         norm = jnp.sqrt(jnp.sum(scaled * scaled)) * largest
         beta = jnp.where(reflects, jnp.where(first < 0.0, norm, -norm), first)
-        factor = jnp.where(reflects, (beta - first) / jnp.where(reflects, beta, 1.0), 0.0)
         vector = (below / jnp.where(reflects, first - beta, 1.0)).at[0].set(1.0)
+        factor = jnp.where(reflects, 2.0 / (vector @ vector), 0.0)
         changed = rows - factor * vector[:, None] * (vector @ rows)
         column = jnp.where(rest, vector, rows[:, 0]).at[0].set(beta)
         rows = jnp.where((index < height - k)[:, None] & after, changed, rows)
