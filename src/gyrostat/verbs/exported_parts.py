@@ -5,6 +5,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Named, Quantity, in_si, refuse_given
+from gyrostat.verbs.export_format import CodeFormat
 from gyrostat.verbs.exported_part import Given
 from gyrostat.verbs.measurement_limits import measurement_limits
 from gyrostat.verbs.part_kinds import PARTS
@@ -33,15 +34,21 @@ class Choice(NamedTuple):
     on_bad: str
 
 
-def c_files(
-    part: Any, model: "WheelModel | None", choice: Choice, precision: str, origin: str
+def code_texts(
+    form: type[CodeFormat],
+    part: Any,
+    model: "WheelModel | None",
+    choice: Choice,
+    precision: str,
+    origin: str,
 ) -> dict[str, str]:
-    """Files of flight code: name -> text.
+    """Files of code: name -> text.
 
     Those of a part that is designed from a wheel model are kept in the private cache. A given part
     is always traced.
 
     Args:
+        form: Format.
         part: Part to export, unless it is designed.
         model: Wheel model to design a part from; None to export `part`.
         choice: Options.
@@ -55,9 +62,7 @@ def c_files(
     from gyrostat.core.stored_texts import stored_texts
 
     def make() -> dict[str, str]:
-        from gyrostat.exports import files
-
-        return files(flight_target(part, model, choice), precision, origin)  # pyright: ignore[reportArgumentType]
+        return form.texts(flight_target(part, model, choice), precision, origin)
 
     if model is None:
         return make()
@@ -66,7 +71,7 @@ def c_files(
     except InputError:  # nothing is measured by a compiler that does not run
         return make()
     values = {name: float(value) for name, value in model.values.items()}
-    return stored_texts((model.friction, values, choice, precision, origin, tools), make)
+    return stored_texts((form, model.friction, values, choice, precision, origin, tools), make)
 
 
 def flight_target(part: Any, model: "WheelModel | None", choice: Choice) -> Any:

@@ -6,7 +6,9 @@ from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Named, Quantity, Say, one_of, refuse_given, silent
-from gyrostat.verbs.exported_parts import Choice, c_files, flight_target, name_of
+from gyrostat.verbs.export_format import CodeFormat, ModuleFormat, WheelFormat
+from gyrostat.verbs.exported_parts import Choice, code_texts, flight_target, name_of
+from gyrostat.verbs.format_kinds import CODE, FORMATS, OF_PARTS
 from gyrostat.verbs.part_kinds import PARTS, part_kind
 from gyrostat.verbs.required_options import missing_of_part, names_scenario, require_given
 from gyrostat.verbs.scenario_check import say_unlikely
@@ -20,7 +22,6 @@ if TYPE_CHECKING:
 
 LONGEST_DELAY = 1000
 """Control periods."""
-FORMATS = ("c", "fmu", "basilisk", "json")
 
 
 def export(
@@ -88,7 +89,7 @@ def export(
 
     folder = Path(out)
     check_writable(folder)
-    one_of(to, FORMATS, "--to")
+    form = FORMATS[one_of(to, FORMATS, "--to")]
     if what is not None:
         one_of(what, PARTS, "--what")
     one_of(precision, ("double", "float"), "--precision")
@@ -108,12 +109,12 @@ def export(
     kind = _kind_of(model) if scenario is None else "controller"
     target, texts, origin = None, {}, f"Made by `{command}`."
     content = None if kind is not None else wheel_model(model, force=force)  # pyright: ignore[reportArgumentType]
-    if to != "c":
-        refuse_given({"--precision": precision == "float"}, f"--to {to}", "--to c")
+    if not issubclass(form, CodeFormat):
+        refuse_given({"--precision": precision == "float"}, f"--to {to}", f"--to {CODE}")
     if scenario is not None:
-        if to != "c":
-            raise InputError(f"--to {to}: found {name_of(scenario)}, expected --to c")
-        from gyrostat.exports import files, scenario_controller
+        if not issubclass(form, CodeFormat):
+            raise InputError(f"--to {to}: found {name_of(scenario)}, expected --to {CODE}")
+        from gyrostat.exports import scenario_controller
 
         say_unlikely(scenario, say)
         _part_to_export(model, kind, what)
@@ -122,16 +123,13 @@ def export(
             "a scenario",
             "a part or model.toml, and the scenario's values",
         )
-        texts = files(scenario_controller(scenario, on_bad), precision, origin)  # pyright: ignore[reportArgumentType]
-    elif to in ("json", "basilisk"):
-        from gyrostat.exports import basilisk, sheet
-
+        texts = form.texts(scenario_controller(scenario, on_bad), precision, origin)
+    elif issubclass(form, WheelFormat):
         if content is None:
             raise InputError(f"--to {to}: found {name_of(model)}, expected a wheel or its model")
         code_options = {"--what": what, **every, "--on-bad": on_bad == "zero"}
-        refuse_given(code_options, f"--to {to}", "--to c or fmu")
-        name = "wheel.json" if to == "json" else "wheel_basilisk.py"
-        texts = {name: sheet(content) if to == "json" else basilisk(content)}
+        refuse_given(code_options, f"--to {to}", f"--to {OF_PARTS}")
+        texts = form.texts(content)
     else:
         what = _part_to_export(model, kind, what)
         options = {"period": period, "gains": gains, "table_inertia": table_inertia}
@@ -141,19 +139,18 @@ def export(
         assert what is not None
         assert period is not None
         choice = Choice(what, period, design_options, range_, rate_limit, on_bad)
-        if to == "c":
-            texts = c_files(model, content, choice, precision, origin)
+        if issubclass(form, CodeFormat):
+            texts = code_texts(form, model, content, choice, precision, origin)
         else:
             target = flight_target(model, content, choice)
-    names = [*texts] if target is None else [f"{target.name}.fmu"]
+    names = [*texts]
     with new_files(folder, by="export", force=force) as scratch:
         for name, text in texts.items():
-            (scratch / name).write_text(text, encoding="utf-8")
-        if target is not None:
-            from gyrostat.exports import write_fmu
-
-            if write_fmu(target, scratch / names[0]) is None:
-                say("found no C compiler: the unit contains its sources only")
+            path = scratch / name
+            path.parent.mkdir(parents=True, exist_ok=True)
+            path.write_text(text, encoding="utf-8")
+        if target is not None and issubclass(form, ModuleFormat):
+            names = form.write(target, scratch, say)
     paths = tuple(folder / name for name in names)
     say(f"written: {', '.join(map(str, paths))}")
     return paths
