@@ -72,6 +72,13 @@ def export(
         Literal["hold", "zero"],
         typer.Option(help="Command after a rejected sample: last accepted one, or zero."),
     ] = "hold",
+    name: Annotated[
+        Text,
+        typer.Option(
+            help="Name of the flight module and prefix of its functions, instead of that of the "
+            "part, such as wheel_x."
+        ),
+    ] = None,
     force: ForceModel = False,
     json_output: Json = False,
 ) -> None:

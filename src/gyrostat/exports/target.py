@@ -2,7 +2,7 @@
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import wraps
 from typing import Any
 
@@ -74,6 +74,16 @@ class Target:
             names = dict.fromkeys(name for entry in self.steps for name in entry.results)
             history.append({name: values[name] for name in names})
         return history
+
+
+def renamed(target: Target, name: str) -> Target:
+    """Flight module with another name, which is the prefix of its functions too."""
+
+    def rename(entry: Entry) -> Entry:
+        return replace(entry, name=name + entry.name.removeprefix(target.name))
+
+    begin, steps = (tuple(map(rename, entries)) for entries in (target.begin, target.steps))
+    return replace(target, name=name, begin=begin, steps=steps)
 
 
 def _parameters(name: str, values: Mapping[str, Any], has_tables: bool) -> Entry:

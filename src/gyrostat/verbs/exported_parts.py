@@ -11,6 +11,7 @@ from gyrostat.verbs.measurement_limits import measurement_limits
 from gyrostat.verbs.part_kinds import PARTS
 
 if TYPE_CHECKING:
+    from gyrostat.exports import Target
     from gyrostat.wheel import WheelModel
 
 
@@ -24,6 +25,7 @@ class Choice(NamedTuple):
         ranges: Accepted values of inputs.
         rate_limits: Largest accepted change of inputs.
         on_bad: Command after a rejected sample: "hold" or "zero".
+        name: Name of the flight module; None for that of the part.
     """
 
     what: str
@@ -32,6 +34,7 @@ class Choice(NamedTuple):
     ranges: Named
     rate_limits: Named
     on_bad: str
+    name: str | None
 
 
 def code_texts(
@@ -74,7 +77,7 @@ def code_texts(
     return stored_texts((form, model.friction, values, choice, precision, origin, tools), make)
 
 
-def flight_target(part: Any, model: "WheelModel | None", choice: Choice) -> Any:
+def flight_target(part: Any, model: "WheelModel | None", choice: Choice) -> "Target":
     """Flight module of a part, or of one designed from a wheel model and the options.
 
     Raises:
@@ -98,7 +101,14 @@ def flight_target(part: Any, model: "WheelModel | None", choice: Choice) -> Any:
     if model is not None:
         part = kind.design(model.wheel(), period, Given(options))
     check_parts(part)
-    return kind.module(part, period, limits, choice.on_bad)
+    return named(kind.module(part, period, limits, choice.on_bad), choice.name)
+
+
+def named(target: "Target", name: str | None) -> "Target":
+    """Flight module with the name of the option, if it is given."""
+    from gyrostat.exports.target import renamed
+
+    return target if name is None else renamed(target, name)
 
 
 def name_of(model: Any) -> str:

@@ -1,5 +1,6 @@
 """Verb `export`: flight C, FMU, Basilisk module or data sheet."""
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -7,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Named, Quantity, Say, one_of, refuse_given, silent
 from gyrostat.verbs.export_format import CodeFormat, ModuleFormat, WheelFormat
-from gyrostat.verbs.exported_parts import Choice, code_texts, flight_target, name_of
+from gyrostat.verbs.exported_parts import Choice, code_texts, flight_target, name_of, named
 from gyrostat.verbs.format_kinds import CODE, FORMATS, OF_PARTS
 from gyrostat.verbs.part_kinds import PARTS, part_kind
 from gyrostat.verbs.required_options import missing_of_part, names_scenario, require_given
@@ -41,6 +42,7 @@ def export(
     range_: Named = None,
     rate_limit: Named = None,
     on_bad: str = "hold",
+    name: str | None = None,
     force: bool = False,
     say: Say = silent,
     command: str = "gyrostat.export",
@@ -58,10 +60,10 @@ def export(
         model: Part, wheel, wheel model, identification, scenario, or path of model.toml or
             scenario.toml.
         out: Folder for the files.
-        to: "c" for flight, "fmu" (co-simulation unit, FMI 2.0), "basilisk" (Python module) or
-            "json" (data sheet).
-        what: Part to design, with "c" and "fmu" unless `model` is a part: "compensated-wheel",
-            "compensator", "controller", "estimator" or "wheel".
+        to: "c" for flight, "cfs" (application for NASA's core Flight System), "fmu" (co-simulation
+            unit, FMI 2.0), "basilisk" (Python module) or "json" (data sheet).
+        what: Part to design, with "c", "cfs" and "fmu" unless `model` is a part:
+            "compensated-wheel", "compensator", "controller", "estimator" or "wheel".
         precision: Precision of real numbers in C: "double" or "float".
         period: Control period, s.
         gains: Gains of the attitude law, (3,), N·m/rad, N·m/(rad·s), N·m·s/rad.
@@ -73,6 +75,8 @@ def export(
         range_: Accepted values of inputs: field -> (lower, upper).
         rate_limit: Largest accepted change of inputs: field -> SI unit per second.
         on_bad: Command after a rejected sample: "hold" (last accepted) or "zero".
+        name: Name of the flight module and prefix of its functions, with "c", "fmu" and "cfs"; by
+            default "compensator", "controller" and so on.
         force: Whether to replace files that gyrostat did not write, and to take a wheel that is
             marked as impossible.
         say: Function that receives each message for the user.
@@ -94,6 +98,8 @@ def export(
         one_of(what, PARTS, "--what")
     one_of(precision, ("double", "float"), "--precision")
     one_of(on_bad, ("hold", "zero"), "--on-bad")
+    if name is not None and re.fullmatch(r"[a-z][a-z0-9_]*", name) is None:
+        raise InputError(f"--name: found {name!r}, expected lower-case letters, digits and _")
     if not 0 <= delay <= LONGEST_DELAY:
         raise InputError(f"--delay: found {delay}, expected 0 to {LONGEST_DELAY} control periods")
     design_options = {
@@ -123,11 +129,12 @@ def export(
             "a scenario",
             "a part or model.toml, and the scenario's values",
         )
-        texts = form.texts(scenario_controller(scenario, on_bad), precision, origin)
+        module = named(scenario_controller(scenario, on_bad), name)
+        texts = form.texts(module, precision, origin)
     elif issubclass(form, WheelFormat):
         if content is None:
             raise InputError(f"--to {to}: found {name_of(model)}, expected a wheel or its model")
-        code_options = {"--what": what, **every, "--on-bad": on_bad == "zero"}
+        code_options = {"--what": what, **every, "--on-bad": on_bad == "zero", "--name": name}
         refuse_given(code_options, f"--to {to}", f"--to {OF_PARTS}")
         texts = form.texts(content)
     else:
@@ -138,20 +145,20 @@ def export(
         require_given(where, missing_of_part(what, options, is_designed=content is not None))
         assert what is not None
         assert period is not None
-        choice = Choice(what, period, design_options, range_, rate_limit, on_bad)
+        choice = Choice(what, period, design_options, range_, rate_limit, on_bad, name)
         if issubclass(form, CodeFormat):
             texts = code_texts(form, model, content, choice, precision, origin)
         else:
             target = flight_target(model, content, choice)
     names = [*texts]
     with new_files(folder, by="export", force=force) as scratch:
-        for name, text in texts.items():
-            path = scratch / name
+        for file, text in texts.items():
+            path = scratch / file
             path.parent.mkdir(parents=True, exist_ok=True)
             path.write_text(text, encoding="utf-8")
         if target is not None and issubclass(form, ModuleFormat):
             names = form.write(target, scratch, say)
-    paths = tuple(folder / name for name in names)
+    paths = tuple(folder / file for file in names)
     say(f"written: {', '.join(map(str, paths))}")
     return paths
 
