@@ -29,8 +29,12 @@ def files(target: Target, precision: Precision, origin: str) -> dict[str, str]:
     Raises:
         InputError: The module cannot be emitted; see `emit`.
     """
+    return files_of(target, emit(target.name, target.entries, precision), precision, origin)
+
+
+def files_of(target: Target, module: Module, precision: Precision, origin: str) -> dict[str, str]:
+    """All files of a flight module that was emitted; see `files`."""
     name = target.name
-    module = emit(name, target.entries, precision)
     test, printed = program(target, module, precision)
     texts = {
         f"{name}.h": module.header,
