@@ -38,7 +38,7 @@ CHANGES = (
     (
         "checksum of a sensor message",
         INPUT,
-        "(Payload->Crc != COMPENSATOR_SensorCrc(Payload))",
+        "Payload->Crc != COMPENSATOR_SensorCrc(Payload)",
         "0",
     ),
     ("checksum of a command", INPUT, " && HasChecksum(Buffer)", ""),

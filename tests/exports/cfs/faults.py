@@ -24,7 +24,7 @@ from gyrostat.wheel.friction import Stribeck
 
 PERIOD, SEED, TICKS, TIMEOUT = 0.1, 3, 400, 5
 GAIN = 0.0571
-NEAR = 1e-9  # rad
+NEAR = 1e-9  # rad, A
 
 Step = tuple[int, str, str]
 """Tick, action of the test application, argument."""
@@ -77,6 +77,8 @@ SCRIPT: tuple[Step, ...] = (
     (141, "activate", "-"),
     (160, "load", "wide"),
     (161, "refused", "-"),
+    (165, "load", "narrow"),
+    (166, "refused", "-"),
     (170, "load", "not_finite"),
     (171, "refused", "-"),
     (180, "overwrite", "nan"),
@@ -91,7 +93,9 @@ SCRIPT: tuple[Step, ...] = (
     (330, "restart_shared", "-"),  # the table of an application that shares it stays registered
 )
 RESTARTS = ("restart", "restart_shared")
-TABLES = {"second": 1.5 * GAIN, "third": 0.5 * GAIN, "wide": 11.0 * GAIN, "not_finite": np.nan}
+GOOD = {"second": 1.5 * GAIN, "third": 0.5 * GAIN}
+BAD = {"wide": 11.0 * GAIN, "narrow": 0.05 * GAIN, "not_finite": np.nan}
+TABLES = GOOD | BAD
 """Name of a table -> proportional gain."""
 
 
@@ -246,7 +250,7 @@ def counters(script: Iterable[Step], ticks: int) -> tuple[list[Counter], Counter
         rejected = [LOST[action] for action, _ in actions if action in LOST]
         for action, argument in actions:
             names += ["TableLoads"] * (action == "activate")
-            names += ["TableErrors"] * (argument in ("wide", "not_finite") or action == "overwrite")
+            names += ["TableErrors"] * (argument in BAD or action == "overwrite")
             names += ["TableLoadsInTick"] * (action in ("in_tick_load", "in_tick_activate"))
             if action == "garbage":
                 names += [("ChecksumErrors", "LengthErrors")[k % 2] for k in range(int(argument))]
@@ -305,6 +309,10 @@ def differences(case: Case, flown: Any, script: Any, ticks: int, names: Iterable
     error = np.abs(rows["state.attitude"] - history.attitude.values[:ticks])
     if not np.all(error <= NEAR):
         found.append(f"attitude: {np.max(error)} rad")
+    # the command acts a period later
+    error = np.abs(rows["command.current"][:-1] - history.commanded_current.values[1:ticks])
+    if not np.all(error <= NEAR):
+        found.append(f"current: {np.max(error)} A")
     computed = history.sample_status.values[:ticks]
     for name, signal in (("status", computed), ("missed", history.samples_missed.values[:ticks])):
         if not np.array_equal(rows[name], signal):

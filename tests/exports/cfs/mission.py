@@ -1,6 +1,7 @@
 """A mission of the core Flight System: built once, with the applications of a test."""
 
 import contextlib
+import ctypes
 import fcntl
 import hashlib
 import os
@@ -146,9 +147,37 @@ def run(command: list[str]) -> subprocess.CompletedProcess[str]:
     return subprocess.run(command, capture_output=True, text=True, env=environment)
 
 
+@contextlib.contextmanager
+def shared_memory(folder: Path):
+    """Keys of shared memory that no other mission has; its segments are removed afterwards.
+
+    The flight system takes them from the inodes of three files, and leaves the segments behind.
+    """
+    files = [folder / f".{area}keyfile" for area in ("cds", "reset", "reserved")]
+    spares = []
+    for path in files:
+        path.write_bytes(b"")
+        while _segment(path) >= 0:  # of another mission, or left behind by one
+            spares.append(path.rename(folder / f"spare{len(spares)}"))  # another inode
+            path.write_bytes(b"")
+    try:
+        yield
+    finally:
+        for path in files:
+            if (segment := _segment(path)) >= 0:
+                ctypes.CDLL(None).shmctl(segment, 0, None)
+
+
+def _segment(path: Path) -> int:
+    """Segment of shared memory with the key of a file; -1 if there is none."""
+    about = path.stat()
+    key = ord("R") << 24 | (about.st_dev & 0xFF) << 16 | (about.st_ino & 0xFFFF)  # as ftok
+    return ctypes.CDLL(None).shmget(key, 0, 0)
+
+
 def fly(folder: Path, names: list[str]) -> str:
     """Run the mission until the flights with these applications are done; returns its output."""
-    with (folder / "output.txt").open("w") as output:
+    with (folder / "output.txt").open("w") as output, shared_memory(folder):
         core = subprocess.Popen(["./core-cpu1"], cwd=folder, stdout=output, stderr=output)
         try:
             end = time.monotonic() + LONGEST_FLIGHT

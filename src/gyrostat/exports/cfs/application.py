@@ -199,7 +199,7 @@ def _main(
         "last_memory": declaration(ports["memory"].content, "LastMemory", dialect),
         "last_command": declaration(ports["command"].content, "LastCommand", dialect),
         "outputs": _indented(outputs, 1),
-        "filters": _indented(filters, 1),
+        "filters": _indented(filters, 2),
     }
 
 

@@ -32,12 +32,12 @@ COMMAND_HEAD = (
 """Fields of a command message before those of the command."""
 
 IDS = (
-    Named("CMD_MID", "0x18E0", "ground commands"),
-    Named("SEND_HK_MID", "0x18E1", "request of housekeeping"),
-    Named("WAKEUP_MID", "0x18E2", "wake-up: one tick of the controller"),
-    Named("SENSOR_TLM_MID", "0x08E0", "sensor message, which the application receives"),
-    Named("COMMAND_TLM_MID", "0x08E1", "command message, which the application sends"),
-    Named("HK_TLM_MID", "0x08E2", "housekeeping"),
+    Named("CMD_MID", "0x18E0U", "ground commands"),
+    Named("SEND_HK_MID", "0x18E1U", "request of housekeeping"),
+    Named("WAKEUP_MID", "0x18E2U", "wake-up: one tick of the controller"),
+    Named("SENSOR_TLM_MID", "0x08E0U", "sensor message, which the application receives"),
+    Named("COMMAND_TLM_MID", "0x08E1U", "command message, which the application sends"),
+    Named("HK_TLM_MID", "0x08E2U", "housekeeping"),
 )
 """Message ids."""
 

@@ -46,7 +46,7 @@ def readme(
         period=f"{target.period:g}",
         safe=SAFE[target.on_bad],
         factor=f"{FACTOR:g}",
-        ids=_rows((f"`{prefix}_{n.name}`", n.value, n.meaning) for n in interface.IDS),
+        ids=_rows((f"`{prefix}_{n.name}`", n.value[:-1], n.meaning) for n in interface.IDS),
         sensor_size=sensor.size,
         command_size=command.size,
         sensor_table=_layout(sensor, interface.SENSOR_HEAD),

@@ -7,10 +7,6 @@
 
 @APP@_Data_t @APP@_Data;
 
-static const CFE_EVS_BinFilter_t Filters[] = {
-@filters@
-};
-
 static CFE_Status_t CreatePipe(CFE_SB_PipeId_t *Pipe, const char *Name)
 {
     return CFE_SB_CreatePipe(Pipe, @APP@_PIPE_DEPTH, Name);
@@ -76,6 +72,9 @@ bool @APP@_StartController(void)
 
 static CFE_Status_t Init(void)
 {
+    static const CFE_EVS_BinFilter_t Filters[] = {
+@filters@
+    };
     CFE_Status_t Status;
     int          Fault;
 
@@ -84,20 +83,18 @@ static CFE_Status_t Init(void)
     @APP@_Data.IsAwake = true;
     Status = CFE_EVS_Register(Filters, (uint16)(sizeof(Filters) / sizeof(Filters[0])),
                               CFE_EVS_EventFilter_BINARY);
-    if (Status != CFE_SUCCESS)
+@parameters@
+    if (Status == CFE_SUCCESS)
+    {
+        Status = InitMessages();
+    }
+    else
     {
         (void)CFE_ES_WriteToSysLog("@APP@: found status 0x%08x of the event services\n",
                                    (unsigned int)Status);
-        return Status;
-    }
-@parameters@
-    Status = InitMessages();
-    if ((Status == CFE_SUCCESS) && (Fault != 0))
-    {
-        Status = @APP@_INVALID;
     }
     @APP@_InitTable();
-    if ((Status == CFE_SUCCESS) && !@APP@_StartController())
+    if ((Status == CFE_SUCCESS) && ((Fault != 0) || !@APP@_StartController()))
     {
         Status = @APP@_INVALID;
     }
@@ -228,7 +225,6 @@ void @APP@_Main(void)
 {
     CFE_SB_Buffer_t *Buffer    = NULL;
     uint32           RunStatus = CFE_ES_RunStatus_APP_RUN;
-    CFE_Status_t     Status;
 
     CFE_ES_PerfLogEntry(@APP@_PERF_ID);
     if (Init() != CFE_SUCCESS)
@@ -237,6 +233,8 @@ void @APP@_Main(void)
     }
     while (CFE_ES_RunLoop(&RunStatus) == true)
     {
+        CFE_Status_t Status;
+
         CFE_ES_PerfLogExit(@APP@_PERF_ID);
         Status = CFE_SB_ReceiveBuffer(&Buffer, @APP@_Data.WakeupPipe, @APP@_WAKEUP_TIMEOUT_MS);
         CFE_ES_PerfLogEntry(@APP@_PERF_ID);

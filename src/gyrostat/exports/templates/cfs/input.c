@@ -120,10 +120,11 @@ static void ReceiveCommand(const CFE_SB_Buffer_t *Buffer)
 static void SendHousekeeping(const CFE_SB_Buffer_t *Buffer)
 {
     @APP@_HkTlm_Payload_t *Payload = &@APP@_Data.Housekeeping.Payload;
-    CFE_Status_t           Status;
 
     if (@APP@_HasLength(Buffer, sizeof(@APP@_NoArgsCmd_t)))
     {
+        CFE_Status_t Status;
+
         Payload->SampleStatus  = @APP@_Limited(@APP@_Data.Values.report.sample_status);
         Payload->SamplesMissed = @APP@_Limited(@APP@_Data.Values.report.samples_missed);
         CFE_SB_TimeStampMsg(CFE_MSG_PTR(@APP@_Data.Housekeeping.TelemetryHeader));
@@ -208,17 +209,22 @@ static bool IsTimely(CFE_TIME_SysTime_t Sample)
     return Fault == NULL;
 }
 
+/* Use a sensor message if it is valid. It is copied first: what is checked cannot change any more. */
 static bool Accept(const CFE_SB_Buffer_t *Buffer)
 {
-    const @APP@_SensorTlm_t         *Message = (const @APP@_SensorTlm_t *)Buffer;
-    const @APP@_SensorTlm_Payload_t *Payload = &Message->Payload;
+    @APP@_SensorTlm_t                Message;
+    const @APP@_SensorTlm_Payload_t *Payload = &Message.Payload;
     bool IsGood = @APP@_HasMessageId(Buffer, @APP@_SENSOR_TLM_MID);
 
-    IsGood = IsGood && @APP@_HasLength(Buffer, sizeof(*Message));
-    if (IsGood && (Payload->Crc != @APP@_SensorCrc(Payload)))
+    IsGood = IsGood && @APP@_HasLength(Buffer, sizeof(Message));
+    if (IsGood)
     {
-        IsGood = false;
-        CountChecksum("sensor");
+        (void)memcpy(&Message, Buffer, sizeof(Message));
+        if (Payload->Crc != @APP@_SensorCrc(Payload))
+        {
+            IsGood = false;
+            CountChecksum("sensor");
+        }
     }
     if (IsGood && IsTimely(Payload->SampleTime))
     {
