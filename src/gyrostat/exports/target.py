@@ -12,6 +12,7 @@ import numpy as np
 from gyrostat.codegen.flight.module import Entry
 from gyrostat.codegen.scope import LARGEST
 from gyrostat.codegen.tracing import as_arrays
+from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 
 STEPS = 40
@@ -84,6 +85,23 @@ def renamed(target: Target, name: str) -> Target:
 
     begin, steps = (tuple(map(rename, entries)) for entries in (target.begin, target.steps))
     return replace(target, name=name, begin=begin, steps=steps)
+
+
+def require_controller(target: Target, form: str) -> None:
+    """Check that a module has one step from a measurement to a command and a report.
+
+    Args:
+        target: Flight module.
+        form: Format for which it is required, for the message.
+
+    Raises:
+        InputError: It has another one, such as that of a wheel.
+    """
+    results = {name for entry in target.steps for name in entry.results}
+    if len(target.steps) != 1 or not {"command", "report"} <= results:
+        raise InputError(
+            f"--to {form}: found {target.name}, expected a controller or compensator, or a scenario"
+        )
 
 
 def _parameters(name: str, values: Mapping[str, Any], has_tables: bool) -> Entry:

@@ -15,7 +15,7 @@ from gyrostat.control import SampleStatus
 from gyrostat.core.errors import InputError
 from gyrostat.exports.cfs import interface
 from gyrostat.exports.cfs.interface import Named
-from gyrostat.exports.cfs.messages import Payload, missing_lines, read_lines, written_lines
+from gyrostat.exports.cfs.messages import Payload, read_lines, written_lines
 from gyrostat.exports.cfs.parameters import (
     Parameter,
     check_lines,
@@ -24,7 +24,8 @@ from gyrostat.exports.cfs.parameters import (
 )
 from gyrostat.exports.cfs.readme import readme
 from gyrostat.exports.folder import files_of
-from gyrostat.exports.target import Target
+from gyrostat.exports.message_fields import missing_lines
+from gyrostat.exports.target import Target, require_controller
 from gyrostat.exports.template import filled
 
 HEADS = {"measurement": interface.SENSOR_HEAD, "command": interface.COMMAND_HEAD}
@@ -48,7 +49,11 @@ def application(target: Target, precision: Precision, origin: str) -> dict[str, 
         InputError: The module has no controller or a name that is too long for cFE, or it cannot be
             emitted; see `emit`.
     """
-    _require_controller(target)
+    require_controller(target, "cfs")
+    if len(target.name) > LONGEST_NAME:
+        raise InputError(
+            f"--to cfs: found the name {target.name}, expected at most {LONGEST_NAME} characters"
+        )
     module = emit(target.name, target.entries, precision)
     ports = {port.name: port for every in module.ports.values() for port in every}
     dialect, app = Dialect(precision), target.name
@@ -86,19 +91,6 @@ def application(target: Target, precision: Precision, origin: str) -> dict[str, 
     return {f"{app}/{name.replace('@app@', app)}": content for name, content in texts.items()} | {
         f"{app}/flight/{name}": content for name, content in flight.items()
     }
-
-
-def _require_controller(target: Target) -> None:
-    """Check the name, and that there is one step from a measurement to a command and a report."""
-    results = {name for entry in target.steps for name in entry.results}
-    if len(target.steps) != 1 or not {"command", "report"} <= results:
-        raise InputError(
-            f"--to cfs: found {target.name}, expected a controller or compensator, or a scenario"
-        )
-    if len(target.name) > LONGEST_NAME:
-        raise InputError(
-            f"--to cfs: found the name {target.name}, expected at most {LONGEST_NAME} characters"
-        )
 
 
 def _designed(target: Target) -> dict[str, Any]:

@@ -2,7 +2,7 @@
 
 from dataclasses import dataclass
 
-from gyrostat.exports.cfs.messages import Field
+from gyrostat.exports.message_fields import Field
 
 
 @dataclass(frozen=True)

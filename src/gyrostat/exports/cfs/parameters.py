@@ -15,7 +15,7 @@ from gyrostat.control import FieldLimits
 from gyrostat.control.measurement_guard import UNLIMITED
 from gyrostat.core.jax64 import jax
 from gyrostat.core.validation import SMALLEST
-from gyrostat.exports.cfs.messages import leaves
+from gyrostat.exports.message_fields import leaves
 
 FACTOR = 10.0
 """Largest factor between an accepted parameter and the designed one."""

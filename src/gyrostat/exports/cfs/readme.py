@@ -5,8 +5,9 @@ from collections.abc import Iterable, Mapping, Sequence
 from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.exports.cfs import interface
 from gyrostat.exports.cfs.interface import Named
-from gyrostat.exports.cfs.messages import Field, Payload
+from gyrostat.exports.cfs.messages import Payload
 from gyrostat.exports.cfs.parameters import FACTOR, Parameter
+from gyrostat.exports.message_fields import Field
 from gyrostat.exports.target import Target
 from gyrostat.exports.template import filled
 from gyrostat.exports.unit_text import unit_of
