@@ -11,7 +11,7 @@ from gyrostat.codegen.flight.operation_count import CLASSES, ELEMENTARY, operati
 from gyrostat.codegen.program import Assign, Call, Function, statements
 from gyrostat.codegen.scope import LARGEST
 from gyrostat.exports.check_program import TOLERANCE, program
-from gyrostat.exports.target import STEPS, Target
+from gyrostat.exports.target import SAFE, STEPS, Target
 from gyrostat.exports.template import filled
 
 
@@ -78,7 +78,6 @@ def _readme(
 
 def _validation(target: Target) -> list[str]:
     """Description of the validation of inputs, for the README."""
-    words = {"hold": "the last accepted command", "zero": "zero"}
     reports = [n for entry in target.steps for n in entry.results if n.endswith("report")]
     if target.on_bad is None:
         return ["Inputs are not validated. A NaN propagates to all results that depend on it."]
@@ -86,7 +85,7 @@ def _validation(target: Target) -> list[str]:
     return [
         "Every input is validated before anything is computed from it: finite (by its bits), "
         "within its range, within its rate limit if it has one. A sample with a rejected value is "
-        f"treated as missing: the memory is predicted, the output is {words[target.on_bad]}, and "
+        f"treated as missing: the memory is predicted, the output is {SAFE[target.on_bad]}, and "
         f"{where} says why (see `SampleStatus` in the header). The next good sample continues. "
         "After 4 samples without an accepted value the rate limit is not applied, so that no "
         "sensor is rejected permanently. Memory and outputs stay finite.",

@@ -12,10 +12,8 @@ from gyrostat.codegen.program import Number
 from gyrostat.control import SampleStatus
 from gyrostat.exports.folder import files_of
 from gyrostat.exports.message_fields import Field, fields_of, missing_lines
-from gyrostat.exports.target import Target, require_controller
+from gyrostat.exports.target import SAFE, Target, require_controller
 from gyrostat.exports.template import filled
-
-SAFE = {"hold": "the last accepted one", "zero": "zero"}
 
 
 def component(target: Target, precision: Precision, origin: str) -> dict[str, str]:

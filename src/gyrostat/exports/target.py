@@ -17,6 +17,8 @@ from gyrostat.core.jax64 import jax, jnp
 
 STEPS = 40
 """Number of steps of the test run."""
+SAFE = {"hold": "the last accepted command", "zero": "zero"}
+"""Safe command -> description."""
 
 
 @dataclass(frozen=True)

@@ -8,12 +8,11 @@ from gyrostat.exports.cfs.interface import Named
 from gyrostat.exports.cfs.messages import Payload
 from gyrostat.exports.cfs.parameters import FACTOR, Parameter
 from gyrostat.exports.message_fields import Field
-from gyrostat.exports.target import Target
+from gyrostat.exports.target import SAFE, Target
 from gyrostat.exports.template import filled
 from gyrostat.exports.unit_text import unit_of
 
 Row = Sequence[object]
-SAFE = {"hold": "the last accepted one", "zero": "zero"}
 STACK = 16384
 """Smallest stack that the README names, bytes."""
 
