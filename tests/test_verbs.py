@@ -145,7 +145,7 @@ def test_an_export_that_cannot_be_is_one_line_and_writes_nothing(fit, tmp_path):
         (part, {"to": "c", "period": 0.1, "what": "wheel"}, "expected controller"),
         (part, {"to": "c", "period": 0.1, "gains": np.array(GAINS)}, "found gains"),
         (part, {"to": "json"}, "found an object of CurrentMode"),
-        (fit, {"to": "java"}, "expected one of c, fmu"),
+        (fit, {"to": "java"}, "expected one of basilisk, c"),
         (fit, {"to": "c", "delay": -1}, "delay: found -1"),
         (fit, {"to": "c", "period": 0.1, "what": "brake"}, "found 'brake'"),
         (gs.AttitudePID(*GAINS), {"to": "c"}, "found AttitudePID"),

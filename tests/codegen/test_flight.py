@@ -419,3 +419,13 @@ def test_what_a_struct_cannot_hold_is_refused():
         emit("bad", [Entry("bad", lambda x: (x, x[0]), {"x": (1.0,)}, ("y", "x"))])
     with pytest.raises(InputError, match="unused name of C"):
         emit("bad", [Entry("bad", lambda x: x, {"x": 1.0}, ("status",))])
+
+
+def test_tuples_within_tuples_that_return_as_they_came_have_one_struct():
+    def step(memory, x):
+        """Count and add up."""
+        (count, total), _ = memory
+        return ((count + 1, total + x), x)
+
+    entry = Entry("step", step, {"memory": ((0, 0.0), 0.0), "x": 1.0}, ("memory",))
+    assert emit("counted", [entry]).header.count("typedef struct") == 2

@@ -9,6 +9,7 @@ import typer
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line
 from gyrostat.cli.options import ForceModel, Json, Out
+from gyrostat.verbs.format_kinds import FORMATS, OF_PARTS
 from gyrostat.verbs.part_kinds import PARTS
 from gyrostat.verbs.required_options import FURTHER
 
@@ -19,17 +20,17 @@ def export(
     model: Annotated[Path, typer.Argument(help="model.toml of the wheel, or scenario.toml.")],
     out: Out,
     to: Annotated[
-        Literal["c", "fmu", "basilisk", "json"],
+        str,
         typer.Option(
-            help="c: flight code; fmu: co-simulation unit (FMI 2.0); basilisk: Python module; "
-            "json: data sheet."
+            metavar=f"[{'|'.join(FORMATS)}]",
+            help=f"{'; '.join(f'{name}: {kind.about}' for name, kind in FORMATS.items())}.",
         ),
     ],
     what: Annotated[
         Text,
         typer.Option(
             metavar=f"[{'|'.join(PARTS)}]",
-            help="Part to export; required with --to c or fmu, unless a scenario is exported. "
+            help=f"Part to export; required with --to {OF_PARTS}, unless a scenario is exported. "
             f"Further required: {FURTHER}.",
         ),
     ] = None,
@@ -74,6 +75,13 @@ def export(
     evidence: Annotated[
         bool, typer.Option("--evidence", help="Check the C code, as make evidence does.")
     ] = False,
+    name: Annotated[
+        Text,
+        typer.Option(
+            help="Name of the flight module and prefix of its functions, instead of that of the "
+            "part, such as wheel_x."
+        ),
+    ] = None,
     force: ForceModel = False,
     json_output: Json = False,
 ) -> None:

@@ -14,7 +14,7 @@ from gyrostat.core.source_digest import source_digest
 from gyrostat.exports.check_program import TOLERANCE, program
 from gyrostat.exports.evidence.evidence_kind import Subject
 from gyrostat.exports.evidence.folder import evidence_files, evidence_notes
-from gyrostat.exports.target import STEPS, Target
+from gyrostat.exports.target import SAFE, STEPS, Target
 from gyrostat.exports.template import filled
 
 
@@ -32,8 +32,13 @@ def files(target: Target, precision: Precision, origin: str) -> dict[str, str]:
     Raises:
         InputError: The module cannot be emitted; see `emit`.
     """
+    module = emit(target.name, target.entries, precision, digests(target))
+    return files_of(target, module, precision, origin)
+
+
+def files_of(target: Target, module: Module, precision: Precision, origin: str) -> dict[str, str]:
+    """All files of a flight module that was emitted; see `files`."""
     name = target.name
-    module = emit(name, target.entries, precision, digests(target))
     test, printed = program(target, module, precision)
     texts = {
         f"{name}.h": module.header,
@@ -85,7 +90,6 @@ def _readme(subject: Subject, origin: str, compiled: Compiled | None) -> str:
 
 def _validation(target: Target) -> list[str]:
     """Description of the validation of inputs, for the README."""
-    words = {"hold": "the last accepted command", "zero": "zero"}
     reports = [n for entry in target.steps for n in entry.results if n.endswith("report")]
     if target.on_bad is None:
         return ["Inputs are not validated. A NaN propagates to all results that depend on it."]
@@ -93,7 +97,7 @@ def _validation(target: Target) -> list[str]:
     return [
         "Every input is validated before anything is computed from it: finite (by its bits), "
         "within its range, within its rate limit if it has one. A sample with a rejected value is "
-        f"treated as missing: the memory is predicted, the output is {words[target.on_bad]}, and "
+        f"treated as missing: the memory is predicted, the output is {SAFE[target.on_bad]}, and "
         f"{where} says why (see `SampleStatus` in the header). The next good sample continues. "
         "After 4 samples without an accepted value the rate limit is not applied, so that no "
         "sensor is rejected permanently. Memory and outputs stay finite.",

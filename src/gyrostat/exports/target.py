@@ -2,7 +2,7 @@
 
 import inspect
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import wraps
 from typing import Any
 
@@ -12,10 +12,13 @@ import numpy as np
 from gyrostat.codegen.flight.module import Entry
 from gyrostat.codegen.scope import LARGEST
 from gyrostat.codegen.tracing import as_arrays
+from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 
 STEPS = 40
 """Number of steps of the test run."""
+SAFE = {"hold": "the last accepted command", "zero": "zero"}
+"""Safe command -> description."""
 
 
 @dataclass(frozen=True)
@@ -76,6 +79,33 @@ class Target:
             names = dict.fromkeys(name for entry in self.steps for name in entry.results)
             history.append({name: values[name] for name in names})
         return history
+
+
+def renamed(target: Target, name: str) -> Target:
+    """Flight module with another name, which is the prefix of its functions too."""
+
+    def rename(entry: Entry) -> Entry:
+        return replace(entry, name=name + entry.name.removeprefix(target.name))
+
+    begin, steps = (tuple(map(rename, entries)) for entries in (target.begin, target.steps))
+    return replace(target, name=name, begin=begin, steps=steps)
+
+
+def require_controller(target: Target, form: str) -> None:
+    """Check that a module has one step from a measurement to a command and a report.
+
+    Args:
+        target: Flight module.
+        form: Format for which it is required, for the message.
+
+    Raises:
+        InputError: It has another one, such as that of a wheel.
+    """
+    results = {name for entry in target.steps for name in entry.results}
+    if len(target.steps) != 1 or not {"command", "report"} <= results:
+        raise InputError(
+            f"--to {form}: found {target.name}, expected a controller or compensator, or a scenario"
+        )
 
 
 def _parameters(name: str, values: Mapping[str, Any], has_tables: bool) -> Entry:

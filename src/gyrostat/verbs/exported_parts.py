@@ -6,11 +6,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Named, Quantity, in_si, refuse_given
+from gyrostat.verbs.export_format import CodeFormat
 from gyrostat.verbs.exported_part import Given
 from gyrostat.verbs.measurement_limits import measurement_limits
 from gyrostat.verbs.part_kinds import PARTS
 
 if TYPE_CHECKING:
+    from gyrostat.exports import Target
     from gyrostat.wheel import WheelModel
 
 
@@ -24,6 +26,7 @@ class Choice(NamedTuple):
         ranges: Accepted values of inputs.
         rate_limits: Largest accepted change of inputs.
         on_bad: Command after a rejected sample: "hold" or "zero".
+        name: Name of the flight module; None for that of the part.
     """
 
     what: str
@@ -32,17 +35,24 @@ class Choice(NamedTuple):
     ranges: Named
     rate_limits: Named
     on_bad: str
+    name: str | None
 
 
-def c_files(
-    part: Any, model: "WheelModel | None", choice: Choice, precision: str, origin: str
+def code_texts(
+    form: type[CodeFormat],
+    part: Any,
+    model: "WheelModel | None",
+    choice: Choice,
+    precision: str,
+    origin: str,
 ) -> dict[str, str]:
-    """Files of flight code: name -> text.
+    """Files of code: name -> text.
 
     Those of a part that is designed from a wheel model are kept in the private cache. A given part
     is always traced.
 
     Args:
+        form: Format.
         part: Part to export, unless it is designed.
         model: Wheel model to design a part from; None to export `part`.
         choice: Options.
@@ -56,9 +66,7 @@ def c_files(
     from gyrostat.core.stored_texts import stored_texts
 
     def make() -> dict[str, str]:
-        from gyrostat.exports import files
-
-        return files(flight_target(part, model, choice), precision, origin)  # pyright: ignore[reportArgumentType]
+        return form.texts(flight_target(part, model, choice), precision, origin)
 
     if model is None:
         return make()
@@ -67,10 +75,10 @@ def c_files(
     except InputError:  # nothing is measured by a compiler that does not run
         return make()
     values = {name: float(value) for name, value in model.values.items()}
-    return stored_texts((model.friction, values, choice, precision, origin, tools), make)
+    return stored_texts((form, model.friction, values, choice, precision, origin, tools), make)
 
 
-def flight_target(part: Any, model: "WheelModel | None", choice: Choice) -> Any:
+def flight_target(part: Any, model: "WheelModel | None", choice: Choice) -> "Target":
     """Flight module of a part, or of one designed from a wheel model and the options.
 
     Raises:
@@ -94,9 +102,16 @@ def flight_target(part: Any, model: "WheelModel | None", choice: Choice) -> Any:
     if model is not None:
         part = kind.design(model.wheel(), period, Given(options))
     check_parts(part)
-    target = kind.module(part, period, limits, choice.on_bad)
+    target = named(kind.module(part, period, limits, choice.on_bad), choice.name)
     digest = None if model is None else model.digest()
     return target if digest is None else replace(target, digests={"model": f"SHA-256 {digest}"})
+
+
+def named(target: "Target", name: str | None) -> "Target":
+    """Flight module with the name of the option, if it is given."""
+    from gyrostat.exports.target import renamed
+
+    return target if name is None else renamed(target, name)
 
 
 def name_of(model: Any) -> str:

@@ -1,13 +1,16 @@
 """Verb `export`: flight C, FMU, Basilisk module or data sheet."""
 
+import re
 from collections.abc import Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Named, Quantity, Say, one_of, refuse_given, silent
-from gyrostat.verbs.exported_parts import Choice, c_files, flight_target, name_of
+from gyrostat.verbs.export_format import CodeFormat, ModuleFormat, WheelFormat
+from gyrostat.verbs.exported_parts import Choice, code_texts, flight_target, name_of, named
 from gyrostat.verbs.flight_folder import PAGE, complete
+from gyrostat.verbs.format_kinds import CODE, FORMATS, OF_PARTS
 from gyrostat.verbs.part_kinds import PARTS, part_kind
 from gyrostat.verbs.required_options import missing_of_part, names_scenario, require_given
 from gyrostat.verbs.scenario_check import say_unlikely
@@ -21,7 +24,6 @@ if TYPE_CHECKING:
 
 LONGEST_DELAY = 1000
 """Control periods."""
-FORMATS = ("c", "fmu", "basilisk", "json")
 
 
 def export(
@@ -42,6 +44,7 @@ def export(
     rate_limit: Named = None,
     on_bad: str = "hold",
     evidence: bool = False,
+    name: str | None = None,
     force: bool = False,
     say: Say = silent,
     command: str = "gyrostat.export",
@@ -59,10 +62,10 @@ def export(
         model: Part, wheel, wheel model, identification, scenario, or path of model.toml or
             scenario.toml.
         out: Folder for the files.
-        to: "c" for flight, "fmu" (co-simulation unit, FMI 2.0), "basilisk" (Python module) or
-            "json" (data sheet).
-        what: Part to design, with "c" and "fmu" unless `model` is a part: "compensated-wheel",
-            "compensator", "controller", "estimator" or "wheel".
+        to: "c" for flight, "cfs" (application for NASA's core Flight System), "fmu" (co-simulation
+            unit, FMI 2.0), "basilisk" (Python module) or "json" (data sheet).
+        what: Part to design, with "c", "cfs" and "fmu" unless `model` is a part:
+            "compensated-wheel", "compensator", "controller", "estimator" or "wheel".
         precision: Precision of real numbers in C: "double" or "float".
         period: Control period, s.
         gains: Gains of the attitude law, (3,), N·m/rad, N·m/(rad·s), N·m·s/rad.
@@ -76,6 +79,8 @@ def export(
         on_bad: Command after a rejected sample: "hold" (last accepted) or "zero".
         evidence: Whether to check the C code with the tools that are installed, as `make evidence`
             in the folder does. Each outcome is said; `gyrostat.exports.read_results` reads them.
+        name: Name of the flight module and prefix of its functions, with "c", "fmu" and "cfs"; by
+            default "compensator", "controller" and so on.
         force: Whether to replace files that gyrostat did not write, and to take a wheel that is
             marked as impossible.
         say: Function that receives each message for the user.
@@ -92,11 +97,13 @@ def export(
 
     folder = Path(out)
     check_writable(folder)
-    one_of(to, FORMATS, "--to")
+    form = FORMATS[one_of(to, FORMATS, "--to")]
     if what is not None:
         one_of(what, PARTS, "--what")
     one_of(precision, ("double", "float"), "--precision")
     one_of(on_bad, ("hold", "zero"), "--on-bad")
+    if name is not None and re.fullmatch(r"[a-z][a-z0-9_]*", name) is None:
+        raise InputError(f"--name: found {name!r}, expected lower-case letters, digits and _")
     if not 0 <= delay <= LONGEST_DELAY:
         raise InputError(f"--delay: found {delay}, expected 0 to {LONGEST_DELAY} control periods")
     design_options = {
@@ -112,13 +119,14 @@ def export(
     kind = _kind_of(model) if scenario is None else "controller"
     target, texts, origin = None, {}, f"Made by `{command}`."
     content = None if kind is not None else wheel_model(model, force=force)  # pyright: ignore[reportArgumentType]
-    if to != "c":
-        c_options = {"--precision": precision == "float", "--evidence": evidence}
-        refuse_given(c_options, f"--to {to}", "--to c")
+    if not issubclass(form, CodeFormat):
+        refuse_given({"--precision": precision == "float"}, f"--to {to}", f"--to {CODE}")
+    if to != CODE:
+        refuse_given({"--evidence": evidence}, f"--to {to}", f"--to {CODE}")
     if scenario is not None:
-        if to != "c":
-            raise InputError(f"--to {to}: found {name_of(scenario)}, expected --to c")
-        from gyrostat.exports import files, scenario_controller
+        if not issubclass(form, CodeFormat):
+            raise InputError(f"--to {to}: found {name_of(scenario)}, expected --to {CODE}")
+        from gyrostat.exports import scenario_controller
 
         say_unlikely(scenario, say)
         _part_to_export(model, kind, what)
@@ -127,16 +135,14 @@ def export(
             "a scenario",
             "a part or model.toml, and the scenario's values",
         )
-        texts = files(scenario_controller(scenario, on_bad), precision, origin)  # pyright: ignore[reportArgumentType]
-    elif to in ("json", "basilisk"):
-        from gyrostat.exports import basilisk, sheet
-
+        module = named(scenario_controller(scenario, on_bad), name)
+        texts = form.texts(module, precision, origin)
+    elif issubclass(form, WheelFormat):
         if content is None:
             raise InputError(f"--to {to}: found {name_of(model)}, expected a wheel or its model")
-        code_options = {"--what": what, **every, "--on-bad": on_bad == "zero"}
-        refuse_given(code_options, f"--to {to}", "--to c or fmu")
-        name = "wheel.json" if to == "json" else "wheel_basilisk.py"
-        texts = {name: sheet(content) if to == "json" else basilisk(content)}
+        code_options = {"--what": what, **every, "--on-bad": on_bad == "zero", "--name": name}
+        refuse_given(code_options, f"--to {to}", f"--to {OF_PARTS}")
+        texts = form.texts(content)
     else:
         what = _part_to_export(model, kind, what)
         options = {"period": period, "gains": gains, "table_inertia": table_inertia}
@@ -145,25 +151,21 @@ def export(
         require_given(where, missing_of_part(what, options, is_designed=content is not None))
         assert what is not None
         assert period is not None
-        choice = Choice(what, period, design_options, range_, rate_limit, on_bad)
-        if to == "c":
-            texts = c_files(model, content, choice, precision, origin)
+        choice = Choice(what, period, design_options, range_, rate_limit, on_bad, name)
+        if issubclass(form, CodeFormat):
+            texts = code_texts(form, model, content, choice, precision, origin)
         else:
             target = flight_target(model, content, choice)
-    names = [*texts] if target is None else [f"{target.name}.fmu"]
-    results: dict[str, str] = {}
+    names, results = [*texts], {}
     with new_files(folder, by="export", force=force) as scratch:
         write_texts(scratch, texts)
-        if to == "c":
+        if to == CODE:
             results = complete(scratch, folder, evidence=evidence, command=command, say=say)
             names.append(PAGE)
-        if target is not None:
-            from gyrostat.exports import write_fmu
-
-            if write_fmu(target, scratch / names[0]) is None:
-                say("found no C compiler: the unit contains its sources only")
+        if target is not None and issubclass(form, ModuleFormat):
+            names = form.write(target, scratch, say)
     write_texts(folder, results)
-    paths = tuple(folder / name for name in names)
+    paths = tuple(folder / file for file in names)
     say(f"written: {', '.join(map(str, paths))}")
     return paths
 

@@ -5,6 +5,8 @@ from pathlib import Path
 from typing import Any
 
 from gyrostat.core.errors import InputError
+from gyrostat.verbs.export_format import WheelFormat
+from gyrostat.verbs.format_kinds import FORMATS, OF_PARTS
 from gyrostat.verbs.part_kinds import PARTS
 
 Options = Mapping[str, Any]
@@ -119,7 +121,7 @@ def _recover(options: Options) -> list[str]:
 
 def _export(options: Options) -> list[str]:
     to, model = options.get("to"), options.get("model")
-    if to not in (None, "c", "fmu"):
+    if to is not None and (to not in FORMATS or issubclass(FORMATS[to], WheelFormat)):
         return []
     try:
         if model is not None and names_scenario(Path(model)):
@@ -127,7 +129,7 @@ def _export(options: Options) -> list[str]:
     except InputError:  # the verb reports it
         pass
     missing = missing_of_part(options.get("what"), options, is_designed=True)
-    return missing if to or not missing else [f"{' and '.join(missing)}, with --to c or fmu"]
+    return missing if to or not missing else [f"{' and '.join(missing)}, with --to {OF_PARTS}"]
 
 
 _RULES: dict[str, Callable[[Options], list[str]]] = {

@@ -95,7 +95,8 @@ class Structs:
 
     def _register(self, struct: Struct) -> Struct:
         for entry in self.every:
-            if entry.members == struct.members and re.sub(r"_\d+$", "", entry.name) == struct.name:
+            names = (entry.name, re.sub(r"_\d+$", "", entry.name))
+            if entry.members == struct.members and struct.name in names:
                 return entry
         name = free_name(struct.name, {entry.name for entry in self.every})
         struct = dataclasses.replace(struct, name=name)

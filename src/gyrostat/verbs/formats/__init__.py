@@ -1,0 +1,1 @@
+"""Formats that `export` can write, one file each."""
