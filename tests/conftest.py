@@ -71,6 +71,7 @@ LONGEST = (
     *("test_verbs", "test_operator", "wheel/test_batches_and_properties"),
     "control/test_estimating_compensator",
     *("control/test_recovery_zero_momentum", "control/test_wheel_array_control"),
+    *("exports/test_resources", "exports/test_same_c"),
     *("exports/test_flight_targets", "control/test_magnetic_control", "control/test_riccati"),
     *("spacecraft/test_bristles_on_body", "wheel/test_step_bounds", "spacecraft/test_table"),
     *("exports/test_against_interpreter", "runs/test_references", "simulation/test_loop"),
