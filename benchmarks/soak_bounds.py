@@ -26,9 +26,9 @@ from gyrostat.codegen import bounds
 from gyrostat.core.files import write_texts
 from gyrostat.exports.evidence.board import board_files, counting_code
 
-M4 = ("cortex-m4", "fpv4-sp-d16", "mps2-an386")
-M7 = ("cortex-m7", "fpv5-d16", "mps2-an500")
-"""Names of the processor, of its FPU and of the simulated board."""
+M4 = ("cortex-m4", "fpv4-sp-d16", "mps2-an386", "0x21000000")
+M7 = ("cortex-m7", "fpv5-d16", "mps2-an500", "0x60000000")
+"""Names of the processor, of its FPU and of the simulated board, and the address of its PSRAM."""
 
 
 def missing_tools():
@@ -51,7 +51,7 @@ class Board:
 
     def build(self, processor, code, main, names, *options, include=""):
         """Program of the file code.c, with lines and frames, and a main; functions are counted."""
-        cpu, fpu, _ = processor
+        cpu, fpu, _, psram = processor
         self.processor = processor
         heads = [f"int {name}({arguments})" for name, arguments in names.items()]
         declared = "\n".join(f"{head};" for head in heads)
@@ -63,6 +63,7 @@ class Board:
         wrapped = [f"-Wl,--wrap={name}" for name in names]
         files = ("main.c", "count.c", "board.c", "code.o", "-lm", "-o", "program")
         options = ("-Os", "-nostartfiles", "--specs=rdimon.specs", "-T", "board.ld")
+        wrapped.append(f"-Wl,--defsym=psram={psram}")
         self._run(*command, *wrapped, *options, *files)
 
     def counts(self):

@@ -73,6 +73,7 @@ LONGEST = (
     *("control/test_recovery_zero_momentum", "control/test_wheel_array_control"),
     *("exports/test_cfs_flight", "exports/test_flight_targets", "exports/test_cfs"),
     *("control/test_magnetic_control", "control/test_riccati"),
+    *("exports/test_resources", "exports/test_same_c"),
     *("spacecraft/test_bristles_on_body", "wheel/test_step_bounds", "spacecraft/test_table"),
     *("exports/test_against_interpreter", "runs/test_references", "simulation/test_loop"),
     *("control/test_recovery_on_gyrostat", "wheel/test_crossings", "wheel/test_sensitivities"),

@@ -11,8 +11,8 @@ from gyrostat.codegen.bounds.library import COUNTED
 from gyrostat.exports import read_results
 
 SOAK = Path(__file__).parents[2] / "benchmarks" / "soak_bounds.py"
-M4 = ("cortex-m4", "fpv4-sp-d16", "mps2-an386")
-M7 = ("cortex-m7", "fpv5-d16", "mps2-an500")
+M4 = ("cortex-m4", "fpv4-sp-d16", "mps2-an386", "0x21000000")
+M7 = ("cortex-m7", "fpv5-d16", "mps2-an500", "0x60000000")
 
 
 @pytest.fixture(scope="module")

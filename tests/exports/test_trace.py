@@ -150,15 +150,26 @@ def test_the_steps_that_execute_an_equation_are_counted(tmp_path):
 
 
 @needs_tools
-def test_statements_that_no_step_executes_fail(tmp_path):
+def test_statements_that_no_step_executes_are_counted(tmp_path):
     result = folder_of(np.full(STEPS, 3.0), tmp_path)
     groups = [group for each in read_content(tmp_path).trace for group in each.groups]
-    missed = [group.first for group, _, _ in groups if "clip" in group.equation]
-    missed += [group.first for group, _, _ in groups if "self.gain" in group.equation]
-    assert result.outcome == "failed"
-    assert f"at line {min(missed)}," in result.reason
+    missed = [group.equation for group, _, count in groups if count == 0]
+    assert len(missed) == 2
+    assert any("clip" in equation for equation in missed)
+    assert any("self.gain" in equation for equation in missed)
     figures = {figure.name: figure.value for figure in result.figures}
-    assert figures["groups that no step executes"] == str(len(missed))
+    assert figures["groups that no step executes"] == "2"
+
+
+@needs_tools
+def test_a_run_that_is_not_that_of_python_fails(tmp_path):
+    folder_of(np.zeros(STEPS), tmp_path)
+    expected = tmp_path / "expected.txt"
+    text = expected.read_text(encoding="utf-8").replace("as in Python", "otherwise", 1)
+    expected.write_text(text, encoding="utf-8")
+    subprocess.run(["sh", tmp_path / "evidence" / "run.sh", "trace"], capture_output=True)
+    result = next(each for each in read_results(tmp_path) if each.name == "trace")
+    assert (result.outcome, result.reason) == ("failed", "the run is not as in Python")
 
 
 @needs_tools

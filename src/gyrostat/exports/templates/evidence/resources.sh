@@ -19,9 +19,9 @@ build() {
     "$gcc" "$@" > "$work/log" 2>&1 || fail "$label: $(sed -n '/error\|undefined/{p;q;}' "$work/log")"
 }
 
-# measure NAME CPU FPU BOARD
+# measure NAME CPU FPU BOARD PSRAM
 measure() {
-    built="$options -mcpu=$2 -mfpu=$3"
+    built="$options -mcpu=$2 -mfpu=$3 -Wl,--defsym=psram=$5"
     # shellcheck disable=SC2086
     {
         build "$1" $built -g -fstack-usage -c "../$name.c" -o "$work/code.o"
@@ -55,7 +55,7 @@ memory() {
     printf 'figure\tmemory: %s\t%s\tbytes\n' "$1" "$2" >> "$work/memory"
 }
 
-measure Cortex-M4F cortex-m4 fpv4-sp-d16 mps2-an386
-measure Cortex-M7 cortex-m7 fpv5-d16 mps2-an500
+measure Cortex-M4F cortex-m4 fpv4-sp-d16 mps2-an386 0x21000000
+measure Cortex-M7 cortex-m7 fpv5-d16 mps2-an500 0x60000000
 cat "$work/memory" >> "$work/figures"
 pass
