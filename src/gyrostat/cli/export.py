@@ -9,6 +9,7 @@ import typer
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line
 from gyrostat.cli.options import ForceModel, Json, Out
+from gyrostat.verbs.flight_folder import PAGE
 from gyrostat.verbs.format_kinds import FORMATS, OF_PARTS
 from gyrostat.verbs.part_kinds import PARTS
 from gyrostat.verbs.required_options import FURTHER
@@ -72,9 +73,6 @@ def export(
         Literal["hold", "zero"],
         typer.Option(help="Command after a rejected sample: last accepted one, or zero."),
     ] = "hold",
-    evidence: Annotated[
-        bool, typer.Option("--evidence", help="Check the C code, as make evidence does.")
-    ] = False,
     name: Annotated[
         Text,
         typer.Option(
@@ -82,6 +80,9 @@ def export(
             "part, such as wheel_x."
         ),
     ] = None,
+    evidence: Annotated[
+        bool, typer.Option("--evidence", help="Check the C code, as make evidence does.")
+    ] = False,
     force: ForceModel = False,
     json_output: Json = False,
 ) -> None:
@@ -95,5 +96,7 @@ def export(
     if evidence:
         from gyrostat.exports import read_results
 
-        if any(result.outcome == "failed" for result in read_results(out)):
+        folders = [path.parent for path in paths if path.name == PAGE]
+        results = [result for folder in folders for result in read_results(folder)]
+        if any(result.outcome == "failed" for result in results):
             raise typer.Exit(1)

@@ -32,8 +32,12 @@ def files(target: Target, precision: Precision, origin: str) -> dict[str, str]:
     Raises:
         InputError: The module cannot be emitted; see `emit`.
     """
-    module = emit(target.name, target.entries, precision, digests(target))
-    return files_of(target, module, precision, origin)
+    return files_of(target, emitted(target, precision), precision, origin)
+
+
+def emitted(target: Target, precision: Precision) -> Module:
+    """C of a flight module, with the digests of what it is made from."""
+    return emit(target.name, target.entries, precision, digests(target))
 
 
 def files_of(target: Target, module: Module, precision: Precision, origin: str) -> dict[str, str]:

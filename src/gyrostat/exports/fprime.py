@@ -3,14 +3,13 @@
 import textwrap
 from collections.abc import Iterable, Sequence
 
-from gyrostat.codegen.flight.c import emit
 from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.codegen.flight.identifiers import comment
 from gyrostat.codegen.flight.module import Port, Precision, call
 from gyrostat.codegen.flight.structs import Leaf
 from gyrostat.codegen.program import Number
 from gyrostat.control import SampleStatus
-from gyrostat.exports.folder import files_of
+from gyrostat.exports.folder import emitted, files_of
 from gyrostat.exports.message_fields import Field, fields_of, missing_lines
 from gyrostat.exports.target import SAFE, Target, require_controller
 from gyrostat.exports.template import filled
@@ -31,7 +30,7 @@ def component(target: Target, precision: Precision, origin: str) -> dict[str, st
         InputError: The module has no controller, or it cannot be emitted; see `emit`.
     """
     require_controller(target, "fprime")
-    module = emit(target.name, target.entries, precision)
+    module = emitted(target, precision)
     ports = {port.name: port for every in module.ports.values() for port in every}
     name = "".join(word.capitalize() for word in target.name.split("_"))
     dialect = Dialect(precision)

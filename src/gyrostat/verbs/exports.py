@@ -9,7 +9,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Named, Quantity, Say, one_of, refuse_given, silent
 from gyrostat.verbs.export_format import CodeFormat, ModuleFormat, WheelFormat
 from gyrostat.verbs.exported_parts import Choice, code_texts, flight_target, name_of, named
-from gyrostat.verbs.flight_folder import PAGE, complete
+from gyrostat.verbs.flight_folder import PAGE, complete, flight_folder
 from gyrostat.verbs.format_kinds import CODE, FORMATS, OF_PARTS
 from gyrostat.verbs.part_kinds import PARTS, part_kind
 from gyrostat.verbs.required_options import missing_of_part, names_scenario, require_given
@@ -43,8 +43,8 @@ def export(
     range_: Named = None,
     rate_limit: Named = None,
     on_bad: str = "hold",
-    evidence: bool = False,
     name: str | None = None,
+    evidence: bool = False,
     force: bool = False,
     say: Say = silent,
     command: str = "gyrostat.export",
@@ -77,10 +77,10 @@ def export(
         range_: Accepted values of inputs: field -> (lower, upper).
         rate_limit: Largest accepted change of inputs: field -> SI unit per second.
         on_bad: Command after a rejected sample: "hold" (last accepted) or "zero".
-        evidence: Whether to check the C code with the tools that are installed, as `make evidence`
-            in the folder does. Each outcome is said; `gyrostat.exports.read_results` reads them.
         name: Name of the flight module and prefix of its functions, with "c", "fmu" and "cfs"; by
             default "compensator", "controller" and so on.
+        evidence: Whether to check the C code with the tools that are installed, as `make evidence`
+            in the folder does. Each outcome is said; `gyrostat.exports.read_results` reads them.
         force: Whether to replace files that gyrostat did not write, and to take a wheel that is
             marked as impossible.
         say: Function that receives each message for the user.
@@ -120,9 +120,8 @@ def export(
     target, texts, origin = None, {}, f"Made by `{command}`."
     content = None if kind is not None else wheel_model(model, force=force)  # pyright: ignore[reportArgumentType]
     if not issubclass(form, CodeFormat):
-        refuse_given({"--precision": precision == "float"}, f"--to {to}", f"--to {CODE}")
-    if to != CODE:
-        refuse_given({"--evidence": evidence}, f"--to {to}", f"--to {CODE}")
+        code_options = {"--precision": precision == "float", "--evidence": evidence}
+        refuse_given(code_options, f"--to {to}", f"--to {CODE}")
     if scenario is not None:
         if not issubclass(form, CodeFormat):
             raise InputError(f"--to {to}: found {name_of(scenario)}, expected --to {CODE}")
@@ -140,8 +139,8 @@ def export(
     elif issubclass(form, WheelFormat):
         if content is None:
             raise InputError(f"--to {to}: found {name_of(model)}, expected a wheel or its model")
-        code_options = {"--what": what, **every, "--on-bad": on_bad == "zero", "--name": name}
-        refuse_given(code_options, f"--to {to}", f"--to {OF_PARTS}")
+        part_options = {"--what": what, **every, "--on-bad": on_bad == "zero", "--name": name}
+        refuse_given(part_options, f"--to {to}", f"--to {OF_PARTS}")
         texts = form.texts(content)
     else:
         what = _part_to_export(model, kind, what)
@@ -157,14 +156,16 @@ def export(
         else:
             target = flight_target(model, content, choice)
     names, results = [*texts], {}
+    place = flight_folder(texts)
     with new_files(folder, by="export", force=force) as scratch:
         write_texts(scratch, texts)
-        if to == CODE:
-            results = complete(scratch, folder, evidence=evidence, command=command, say=say)
-            names.append(PAGE)
+        if issubclass(form, CodeFormat):
+            outcome = {"evidence": evidence, "command": command, "say": say}
+            results = complete(scratch / place, folder / place, **outcome)
+            names.append((place / PAGE).as_posix())
         if target is not None and issubclass(form, ModuleFormat):
             names = form.write(target, scratch, say)
-    write_texts(folder, results)
+    write_texts(folder / place, results)
     paths = tuple(folder / file for file in names)
     say(f"written: {', '.join(map(str, paths))}")
     return paths

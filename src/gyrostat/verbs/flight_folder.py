@@ -1,11 +1,19 @@
 """Evidence of a flight folder: its results, its page, and their part of the README."""
 
 import shutil
-from pathlib import Path
+from collections.abc import Iterable
+from pathlib import Path, PurePath
 
 from gyrostat.verbs.arguments import Say
 
 PAGE = "evidence.html"
+CHECK = "expected.txt"
+"""File that only the flight folder has."""
+
+
+def flight_folder(names: Iterable[str]) -> PurePath:
+    """Folder of the flight module among the files of an export, relative to them."""
+    return next((path.parent for path in map(PurePath, names) if path.name == CHECK), PurePath())
 
 
 def complete(

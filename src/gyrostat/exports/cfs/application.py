@@ -5,7 +5,6 @@ import textwrap
 from collections.abc import Iterable, Mapping
 from typing import Any
 
-from gyrostat.codegen.flight.c import emit
 from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.codegen.flight.header import declaration
 from gyrostat.codegen.flight.identifiers import comment
@@ -23,7 +22,7 @@ from gyrostat.exports.cfs.parameters import (
     parameters_of,
 )
 from gyrostat.exports.cfs.readme import readme
-from gyrostat.exports.folder import files_of
+from gyrostat.exports.folder import emitted, files_of
 from gyrostat.exports.message_fields import missing_lines
 from gyrostat.exports.target import Target, require_controller
 from gyrostat.exports.template import filled
@@ -54,7 +53,7 @@ def application(target: Target, precision: Precision, origin: str) -> dict[str, 
         raise InputError(
             f"--to cfs: found the name {target.name}, expected at most {LONGEST_NAME} characters"
         )
-    module = emit(target.name, target.entries, precision)
+    module = emitted(target, precision)
     ports = {port.name: port for every in module.ports.values() for port in every}
     dialect, app = Dialect(precision), target.name
     payloads = {

@@ -89,8 +89,9 @@ def _row(field: Field, real: str) -> Row:
     return f"`{field.name}`", kind, field.unit, field.offset, _cell(field.meaning)
 
 
-def _cell(text: str) -> str:
-    return text.replace("|", "\\|")
+def _cell(meaning: str) -> str:
+    """Description for a table; that of a field without one is its unit, which has a column."""
+    return "" if meaning and meaning == unit_of(meaning) else meaning.replace("|", "\\|")
 
 
 def _housekeeping() -> str:
