@@ -97,7 +97,10 @@ class Writer:
         """
         self._last = last_branch(block, results, places) if places else None
         self._constant_tables(block)
-        self._count(block)
+        for statement in statements(block):
+            self._uses.update(
+                operand for operand in read_by(statement) if isinstance(operand, Name)
+            )
         self._uses.update(r for r in results if isinstance(r, Name))
         self._block(block, results)
         return self.taken_lines()
@@ -108,9 +111,8 @@ class Writer:
         for table in dict.fromkeys(read):
             if table.values:
                 name = self.name(table, f"{table.hint or 'constant'}_table")
-                elements = ", ".join(
-                    self._dialect.number(Number(table.kind, v)).text for v in table.values
-                )
+                numbers = (self._dialect.number(Number(table.kind, v)) for v in table.values)
+                elements = ", ".join(each.text for each in numbers)
                 kind = self._dialect.type_of(table.kind)
                 self.line(f"static const {kind} {name}[{table.size}] = {{{elements}}};")
 
@@ -118,12 +120,6 @@ class Writer:
         """Lines written since the last call; clears them."""
         lines, self._lines = self._lines, []
         return lines
-
-    def _count(self, block: Block) -> None:
-        for statement in statements(block):
-            self._uses.update(
-                operand for operand in read_by(statement) if isinstance(operand, Name)
-            )
 
     def _block(self, block: Block, results: list[Operand]) -> None:
         """Write a block; its results get names."""
@@ -184,6 +180,9 @@ class Writer:
             operation = OF_INTEGERS.get(operation, operation)
         if operation == "to_integer" and kind == "real":
             operation = "to_whole"
+        if kind == "logical" and operation in ("to_integer", "to_real"):
+            one, zero = (self._dialect.number(Number(statement.target.kind, k)) for k in (1, 0))
+            return self._dialect.operation("select", [*operands, one, zero])
         if operation in HELPERS:
             self.helpers.add(operation)
         return self._dialect.operation(operation, operands)
