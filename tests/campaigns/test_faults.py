@@ -184,7 +184,8 @@ def test_a_full_disk_is_told_and_survived(tmp_path, undisturbed):
 
 
 def test_two_at_once_are_refused(tmp_path):
-    first = start(tmp_path, 0.2)
+    # long enough for the second to begin, on a busy machine too
+    first = start(tmp_path, 2.0)
     begun(first, tmp_path)
     code, messages = ended(start(tmp_path))
     os.killpg(first.pid, signal.SIGINT)
