@@ -1,7 +1,7 @@
 """[orbit] of a scenario: its tables in a run, and mistakes in one line."""
 
 import shutil
-from dataclasses import replace
+from dataclasses import dataclass, replace
 from importlib import import_module
 from pathlib import Path
 
@@ -76,13 +76,21 @@ def setup_of(scenario, **changes):
     return build(structure_of(scenario), values, plans_of(scenario))
 
 
+@dataclass(frozen=True)
+class Loop:
+    """What is made of a controller for flight."""
+
+    controller: object
+    digests: object = None
+
+
 def test_an_exported_controller_has_the_splines_of_the_campaign(read, monkeypatch):
     """Their first pieces, to the last bit; tables for the nominal run alone have others."""
     scenario = read(ORBIT + GRADIENT + PHASE + '[reference]\nkind = "nadir"\n')
     exported = import_module("gyrostat.exports.scenario_controller")
-    monkeypatch.setattr(exported, "flight_loop", lambda name, title, controller, *_: controller)
+    monkeypatch.setattr(exported, "flight_loop", lambda name, title, made, *_: Loop(made))
     monkeypatch.setattr(exported, "plans_of", plan)  # without the trial of the parts
-    made = exported.scenario_controller(scenario, "hold")
+    made = exported.scenario_controller(scenario, "hold").controller
     leaves = jax.tree.leaves(made, is_leaf=lambda part: isinstance(part, OrbitEnvironment))
     tables = [part.coefficients for part in leaves if isinstance(part, OrbitEnvironment)]
     planned = planned_orbit(scenario)
