@@ -109,7 +109,7 @@ class Compiled:
 
     def sequence(self, entry, arguments, moving):
         """Run step by step: the arguments in `moving` go on, what is given and set stays."""
-        lanes = len(arguments[moving[0]])
+        lanes = len(jax.tree.leaves(arguments[moving[0]])[0])
         arrays, steps = [], []
         for port in self.module.ports[entry]:
             goes_on = port.name in moving or not port.given
