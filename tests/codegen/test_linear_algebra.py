@@ -281,6 +281,12 @@ def test_the_table_of_primitives_is_what_the_rules_refuse():
         jnp.fft.fft: RIGHT[0],
         jax.scipy.linalg.hessenberg: MATRIX[0],
         jnp.sort: RIGHT[0],
+        jnp.signbit: RIGHT[0],
+        jax.scipy.linalg.schur: MATRIX[0],
+        jax.lax.population_count: np.arange(3),
+        jax.random.normal: np.array([1, 2], np.uint32),
+        lambda x: jax.lax.top_k(x, 2): RIGHT[0],
+        lambda key: jax.random.randint(key, (), 0, 5): np.array([1, 2], np.uint32),
     }
     for function, argument in functions.items():
         closed = jax.make_jaxpr(function)(argument)
