@@ -262,4 +262,4 @@ def _expand(missed: Any, value: Any) -> Any:
 
 def _counted(missed: Int[Array, ""]) -> Int[Array, ""]:
     """Count one more; the largest number stays, because signed overflow is undefined in C."""
-    return missed + (missed < jnp.iinfo(missed.dtype).max)
+    return jnp.minimum(missed, jnp.iinfo(missed.dtype).max - 1) + 1
