@@ -19,6 +19,8 @@ from gyrostat.core.jax64 import jax, jnp
 
 ACTUATED = ("current", "torque", "external_torque", "fading_torque", "speed")
 """Fields of a command that go to actuators. The safe command "zero" sets them to zero."""
+SMALL = 16
+"""Largest number of elements of an array that is tested to be finite in one sum with others."""
 
 
 class GuardedMemory(NamedTuple):
@@ -124,7 +126,7 @@ class Guarded(Checked):
             measurement = jax.lax.optimization_barrier(sample.measurement)
             outputs = self.controller(memory.controller, measurement)
             inner, command = jax.lax.optimization_barrier(outputs)
-            return inner, command, finite((inner, command), memory.controller)
+            return inner, command, finite(_new(outputs, (inner, command), memory.controller))
 
         inner, command, computed = jax.lax.cond(sample.good, _as(like, compute), lambda: like)
 
@@ -160,27 +162,39 @@ class Guarded(Checked):
         return command._replace(**{name: gate(getattr(command, name)) for name in names})
 
 
+def _new(outputs: Any, after: Any, before: Any) -> list[Any]:
+    """Leaves of a tree that a controller has computed, each once.
+
+    Args:
+        outputs: Outputs of the controller.
+        after: The same numbers behind a barrier, whose leaves are returned.
+        before: Memory before; a leaf that the controller has passed on is left out.
+    """
+    given = {id(leaf) for leaf in jax.tree.leaves(before)}
+    pairs = zip(jax.tree.leaves(outputs), jax.tree.leaves(after), strict=True)
+    return list({id(output): leaf for output, leaf in pairs if id(output) not in given}.values())
+
+
 def finite(tree: Any, known: Any = ()) -> Any:
-    """Whether all real numbers of a tree, and their sum, are finite.
+    """Whether all real numbers of a tree, and some sums of them, are finite.
 
     Args:
         tree: Tree of arrays.
         known: Tree of arrays that are known to be finite. They are not tested if they are also in
             `tree`.
     """
-    # in flight code, one test of the sum is smaller and faster than a test of each number
+    # in flight code, one test of a sum is smaller and faster than a test of each number
     every = {id(leaf): leaf for leaf in jax.tree.leaves(tree)}
     for leaf in jax.tree.leaves(known):
         every.pop(id(leaf), None)
-    sums = [
-        jnp.sum(leaf)
-        for leaf in every.values()
-        if jnp.issubdtype(jnp.result_type(leaf), jnp.floating) and jnp.size(leaf)
-    ]
-    while len(sums) > 1:
-        remainder = sums[-1:] if len(sums) % 2 else []
-        sums = [a + b for a, b in zip(sums[::2], sums[1::2], strict=False)] + remainder
-    return jnp.isfinite(sums[0]) if sums else jnp.array(True)
+    leaves = [x for x in every.values() if jnp.issubdtype(jnp.result_type(x), jnp.floating)]
+    small = [jnp.ravel(leaf) for leaf in leaves if jnp.size(leaf) <= SMALL]
+    arrays = [leaf for leaf in leaves if jnp.size(leaf) > SMALL]
+    arrays += [jnp.concatenate([jnp.zeros(1), *small])] if small else []
+    is_finite = jnp.array(True)
+    for array in arrays:
+        is_finite &= jnp.isfinite(jnp.sum(array))
+    return is_finite
 
 
 @eqx.filter_jit

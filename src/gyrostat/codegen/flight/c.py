@@ -16,6 +16,7 @@ from gyrostat.codegen.flight.inlining import may_stop_early
 from gyrostat.codegen.flight.module import Entry, Module, Port, Precision
 from gyrostat.codegen.flight.moves import moves
 from gyrostat.codegen.flight.structs import Leaf, Struct, Structs, arrays_of
+from gyrostat.codegen.flight.tested_sums import rewrite_tested_sums
 from gyrostat.codegen.flight.write import Writer
 from gyrostat.codegen.lower import Lowering
 from gyrostat.codegen.primitives import Scalars
@@ -62,6 +63,8 @@ def emit(
     dialect, structs, lowering = Dialect(precision), Structs(), Lowering()
     roots = [_lower(entry, structs, lowering) for entry in entries]
     tops = [root.function for root in roots]
+    for function in (*lowering.functions, *tops):
+        rewrite_tested_sums(function)
     inner = [f for f in prune([*lowering.functions, *tops], tops) if f not in tops]
     reserved = {identifier(struct.name) for struct in structs.every} | {f.name for f in tops}
     for function in inner:
@@ -72,7 +75,7 @@ def emit(
     helpers: set[str] = set()
     texts = [_inner(function, dialect, reserved, helpers) for function in inner]
     texts += [_entry(root, dialect, reserved, helpers) for root in roots]
-    helper_texts = [dialect.helper(each) for each in sorted(helpers)]
+    helper_texts = dict.fromkeys(dialect.helper(each) for each in sorted(helpers))
     made_from = "".join(
         f"\n   {comment(f'{what}: {text}')}" for what, text in (digests or {}).items()
     )

@@ -7,6 +7,9 @@ from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
 
+import numpy as np
+
+from gyrostat.codegen.flight.tested_sums import TESTED_ADD, TESTED_FINITE
 from gyrostat.codegen.program import Kind, Number
 
 FLOAT_LEAST = 1.1754943508222875e-38
@@ -52,7 +55,7 @@ _CONVERSIONS: dict[str, Kind] = {
     "to_integer": "integer",
     "to_index": "index",
 }
-COPIES = frozenset({"finite", "as_integer", "as_real"})
+COPIES = frozenset({"finite", TESTED_FINITE, "as_integer", "as_real"})
 """Operations whose functions copy bits by `memcpy`."""
 HELPERS = {
     "as_integer": "bits_of_real",
@@ -61,6 +64,8 @@ HELPERS = {
     "min": "smallest",
     "sign": "sense",
     "finite": "is_finite",
+    TESTED_FINITE: "is_finite",
+    TESTED_ADD: "plus",
     "to_whole": "integer_of",
     "quotient": "integer_quotient",
     "remainder": "integer_rest",
@@ -82,7 +87,8 @@ class Dialect:
 
     def helper(self, operation: str) -> str:
         """C text of the function that implements an operation."""
-        values = {"zero": 0.0, "one": 1.0, "limit": 2.0**63}
+        largest = FLOAT_LARGEST if self.real == "float" else float(np.finfo(np.float64).max)
+        values = {"zero": 0.0, "one": 1.0, "limit": 2.0**63, "largest": largest}
         texts = {name: self.number(Number("real", value)).text for name, value in values.items()}
         texts |= {"bits": "uint64_t", "exponent": "UINT64_C(0x7ff0000000000000)"}
         if self.real == "float":

@@ -16,23 +16,41 @@ static @real@ sense(@real@ a)
     return (a > @zero@) ? @one@ : ((a < @zero@) ? -@one@ : a);
 }
 
-/* Tests the bits of the exponent, so that no compiler option, such as -ffast-math, can
-   assume the result. With such options a compiler may ignore the copy of a number,
-   unless the copy is volatile. */
+/* Of an infinite number or NaN, the difference to itself is NaN. A compiler that assumes finite
+   numbers, as with -ffast-math, would leave out this test: then the bits of the exponent are tested,
+   of a volatile copy, because the copy of a number can be left out too. */
 static bool is_finite(@real@ a)
 {
 #if defined(__FINITE_MATH_ONLY__) && (__FINITE_MATH_ONLY__ > 0)
     const volatile @real@ copy = a;
     const @real@ number = copy;
-#else
-    const @real@ number = a;
-#endif
     const @bits@ exponent = @exponent@;
     @bits@ bits;
     const void *from = &number;
     void *to = &bits;
     (void)memcpy(to, from, sizeof bits);
     return (bits & exponent) != exponent;
+#else
+    return (a - a) == @zero@;
+#endif
+}
+
+/* Adds a term to a sum that is tested to be finite. The annotations tell Frama-C to analyse finite,
+   infinite and NaN terms separately, because a term that is not finite makes the sum not finite. */
+static @real@ plus(@real@ sum, @real@ term)
+{
+    /*@ ghost
+        if (sum >= -@largest@) {
+            if (sum <= @largest@) {
+                /@ split \is_NaN(sum); @/
+                /@ split \is_NaN(term); @/
+                /@ split term > @largest@; @/
+                /@ split term < -@largest@; @/
+                ;
+            }
+        }
+    */
+    return sum + term;
 }
 
 static int64_t integer_of(@real@ a)

@@ -1,6 +1,7 @@
-"""Expressions that a statement may contain instead of a name."""
+"""Expressions that a statement may contain instead of a name, and names of the others."""
 
 from gyrostat.codegen.flight.expressions import WORD, Text
+from gyrostat.codegen.flight.tested_sums import TESTED_FINITE
 from gyrostat.codegen.program import (
     Assign,
     Block,
@@ -20,12 +21,25 @@ LONGEST = 70
 
 def takes_in(reader: Statement, statement: Assign, expression: Text) -> bool:
     """Whether a statement may contain the expression of another instead of its name."""
-    if reader.source != statement.source or len(expression.text) > LONGEST:
+    # annotations name the result of a test
+    is_inner = reader.source == statement.source and statement.operation != TESTED_FINITE
+    if not is_inner or len(expression.text) > LONGEST:
         return False
     # the alternatives of a conditional expression are most readable as names
     if isinstance(reader, Assign) and reader.operation == "select":
         return expression.strength == WORD or reader.operands[0] is statement.target
     return True
+
+
+def hint_for(statement: Assign, following: Block) -> str:
+    """Name for a value: that on its Python line for the last operation, a part for others."""
+    name = statement.target.hint or "value"
+    for later in following:
+        if later.source != statement.source:
+            break
+        if isinstance(later, Assign) and later.target.group != statement.target.group:
+            return f"{name}_part"
+    return name
 
 
 def stored(block: Block) -> set[Table]:

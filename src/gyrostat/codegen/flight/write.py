@@ -8,12 +8,14 @@ from gyrostat.codegen.dependencies import read_by, used
 from gyrostat.codegen.flight.expressions import HELPERS, OF_INTEGERS, WORD, Dialect, Text
 from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
 from gyrostat.codegen.flight.inlining import (
+    hint_for,
     is_known_element,
     may_stop_early,
     stored,
     takes_in,
 )
 from gyrostat.codegen.flight.moves import LastBranch, last_branch, moves
+from gyrostat.codegen.flight.tested_sums import TestedSums
 from gyrostat.codegen.program import (
     Assign,
     Block,
@@ -54,6 +56,7 @@ class Writer:
         self.done: set[str] = set()
         self._source: Source = NOWHERE
         self._reads: dict[Operand, set[Table]] = {}
+        self._sums = TestedSums()
 
     def name(self, name: Name | Table, hint: str) -> str:
         """Assign a C name to a scalar or a table."""
@@ -132,6 +135,7 @@ class Writer:
         reads = self._reads
         result_ids = {id(result) for result in results}
         for number, statement in enumerate(block):
+            self._add(self._sums.before(statement))
             if isinstance(statement, Assign):
                 expression = self._expression(statement)
                 reader = readers.get(statement.target)
@@ -154,22 +158,17 @@ class Writer:
                     reads[target] = tables
                     continue
                 self._say(statement.source)
-                text = self.name(statement.target, self._hint(statement, block[number + 1 :]))
+                text = self.name(statement.target, hint_for(statement, block[number + 1 :]))
                 kind = self._dialect.type_of(statement.target.kind)
                 self.line(f"const {kind} {text} = {expression.text};")
+                self._add(self._sums.after(statement, text))
             else:
                 self._say(statement.source)
                 self._statement(statement)
 
-    def _hint(self, statement: Assign, following: Block) -> str:
-        """Name for a value: that on its Python line for the last operation, a part for others."""
-        hint = statement.target.hint or "value"
-        for later in following:
-            if later.source != statement.source:
-                break
-            if isinstance(later, Assign) and later.target.group != statement.target.group:
-                return f"{hint}_part"
-        return hint
+    def _add(self, lines: list[str]) -> None:
+        for text in lines:
+            self.line(text)
 
     def _expression(self, statement: Assign) -> Text:
         operands = [self.text(operand) for operand in statement.operands]
@@ -250,8 +249,7 @@ class Writer:
             (self.text(e.name).text, self.text(e.next).text, self._dialect.type_of(e.name.kind))
             for e in loop.carried
         ]
-        for text in moves(assignments, self.free):
-            self.line(text)
+        self._add(moves(assignments, self.free))
 
     def _branch(self, branch: Branch) -> None:
         final_branch, destinations = self._last, {}
@@ -278,8 +276,7 @@ class Writer:
                 for target, value in zip(branch.targets, branch.values[number], strict=True)
                 for destination in (destinations.get(target) or [self.text(target).text])
             ]
-            for text in moves(assignments, self.free):
-                self.line(text)
+            self._add(moves(assignments, self.free))
             self._depth -= 1
         self.line("}")
 
