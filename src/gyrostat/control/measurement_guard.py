@@ -234,11 +234,15 @@ class MeasurementGuard(Checked):
         reason = jnp.where(finite, reason, int(SampleStatus.NOT_FINITE))
         fine = jnp.where(rejected, int(SampleStatus.PARTIAL), int(SampleStatus.GOOD))
         sample = measurement._replace(**values, **flags)
+        # a field that is not tested may be NaN: it is not kept
+        shapes = self.sample._asdict().items()
+        untested = [name for name, shape in shapes if _is_real(shape) and name not in values]
+        tested = sample._replace(**{name: getattr(memory.last, name) for name in untested})
         return Validated(
             measurement=sample,
             good=slow,
             status=jnp.where(slow, fine, reason),
-            used=GuardMemory(sample, jnp.zeros_like(memory.samples_missed), reset),
+            used=GuardMemory(tested, jnp.zeros_like(memory.samples_missed), reset),
             missed=GuardMemory(memory.last, _counted(memory.samples_missed), later),
         )
 

@@ -49,7 +49,7 @@ def program(target: Target, module: Module, precision: Precision) -> tuple[str, 
         expected=_table("expected", expected, double),
         scale=_table("scale", scale[None], double),
         names="\n".join(f'    "{name}",' for name in names),
-        declared="\n".join(f"    {_definition(p, target, dialect)}" for p in ports.values()),
+        declared="\n".join(f"    {definition(p, target, dialect)}" for p in ports.values()),
         begin=calls(target.begin, "    "),
         inputs="\n".join(f"        {line}" for line in inputs),
         calls=calls(target.steps, "        "),
@@ -92,7 +92,8 @@ def _table(name: str, rows: np.ndarray, dialect: Dialect) -> str:
     return "\n".join([head, *(f"    {{{text}}}," for text in texts), "};"])
 
 
-def _definition(port: Port, target: Target, dialect: Dialect) -> str:
+def definition(port: Port, target: Target, dialect: Dialect) -> str:
+    """Definition of a variable for an argument; a constant argument has its value."""
     text, content = declaration(port.content, port.name, dialect), port.content
     if isinstance(content, Struct):
         return f"{text};"

@@ -104,9 +104,15 @@ def _validation(target: Target) -> list[str]:
         f"treated as missing: the memory is predicted, the output is {SAFE[target.on_bad]}, and "
         f"{where} says why (see `SampleStatus` in the header). The next good sample continues. "
         "After 4 samples without an accepted value the rate limit is not applied, so that no "
-        "sensor is rejected permanently. Memory and outputs stay finite.",
+        f"sensor is rejected permanently. Memory and outputs stay finite{_exception(target)}.",
         "The limits are parameters of `guard`; 3.4e38 means no limit.",
     ]
+
+
+def _exception(target: Target) -> str:
+    """Results that are not tested to be finite, for a sentence."""
+    names = ", ".join(f"`{name}`" for name in target.untested)
+    return f", except {names}, which are computed without a test" if names else ""
 
 
 def _declarations(target: Target, module: Module, dialect: Dialect) -> list[str]:

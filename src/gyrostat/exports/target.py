@@ -37,6 +37,7 @@ class Target:
         on_bad: Safe command after a rejected sample; None if inputs are not
             validated.
         digests: What the module is made from, such as "model" -> its SHA-256 digest.
+        untested: Results, or members of results as in C, that are not tested to be finite.
     """
 
     name: str
@@ -49,6 +50,7 @@ class Target:
     units: Mapping[str, str] = field(default_factory=dict)
     on_bad: str | None = None
     digests: Mapping[str, str] = field(default_factory=dict)
+    untested: tuple[str, ...] = ()
 
     @property
     def entries(self) -> tuple[Entry, ...]:

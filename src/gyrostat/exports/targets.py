@@ -142,6 +142,7 @@ def estimator(
         inputs=inputs,
         units={**UNITS, "measured": "rad/s", "torque": "N·m", "sigma": "N·m"},
         on_bad=on_bad,
+        untested=("torque", "sigma"),
     )
 
 
@@ -180,4 +181,5 @@ def compensated_wheel(
         inputs={"measurement": BodyMeasurement(measured.attitude, measured.rate)},
         units=UNITS,
         on_bad=on_bad,
+        untested=("state.speed", "output.torque", "output.speed"),
     )

@@ -48,8 +48,11 @@ _BINARY = (
     ({"bits_and": "&", "bits_or": "|", "bits_xor": "^"}, TEST),
 )
 _SIGNS = {"neg": "-", "not": "!", "bits_not": "~"}
-OF_INTEGERS = {name: f"bits_{name}" for name in ("and", "or", "xor", "not")}
-"""Operation on logical values -> bitwise operation on integers."""
+OF_INTEGERS = {
+    **{name: f"bits_{name}" for name in ("and", "or", "xor", "not")},
+    **{name: f"integer_{name}" for name in ("add", "sub", "mul", "neg")},
+}
+"""Operation on logical values or real numbers -> operation on integers."""
 _CONVERSIONS: dict[str, Kind] = {
     "to_real": "real",
     "to_integer": "integer",
@@ -67,6 +70,10 @@ HELPERS = {
     TESTED_FINITE: "is_finite",
     TESTED_ADD: "plus",
     "to_whole": "integer_of",
+    "integer_add": "integer_sum",
+    "integer_sub": "integer_difference",
+    "integer_mul": "integer_product",
+    "integer_neg": "integer_opposite",
     "quotient": "integer_quotient",
     "remainder": "integer_rest",
     "shift_left": "integer_left",

@@ -1,5 +1,5 @@
-/* Helper functions of flight code. A function is emitted if it is used. NaN propagates. Division of
-   integers and conversion from real numbers follow XLA and have no undefined behaviour. */
+/* Helper functions of flight code. A function is emitted if it is used. NaN propagates. Integers wrap
+   around; their division and the conversion from real numbers follow XLA. No behaviour is undefined. */
 
 static @real@ largest(@real@ a, @real@ b)
 {
@@ -60,10 +60,35 @@ static int64_t integer_of(@real@ a)
     return (a == a) ? (int64_t)a : 0;
 }
 
+static int64_t integer_sum(int64_t a, int64_t b)
+{
+    const uint64_t sum = (uint64_t)a + (uint64_t)b;
+    return (int64_t)sum;
+}
+
+static int64_t integer_difference(int64_t a, int64_t b)
+{
+    const uint64_t difference = (uint64_t)a - (uint64_t)b;
+    return (int64_t)difference;
+}
+
+static int64_t integer_product(int64_t a, int64_t b)
+{
+    const uint64_t product = (uint64_t)a * (uint64_t)b;
+    return (int64_t)product;
+}
+
+static int64_t integer_opposite(int64_t a)
+{
+    const uint64_t opposite = UINT64_C(0) - (uint64_t)a;
+    return (int64_t)opposite;
+}
+
 static int64_t integer_quotient(int64_t a, int64_t b)
 {
+    const uint64_t opposite = UINT64_C(0) - (uint64_t)a;
     if (b == 0) { return -1; }
-    return (b == -1) ? (int64_t)(0u - (uint64_t)a) : (a / b);
+    return (b == -1) ? (int64_t)opposite : (a / b);
 }
 
 static int64_t integer_rest(int64_t a, int64_t b)
@@ -74,12 +99,16 @@ static int64_t integer_rest(int64_t a, int64_t b)
 
 static int64_t integer_left(int64_t a, int64_t by)
 {
-    return ((by < 0) || (by > 63)) ? 0 : (int64_t)((uint64_t)a << by);
+    const bool is_within = (by >= 0) && (by < 64);
+    const uint64_t shifted = is_within ? ((uint64_t)a << by) : UINT64_C(0);
+    return (int64_t)shifted;
 }
 
 static int64_t integer_right(int64_t a, int64_t by)
 {
-    return ((by < 0) || (by > 63)) ? 0 : (int64_t)((uint64_t)a >> by);
+    const bool is_within = (by >= 0) && (by < 64);
+    const uint64_t shifted = is_within ? ((uint64_t)a >> by) : UINT64_C(0);
+    return (int64_t)shifted;
 }
 
 /* The bits of a number of double precision. */
