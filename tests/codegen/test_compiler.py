@@ -8,6 +8,7 @@ import pytest
 from gyrostat.codegen.simd.compiler import (
     compiled,
     compiler,
+    compiler_options,
     compiler_version,
     library,
     require_compiler,
@@ -44,6 +45,16 @@ def test_a_compiler_may_be_named_with_flags(tmp_path, monkeypatch):
     assert compiler() is None
     monkeypatch.setenv("CC", " ")
     assert compiler() is not None
+
+
+@pytest.mark.parametrize(
+    ("version", "is_gcc"),
+    [("cc 12.2.0\nCopyright (C) 2022 Free Software Foundation, Inc.", True), ("clang 19", False)],
+)
+def test_only_gcc_gets_the_flags_of_gcc(compiler_is, version, is_gcc):
+    compiler_is(f"#!/bin/sh\necho '{version}'\n")
+    assert ("-fira-region=one" in compiler_options()) is is_gcc
+    assert "-O2" in compiler_options()
 
 
 def test_a_damaged_library_is_made_again_and_never_loaded(tmp_path, monkeypatch):

@@ -6,8 +6,7 @@ import sys
 from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 
-from gyrostat.codegen.simd import FLAGS as COMPILER_FLAGS
-from gyrostat.codegen.simd import compiler_version
+from gyrostat.codegen.simd import compiler_options, compiler_version
 from gyrostat.core.errors import InputError
 from gyrostat.core.instructions import instructions, recorded, set_before, xla_flags
 from gyrostat.core.source_digest import source_digest
@@ -37,7 +36,7 @@ def engine_record(device: str, flags: str, engine: str = "jax") -> dict[str, str
     python = platform.python_version()
     record = {"engine": engine, "device": device, "flags": flags, "python": python}
     if engine == "native":
-        record["compiler"] = " ".join([compiler_version(), *COMPILER_FLAGS])
+        record["compiler"] = " ".join([compiler_version(), *compiler_options()])
     for package in PACKAGES:
         try:
             record[package] = version(package)

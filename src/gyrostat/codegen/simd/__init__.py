@@ -5,10 +5,10 @@ load.
 """
 
 from gyrostat.codegen.simd.compiler import (
-    FLAGS,
     compiler,
+    compiler_options,
     compiler_version,
     run_compiler,
 )
 
-__all__ = ["FLAGS", "compiler", "compiler_version", "run_compiler"]
+__all__ = ["compiler", "compiler_options", "compiler_version", "run_compiler"]

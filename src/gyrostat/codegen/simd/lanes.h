@@ -46,12 +46,19 @@ typedef uint64_t bits_memory __attribute__((vector_size(8 * LANES), aligned(8), 
 
 #define FUNCTION static inline __attribute__((unused, always_inline))
 #define SELDOM(test) __builtin_expect(test, 0)
-/* long functions are not inlined: a program calls them from hundreds of places */
+/* Long functions are not inlined: a program calls them from hundreds of places. The compiler knows
+   which registers they change, and keeps its values in the others. */
 #define LONG_FUNCTION static __attribute__((unused, noinline))
 
-FUNCTION real all_real(double x) { real r; EACH r[lane] = x; return r; }
-FUNCTION integer all_integer(int64_t x) { integer r; EACH r[lane] = x; return r; }
-FUNCTION bits all_bits(uint64_t x) { bits r; EACH r[lane] = x; return r; }
+/* not a loop over the lanes: the compiler would keep thousands of these until late */
+#if LANES == 8
+#define ALL(x) {x, x, x, x, x, x, x, x}
+#else
+#define ALL(x) {x, x, x, x}
+#endif
+FUNCTION real all_real(double x) { return (real)ALL(x); }
+FUNCTION integer all_integer(int64_t x) { return (integer)ALL(x); }
+FUNCTION bits all_bits(uint64_t x) { return (bits)ALL(x); }
 
 #if LANES == 8
 #if defined(__clang__) || __GNUC__ < 9 || __GNUC__ > 14
@@ -82,6 +89,7 @@ enum { _MM_CMPINT_NLT = 5, _MM_CMPINT_NLE };
 #define _mm512_scalef_pd(a, b) __builtin_ia32_scalefpd512_mask(a, b, a, EVERY_LANE, CURRENT_ROUNDING)
 #define _mm512_roundscale_pd(a, how)                                                              \
     __builtin_ia32_rndscalepd_mask(a, how, a, EVERY_LANE, CURRENT_ROUNDING)
+#define _mm512_sqrt_pd(a) __builtin_ia32_sqrtpd512_mask(a, a, EVERY_LANE, CURRENT_ROUNDING)
 #define _mm512_fpclass_pd_mask(a, kinds) __builtin_ia32_fpclasspd512_mask(a, kinds, EVERY_LANE)
 #endif
 typedef __mmask8 mask;
@@ -209,16 +217,46 @@ FUNCTION uint64_t one_bits_of_real(double x)
     })
 /* words at an index of each lane, from a first word on: in memory with one word for all lanes, and
    with one word for each lane. Gather instructions were slower than these reads (AVX2). */
-FUNCTION bits shared_words(const uint64_t *memory, int64_t first, integer index)
+LONG_FUNCTION bits shared_words(const uint64_t *memory, int64_t first, integer index)
 {
     bits r;
     EACH r[lane] = memory[first + index[lane]];
     return r;
 }
-FUNCTION bits own_words(const uint64_t *memory, int64_t first, integer index)
+LONG_FUNCTION bits own_words(const uint64_t *memory, int64_t first, integer index)
 {
     bits r;
     EACH r[lane] = memory[(first + index[lane]) * LANES + lane];
+    return r;
+}
+/* elements at an index of each lane: of a table with one number for all lanes, and of a table with
+   one number for each lane */
+#define ELEMENTS(kind, one)                                                                       \
+    LONG_FUNCTION kind shared_##kind(const one *table, integer index)                             \
+    {                                                                                             \
+        kind r;                                                                                   \
+        EACH r[lane] = table[index[lane]];                                                        \
+        return r;                                                                                 \
+    }                                                                                             \
+    LONG_FUNCTION kind own_##kind(const kind *table, integer index)                               \
+    {                                                                                             \
+        kind r;                                                                                   \
+        EACH r[lane] = table[index[lane]][lane];                                                  \
+        return r;                                                                                 \
+    }
+ELEMENTS(real, double)
+ELEMENTS(integer, int64_t)
+ELEMENTS(bits, uint64_t)
+LONG_FUNCTION mask shared_mask(const bool *table, integer index)
+{
+    mask r = all_mask(false);
+    EACH r = with_lane(r, lane, table[index[lane]]);
+    return r;
+}
+LONG_FUNCTION mask own_mask(const mask *table, integer index)
+{
+    mask r = all_mask(false);
+    EACH r = with_lane(r, lane, lane_of(table[index[lane]], lane));
     return r;
 }
 
@@ -267,8 +305,8 @@ FUNCTION real sign_real(real x)
     return select_real(ABOVE(abs_real(x), 0.0), one, x);
 }
 FUNCTION double one_sign_real(double x) { return x > 0.0 ? 1.0 : x < 0.0 ? -1.0 : x; }
-FUNCTION real sqrt_real(real x) { real r; EACH r[lane] = sqrt(x[lane]); return r; }
 #if LANES == 8
+FUNCTION real sqrt_real(real x) { return (real)_mm512_sqrt_pd((__m512d)x); }
 /* neither NaN (quiet or signalling) nor infinite */
 FUNCTION mask finite_real(real x) { return not_mask(_mm512_fpclass_pd_mask((__m512d)x, 0x99)); }
 #define ROUNDED(way) (real)_mm512_roundscale_pd((__m512d)x, (way) | _MM_FROUND_NO_EXC)
@@ -276,6 +314,7 @@ FUNCTION real floor_real(real x) { return ROUNDED(_MM_FROUND_TO_NEG_INF); }
 FUNCTION real ceil_real(real x) { return ROUNDED(_MM_FROUND_TO_POS_INF); }
 FUNCTION real rint_real(real x) { return ROUNDED(_MM_FROUND_TO_NEAREST_INT); }
 #else
+FUNCTION real sqrt_real(real x) { real r; EACH r[lane] = sqrt(x[lane]); return r; }
 FUNCTION mask finite_real(real x) { return BELOW(abs_real(x), INFINITY); }
 FUNCTION real floor_real(real x) { real r; EACH r[lane] = floor(x[lane]); return r; }
 FUNCTION real ceil_real(real x) { real r; EACH r[lane] = ceil(x[lane]); return r; }
@@ -313,11 +352,6 @@ FUNCTION integer integer_near(real number)
     return (integer)(number + 0x1.8p52) - (integer)all_real(0x1.8p52);
 }
 
-#if LANES == 8
-#define ALL(x) {x, x, x, x, x, x, x, x}
-#else
-#define ALL(x) {x, x, x, x}
-#endif
 /* 1 / n! from n = 2 on. Weak, so that the compiler reads them from memory: otherwise it would
    rebuild them at each use and keep them on the stack. */
 const real shares[] __attribute__((weak, visibility("hidden"))) = {

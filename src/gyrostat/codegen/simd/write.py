@@ -201,14 +201,8 @@ class Writer:
         name = self._texts[table]
         if self._is_one(index):
             return f"{name}[{self._text(index)}]"
-        position = self._texts[index]  # pyright: ignore[reportArgumentType]
-        element, varies = f"{name}[{position}[lane]]", table in self._varying
-        if table.kind == "logical":
-            element = f"lane_of({element}, lane)" if varies else element
-            assignment = f"picked = with_lane(picked, lane, {element})"
-        else:
-            assignment = f"picked[lane] = {element}{'[lane]' if varies else ''}"
-        return f"({{ {VECTOR[table.kind]} picked = {{0}}; EACH {assignment}; picked; }})"
+        memory = "own" if table in self._varying else "shared"
+        return f"{memory}_{VECTOR[table.kind]}({name}, {self._text(index)})"
 
     def _carry_in(self, loop: Loop) -> None:
         for each in loop.carried:
