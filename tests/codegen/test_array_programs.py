@@ -1,4 +1,4 @@
-"""Random programs of arrays: flight C and SIMD lanes compute what JAX does.
+"""Random programs of arrays: flight C, SIMD lanes and NumPy compute what JAX does.
 
 Each program is a chain of operations on matrices that are larger than what is written out: moves,
 parts at computed indices, products, reductions, loops that carry matrices, branches that return
@@ -12,6 +12,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gyrostat.codegen.evaluation import evaluated
 from gyrostat.codegen.simd import compiler
 from gyrostat.codegen.simd.batch import lanes
 from gyrostat.codegen.simd.batch_scope import BATCH
@@ -144,6 +145,12 @@ def test_lanes_compute_what_jax_does(arguments, expected, monkeypatch):
     programs = [program(seed) for seed in SEEDS]
     compiled = lanes(partial(every, programs), (True,) * 3, [*arguments.values()])
     compare(compiled(*arguments.values()), expected)
+
+
+def test_numpy_computes_what_jax_does(arguments, expected):
+    programs = [evaluated(program(seed)) for seed in SEEDS]
+    rows = [[run(a, b, k) for a, b, k in zip(*arguments.values(), strict=True)] for run in programs]
+    compare([[*map(np.array, zip(*each, strict=True))] for each in rows], expected)
 
 
 def every(programs, a, b, k):

@@ -1,4 +1,4 @@
-"""What JAX computes, SIMD lanes of both widths and flight C compute too.
+"""What JAX computes, SIMD lanes of both widths, flight C and NumPy compute too.
 
 Indices are within 32 bits: JAX cuts longer ones off, flight C does not.
 """
@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gyrostat.codegen.evaluation import evaluated
 from gyrostat.codegen.simd import compiler
 from gyrostat.codegen.simd.batch import lanes
 from gyrostat.core.jax64 import jax, jnp
@@ -218,3 +219,10 @@ def test_lanes_are_as_jax(function, in_lanes, expected):
 @pytest.mark.parametrize("function", CASES, ids=lambda f: f.__name__)
 def test_flight_c_is_as_jax(function, in_flight, expected):
     alike(in_flight[function], expected[function])
+
+
+@pytest.mark.parametrize("function", CASES, ids=lambda f: f.__name__)
+def test_numpy_evaluates_as_jax(function, expected):
+    for run in range(RUNS):
+        found = evaluated(function)(*(rows[run] for rows in ARGUMENTS))
+        alike(found, [rows[run] for rows in expected[function]])

@@ -173,11 +173,11 @@ def expanded(equation: Any) -> Any | None:
     operands = [jax.ShapeDtypeStruct(a.aval.shape, a.aval.dtype) for a in equation.invars]
     if composed is None:
         return jax.make_jaxpr(expand)(*operands)
-    try:
-        # the same factorisation often comes again: tracing one takes longer than lowering it
-        key = name, str(params), *((operand.shape, operand.dtype) for operand in operands)
-        if key not in _traced:
+    # the same operation often comes again: tracing one takes longer than lowering it
+    key = name, str(params), *((operand.shape, operand.dtype) for operand in operands)
+    if key not in _traced:
+        try:
             _traced[key] = jax.make_jaxpr(expand)(*operands)
-    except NotImplementedError:
-        return None
+        except NotImplementedError:
+            _traced[key] = None
     return _traced[key]

@@ -171,13 +171,13 @@ class Lowering:
     def _refuse_arrays(self, build: Builder, operands: Sequence[Array | None]) -> None:
         """Check that arrays are not too large and of a supported type; raises `InputError`."""
         scope, equation, where = self._scope, build.equation, build.where
-        # results of a long scan are kept as tables, not as scalars
-        long = equation.params.get("length", 0) > scope.longest or called(equation) is not None
-        is_kept = (long and np.isfinite(scope.longest)) or _stays_data(equation, operands)
-        free = [isinstance(array, Data) for array in operands] + [is_kept] * len(equation.outvars)
-        for atom, any_size in zip((*equation.invars, *equation.outvars), free, strict=True):
-            size, dtype = math.prod(atom.aval.shape), atom.aval.dtype
-            if size > scope.largest and not any_size:
+        for k, atom in enumerate((*equation.invars, *equation.outvars)):
+            dtype = atom.aval.dtype
+            if math.prod(atom.aval.shape) > scope.largest and not (
+                isinstance(operands[k], Data)
+                if k < len(operands)
+                else _keeps_data(scope, equation, operands)
+            ):
                 found = "×".join(map(str, atom.aval.shape))
                 expected = f"at most {scope.largest} elements"
                 raise refused(equation, where, f"an array of {found}", expected)
@@ -189,8 +189,16 @@ class Lowering:
             raise refused(equation, where, f"numbers of type {dtype}", expected)
 
 
-def _stays_data(equation: Any, operands: Sequence[Array | None]) -> bool:
-    """Whether an equation only rearranges the elements of data."""
+def _keeps_data(scope: Scope, equation: Any, operands: Sequence[Array | None]) -> bool:
+    """Whether results are not kept as scalars.
+
+    These are results of a long scan, of an operation that is composed of others, and of one that
+    only rearranges the elements of data.
+    """
+    if np.isfinite(scope.longest) and (
+        equation.params.get("length", 0) > scope.longest or called(equation) is not None
+    ):
+        return True
     if len(operands) != 1 or not isinstance(operands[0], Data):
         return False
     name = equation.primitive.name

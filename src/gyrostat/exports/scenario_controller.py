@@ -3,23 +3,22 @@
 from dataclasses import replace
 from typing import Any
 
-import equinox as eqx
 import numpy as np
 
+from gyrostat.codegen.evaluation import evaluated
 from gyrostat.control import FieldLimits, MeasurementGuard
 from gyrostat.control.measurement_guard import UNLIMITED
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.exports.target import STEPS, Target
 from gyrostat.exports.targets import flight_loop
-from gyrostat.runs.build import build
 from gyrostat.runs.phases import Phases
-from gyrostat.runs.plans import plans_of
+from gyrostat.runs.plans import plans_of, setup_of
 from gyrostat.scenario.kinds.orbits import nominal_orbit
 from gyrostat.scenario.kinds.registry import chosen
 from gyrostat.scenario.reference_kind import POSITION_ERROR
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.sensing import first_measurement, options_of
-from gyrostat.scenario.structure import measured_names, structure_of
+from gyrostat.scenario.structure import measured_names
 
 
 def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
@@ -49,9 +48,9 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     )
     # without dispersions, the tables would have other splines than those of the campaign
     plans = plans_of(nominal)._replace(orbit=nominal_orbit(scenario))
-    setup = build(structure_of(nominal), jax.tree.map(jnp.asarray, dict(nominal.values)), plans)
+    setup = setup_of(nominal, plans)
     period = scenario.values["run.control_period"]
-    sample = first_measurement(setup.sensor, setup.start, period)
+    sample = _first_measurement(setup.sensor, setup.start, period)
     limits = {}
     if scenario.guard is not None:
         for name in measured_names(scenario):
@@ -82,7 +81,8 @@ def _is_phases(part: Any) -> bool:
     return isinstance(part, Phases)
 
 
-_at_start = eqx.filter_jit(lambda phases: phases.at(0.0))
+_first_measurement = evaluated(first_measurement)
+_at_start = evaluated(lambda phases: phases.at(0.0))
 
 
 def _test_run(sample: Any) -> Any:

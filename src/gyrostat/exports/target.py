@@ -9,6 +9,7 @@ from typing import Any
 import equinox as eqx
 import numpy as np
 
+from gyrostat.codegen.evaluation import evaluated
 from gyrostat.codegen.flight.module import Entry
 from gyrostat.codegen.scope import LARGEST
 from gyrostat.codegen.tracing import as_arrays
@@ -60,9 +61,8 @@ class Target:
     def run(self) -> list[dict[str, Any]]:
         """Run the test in Python; return, for each step, a dict of result name -> value."""
         values = {name: as_arrays(value) for name, value in self.constants.items()}
-        # functions that are called once are not worth compiling
-        functions = {entry.name: entry.function for entry in self.begin}
-        functions |= {entry.name: jax.jit(entry.function) for entry in self.steps}
+        # 40 steps are not worth compiling
+        functions = {entry.name: evaluated(entry.function) for entry in self.entries}
         history = []
 
         def call(entry: Entry) -> None:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.codegen.evaluation import evaluated
 from gyrostat.codegen.tracing import as_arrays
 from gyrostat.control import (
     CurrentMode,
@@ -53,6 +54,9 @@ def _loop(
     return flight_loop(name, title, controller, period, guard, measured)
 
 
+_start = evaluated(Guarded.start)
+
+
 def flight_loop(
     name: str, title: str, controller: Any, period: float, guard: MeasurementGuard, measured: Any
 ) -> Target:
@@ -66,7 +70,7 @@ def flight_loop(
         guard: Validation of its measurements.
         measured: Measurements of the test run; the first axis is the step.
     """
-    memory = as_arrays(Guarded(controller, guard).start(period))
+    memory = as_arrays(_start(Guarded(controller, guard), period))
     return flight_module(
         name,
         {"controller": controller, "guard": guard},

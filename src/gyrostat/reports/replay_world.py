@@ -3,11 +3,11 @@
 from collections.abc import Mapping
 from typing import Any
 
-import equinox as eqx
 import numpy as np
 from jaxtyping import Float
 from numpy.typing import NDArray
 
+from gyrostat.codegen.evaluation import evaluated
 from gyrostat.core.jax64 import jax
 from gyrostat.scenario.kinds.orbits import orbit_of
 from gyrostat.scenario.scenario import Scenario
@@ -43,6 +43,8 @@ def world_data(
     orbit = orbit_of(scenario, values, planned)
     if orbit is None:
         return None
+    # one trace for all runs, whose numbers differ
+    orbit = jax.tree.map(np.asarray, orbit)
     time = np.asarray(history["time"])[frames]
     position, velocity, sun, earth, light = map(np.asarray, _surroundings(orbit, time))
     modes = [part for part in scenario.parts if part.section == "reference.mode"]
@@ -70,7 +72,7 @@ def world_data(
     }
 
 
-@eqx.filter_jit
+@evaluated
 def _surroundings(orbit: OrbitEnvironment, time: Any) -> Any:
     """Position, velocity, Sun, attitude of the ITRF and sunlight at times, each (times, ...)."""
 
@@ -81,7 +83,7 @@ def _surroundings(orbit: OrbitEnvironment, time: Any) -> Any:
     return jax.vmap(at)(time)
 
 
-@eqx.filter_jit
+@evaluated
 def _points(orbit: OrbitEnvironment, site: Any, time: Any) -> Any:
     """A site on the ground (latitude, longitude, height) at times, GCRS, (times, 3), m."""
     latitude, longitude, height = site

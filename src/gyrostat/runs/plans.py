@@ -6,27 +6,24 @@ import pickle
 from functools import lru_cache
 from typing import Any
 
-import equinox as eqx
 import numpy as np
 
+from gyrostat.codegen.evaluation import evaluated
 from gyrostat.core.cache import private_cache
 from gyrostat.core.jax64 import jax
 from gyrostat.core.validation import check_parts, check_period
-from gyrostat.runs.build import build
+from gyrostat.runs.build import Setup, build
 from gyrostat.runs.designs import Plans, plan
 from gyrostat.runs.fingerprint import FLAGS, engine_record
 from gyrostat.runs.user.trial import check_first_sample, first_sample
 from gyrostat.scenario.kinds.registry import is_shipped
 from gyrostat.scenario.scenario import Scenario
-from gyrostat.scenario.structure import structure_of
+from gyrostat.scenario.sensing import Values
+from gyrostat.scenario.structure import Structure, structure_of
 
-# The program runs once, for milliseconds: optimising it takes seconds. `filter_jit` passes the
-# options to `jax.jit`, which its type does not show.
-_filter_jit: Any = eqx.filter_jit
-_RUN_ONCE = {"xla_backend_optimization_level": 0, "xla_llvm_disable_expensive_passes": True}
 # scenarios that differ in numbers only share these programs
-_build = _filter_jit(build, compiler_options=_RUN_ONCE)
-_first_sample = _filter_jit(first_sample, compiler_options=_RUN_ONCE)
+_build = evaluated(build)
+_first_sample = evaluated(first_sample)
 
 
 @lru_cache(maxsize=8)
@@ -57,14 +54,11 @@ def plans_of(scenario: Scenario) -> Plans:
     if content is not None:
         return pickle.loads(content)
     plans = designs_of(scenario)
-    numbers: Any = {key: np.asarray(value) for key, value in scenario.values.items()}
-    # one program compiles in less time than the single operations
-    arguments = structure_of(scenario), numbers, plans
     if scenario.sources:
-        setup, *first = _first_sample(*arguments)
+        setup, *first = _first_sample(*_numbers(scenario, plans))
         check_first_sample(scenario, *first)
     else:
-        setup = _build(*arguments)
+        setup = setup_of(scenario, plans)
     check_parts(setup.plant, setup.controller, setup.sensor, *setup.metrics.values())
     setup.plant.check_state(setup.start)
     check_period(scenario.values["run.control_period"], setup.controller)
@@ -72,3 +66,13 @@ def plans_of(scenario: Scenario) -> Plans:
     if cache is not None:
         cache.write(name, pickle.dumps(plans))
     return plans
+
+
+def setup_of(scenario: Scenario, plans: Plans) -> Setup:
+    """Parts of a run of a scenario with its nominal values."""
+    return _build(*_numbers(scenario, plans))
+
+
+def _numbers(scenario: Scenario, plans: Plans) -> tuple[Structure, Values, Plans]:
+    values: Any = {key: np.asarray(value) for key, value in scenario.values.items()}
+    return structure_of(scenario), values, plans
