@@ -72,6 +72,19 @@ def gathered(a, b, k):
     return a[order] + b[:, order] * a[order, order]
 
 
+def joseph(a, b, k):
+    """Update of a covariance: of the factor, six columns are those of the unit matrix."""
+    rest = jnp.eye(SIZE) - jnp.zeros((SIZE, SIZE)).at[:, 2:5].set(a[:, :3])
+    return rest @ b @ rest.T
+
+
+def mixed(a, b, k):
+    """Factors with known zeros and ones, which loops leave out or not."""
+    wide = jnp.zeros((SIZE, SIZE)).at[:, 1:4].set(a[:, 2:5]).at[7, 6].set(a[0, 0])
+    shifted = wide.at[0, 5].set(1.0).at[3, 5].set(2.0).at[8, 8].set(1.0) - jnp.eye(SIZE)
+    return b.T @ shifted.T + (wide + jnp.diag(b[0])) @ a[:, ::-1] - shifted[::-1] @ b
+
+
 STEPS = {
     "add": lambda a, b, k: a + b,
     "branched": branched,
@@ -79,8 +92,11 @@ STEPS = {
     "choose": lambda a, b, k: jnp.where(a > b, a.T, b),
     "diagonal": lambda a, b, k: a + jnp.diag(b[0]) - 0.5 * jnp.eye(SIZE),
     "gathered": gathered,
+    "joseph": joseph,
+    "long": lambda a, b, k: jnp.concatenate([a, b], 1) @ jnp.concatenate([b, a.T], 0),
     "masked": lambda a, b, k: jnp.where(MASK, a, b.T),
     "mirrored": lambda a, b, k: jnp.concatenate([a[::-1, 1:], b[:, :1]], axis=1),
+    "mixed": mixed,
     "outer": lambda a, b, k: jnp.outer(a[0], b[:, 1]) - a,
     "placed": placed,
     "product": lambda a, b, k: a @ b.T,

@@ -94,7 +94,7 @@ def index(
     total = base
     terms = [(step, counter) for step, counter in zip(steps, counters, strict=True) if step]
     for step, counter in sorted(terms, key=lambda term: term[0] < 0):
-        if step < 0 and offset:
+        if step < 0 and (offset or total is None):
             total = build.index("add", total, Number("index", offset))
             offset = 0
         term = counter
