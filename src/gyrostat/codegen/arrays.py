@@ -13,9 +13,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.codegen.primitives import Scalars, one_by_one
-from gyrostat.codegen.program import Kind, Name, Operand, Table
+from gyrostat.codegen.program import Kind, Name, Number, Operand, Table
 from gyrostat.codegen.source import Source
 
+ZERO = Number("real", 0.0)
 SMALL = 64
 """Largest number of elements of an input or a constant that is always one of scalars."""
 
@@ -209,3 +210,20 @@ def moved(
         else:
             done[id(array)] = [np.asarray(each, dtype=object) for each in move(params, array)]
     return done[id(array)]
+
+
+def used(array: Scalars) -> NDArray[np.bool_]:
+    """Whether each element is other than the constant 0."""
+    return np.array([each != ZERO for each in array.flat], bool).reshape(array.shape)
+
+
+def runs_of(places: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
+    """Places in runs of constant distance."""
+    start = 0
+    while start < len(places):
+        end = min(start + 2, len(places))
+        step = places[end - 1] - places[start]
+        while end < len(places) and places[end] - places[end - 1] == step:
+            end += 1
+        yield places[start:end]
+        start = end

@@ -1,42 +1,94 @@
 """Sums of a matrix and one with mostly known zeros, such as a diagonal one."""
 
-from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.codegen.arrays import Array, Data, is_plain
+from gyrostat.codegen.arrays import (
+    Array,
+    Data,
+    Deferred,
+    is_plain,
+    joined,
+    moved,
+    runs_of,
+    used,
+)
 from gyrostat.codegen.builder import Builder
+from gyrostat.codegen.constants import with_zero
 from gyrostat.codegen.loops import nest
-from gyrostat.codegen.nests import filled, put, reader
-from gyrostat.codegen.program import Number, Operand
+from gyrostat.codegen.nests import filled, objects, put, reader
+from gyrostat.codegen.primitives import Scalars
+from gyrostat.codegen.program import Operand
 from gyrostat.codegen.views import view_of
 
-ZERO = Number("real", 0.0)
 
-
-def sparse_sum(build: Builder, operation: str, first: Array, second: Array) -> Data | None:
+def sparse_sum(build: Builder, operation: str, first: Array, second: Array) -> Array | None:
     """Sum or difference, in a copy of one operand; None if the other has few known zeros.
 
-    A sum with a known zero is left out: it would only change the sign of a zero.
+    A sum with a known zero is left out: it would only change the sign of a zero. Where both have
+    known zeros, the result has.
     """
     for whole, other in ((first, second), (second, first)):
         if is_plain(whole) or not is_plain(other) or other.shape != whole.shape:
             continue
+        part = _used_part(whole)
+        if part is not None:
+            return _in_part(build, operation, first, second, part)
         scalars = build.scalars(other)
-        is_used = np.array([each != ZERO for each in scalars.flat], bool)
-        runs = [*_runs(np.flatnonzero(is_used))]
+        is_used = used(scalars).ravel()
+        runs = [*runs_of(np.flatnonzero(is_used))]
         if 2 * is_used.sum() > is_used.size or len(runs) > build.scope.few:
             continue
         combined = operation
         if operation == "sub" and other is first:
-            whole, combined = build.elementwise("neg", "real", build.shape, whole), "add"
+            whole, combined = build.elementwise("neg", "real", whole.shape, whole), "add"
         data = filled(build, whole)
         for places in runs:
             _combine(build, combined, Data(data.table, places), scalars.flat[places])
         return data
     return None
+
+
+def _used_part(array: Array) -> tuple[NDArray[np.int64], ...] | None:
+    """Rows and columns of a matrix with others than known zeros; None if these are all."""
+    if not isinstance(array, np.ndarray) or array.ndim != 2:
+        return None
+    is_used = used(array)
+    rows, columns = (np.flatnonzero(is_used.any(axis=axis)) for axis in (1, 0))
+    return None if rows.size * columns.size in (0, array.size) else np.ix_(rows, columns)
+
+
+def _in_part(
+    build: Builder, operation: str, first: Array, second: Array, part: tuple[Any, ...]
+) -> Scalars:
+    """Sum in some rows and columns; elsewhere, one of the operands is 0."""
+    left, right = (objects(build, each) for each in (first, second))
+    halves: list[Any] = [joined(each[part]) for each in (left, right)]
+    rows, columns = halves[0].shape
+    # the used columns one after the other: they are the rows that a product adds up
+    if columns < rows:
+        halves = [_turned(each) for each in halves]
+    made = sparse_sum(build, operation, *halves)
+    if made is None:
+        made = build.elementwise(operation, "real", halves[0].shape, *halves)
+    made = objects(build, filled(build, made) if isinstance(made, Deferred) else made)
+    results = np.empty(left.shape, dtype=object)
+    results[part] = made.T if columns < rows else made
+    group = next(build.groups)
+    for index in np.argwhere(results == np.array(None)):
+        place = (*map(int, index),)
+        operands = left[place], right[place]
+        result = with_zero(operation, operands)
+        if result is None:
+            result = build.compute(operation, *operands, group=group)
+        results[place] = result
+    return results
+
+
+def _turned(array: Array) -> Array:
+    return moved(lambda _, each: [each.T], {}, array)[0]
 
 
 def _combine(build: Builder, operation: str, data: Data, terms: Any) -> None:
@@ -47,15 +99,3 @@ def _combine(build: Builder, operation: str, data: Data, terms: Any) -> None:
         put(inside, view, counters, value)
 
     nest(build, data.shape, body)
-
-
-def _runs(places: NDArray[np.int64]) -> Iterator[NDArray[np.int64]]:
-    """Places in runs of constant distance."""
-    start = 0
-    while start < len(places):
-        end = min(start + 2, len(places))
-        step = places[end - 1] - places[start]
-        while end < len(places) and places[end] - places[end - 1] == step:
-            end += 1
-        yield places[start:end]
-        start = end
