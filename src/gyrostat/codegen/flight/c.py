@@ -18,6 +18,7 @@ from gyrostat.codegen.flight.moves import moves
 from gyrostat.codegen.flight.structs import Leaf, Struct, Structs, arrays_of
 from gyrostat.codegen.flight.tested_sums import rewrite_tested_sums
 from gyrostat.codegen.flight.write import Writer
+from gyrostat.codegen.fold_ranges import fold_ranges
 from gyrostat.codegen.lower import Lowering
 from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.program import Block, Function, Name, Operand
@@ -64,6 +65,7 @@ def emit(
     roots = [_lower(entry, structs, lowering) for entry in entries]
     tops = [root.function for root in roots]
     for function in (*lowering.functions, *tops):
+        fold_ranges(function)
         rewrite_tested_sums(function)
     inner = [f for f in prune([*lowering.functions, *tops], tops) if f not in tops]
     reserved = {identifier(struct.name) for struct in structs.every} | {f.name for f in tops}

@@ -10,7 +10,7 @@ from importlib.resources import files
 import numpy as np
 
 from gyrostat.codegen.flight.tested_sums import TESTED_ADD, TESTED_FINITE
-from gyrostat.codegen.program import Kind, Number
+from gyrostat.codegen.program import Kind, Number, Operand
 
 FLOAT_LEAST = 1.1754943508222875e-38
 FLOAT_LARGEST = 3.4028234663852886e38
@@ -41,7 +41,7 @@ WORD, UNARY, PRODUCT, SUM, TEST, BOTH, EITHER, CHOICE = 8, 7, 6, 5, 4, 3, 2, 1
 _TESTS = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!=", "xor": "!="}
 _BINARY = (
     ({"add": "+", "sub": "-"}, SUM),
-    ({"mul": "*", "div": "/"}, PRODUCT),
+    ({"mul": "*", "div": "/", "quotient_of": "/", "remainder_of": "%"}, PRODUCT),
     (_TESTS, TEST),
     ({"and": "&&"}, BOTH),
     ({"or": "||"}, EITHER),
@@ -53,6 +53,22 @@ OF_INTEGERS = {
     **{name: f"integer_{name}" for name in ("add", "sub", "mul", "neg")},
 }
 """Operation on logical values or real numbers -> operation on integers."""
+_OF_CONSTANTS = {"max": 0, "min": 0, "quotient": 1, "remainder": 1}
+
+
+def simplest(operation: str, operands: Sequence[Operand]) -> str:
+    """Operation that needs fewer tests, because an operand is a constant.
+
+    A constant is not NaN, and a divisor that is neither 0 nor -1 gives what C gives.
+    """
+    constant = operands[_OF_CONSTANTS[operation]] if operation in _OF_CONSTANTS else None
+    if not isinstance(constant, Number) or constant.value != constant.value:
+        return operation
+    if operation in ("quotient", "remainder") and constant.value in (0, -1):
+        return operation
+    return f"{operation}_of"
+
+
 _CONVERSIONS: dict[str, Kind] = {
     "to_real": "real",
     "to_integer": "integer",
@@ -65,6 +81,8 @@ HELPERS = {
     "as_real": "real_of_bits",
     "max": "largest",
     "min": "smallest",
+    "max_of": "at_least",
+    "min_of": "at_most",
     "sign": "sense",
     "finite": "is_finite",
     TESTED_FINITE: "is_finite",

@@ -11,6 +11,17 @@ static @real@ smallest(@real@ a, @real@ b)
     return ((a <= b) || (a != a)) ? a : b;
 }
 
+/* The same of a number that is not NaN. */
+static @real@ at_least(@real@ least, @real@ b)
+{
+    return (least >= b) ? least : b;
+}
+
+static @real@ at_most(@real@ most, @real@ b)
+{
+    return (most <= b) ? most : b;
+}
+
 static @real@ sense(@real@ a)
 {
     return (a > @zero@) ? @one@ : ((a < @zero@) ? -@one@ : a);

@@ -5,7 +5,7 @@ from collections import Counter
 from collections.abc import Sequence
 
 from gyrostat.codegen.dependencies import read_by, used
-from gyrostat.codegen.flight.expressions import HELPERS, OF_INTEGERS, WORD, Dialect, Text
+from gyrostat.codegen.flight.expressions import HELPERS, OF_INTEGERS, WORD, Dialect, Text, simplest
 from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
 from gyrostat.codegen.flight.inlining import (
     hint_for,
@@ -175,6 +175,7 @@ class Writer:
         if statement.table is not None:
             return Text(self._element(statement.table, statement.operands), WORD)
         operation, kind = statement.operation, statement.operands[0].kind
+        operation = simplest(operation, statement.operands)
         if kind == "integer":
             operation = OF_INTEGERS.get(operation, operation)
         if operation == "to_integer" and kind == "real":

@@ -103,8 +103,11 @@ class MinimaxAllocation(eqx.Module):
         normals = jnp.cross(axes[:, first].T, axes[:, second].T)
         usable = works[first] & works[second]
         share = _Share(jnp.zeros(axes.shape[1]), jnp.asarray(torque), works)
-        share, plane = _decide(share, axes, limit, normals, usable)
-        share, _ = _decide(share, axes, limit, jnp.cross(plane, axes.T), share.open)
+        wheels = np.arange(axes.shape[1])
+        in_face = (first[:, None] == wheels) | (second[:, None] == wheels)
+        share, plane = _decide(share, axes, limit, normals, usable, in_face)
+        normals, in_face = jnp.cross(plane, axes.T), wheels[:, None] == wheels
+        share, _ = _decide(share, axes, limit, normals, share.open, in_face)
         weight = share.open * limit
         line = axes[:, jnp.argmax(weight)]
         along = axes.T @ line
@@ -114,7 +117,7 @@ class MinimaxAllocation(eqx.Module):
 
 
 def _decide(
-    share: _Share, axes: Axes, limit: PerWheel, normals: Any, usable: Any
+    share: _Share, axes: Axes, limit: PerWheel, normals: Any, usable: Any, in_face: Any
 ) -> tuple[_Share, Vector3]:
     """Load all wheels to the level at which they just give the remaining torque along one normal.
 
@@ -126,6 +129,8 @@ def _decide(
         limit: Torque limits of the wheels, (wheels,), N·m.
         normals: Normals of the faces that may determine the level, (candidates, 3).
         usable: Flags of the candidates that are formed by open wheels, (candidates,).
+        in_face: Flags of the wheels that form a candidate, (candidates, wheels): their axes are
+            perpendicular to its normal.
 
     Returns:
         Partial result in which all wheels are determined but those in the face, and the unit normal
@@ -134,7 +139,7 @@ def _decide(
     length = jnp.sqrt(jnp.sum(normals**2, axis=1))
     real = usable & (length > ALIGNED)
     normals = jnp.where(real, 1.0 / jnp.where(real, length, 1.0), 0.0)[:, None] * normals
-    heights = jnp.where(share.open, normals @ axes, 0.0)
+    heights = jnp.where(share.open & ~in_face, normals @ axes, 0.0)
     heights = jnp.where(jnp.abs(heights) > ALIGNED, heights, 0.0)
     reach = jnp.abs(heights) @ limit
     bounds = real & (reach > 0.0)

@@ -1,0 +1,289 @@
+"""Ranges of integers decide comparisons, so that what they never give is not in the code.
+
+An index that is chosen from known ones, or counted by a loop, is within the array that it is an
+index of: the tests that would bring it there are never true. The same holds for a test of which the
+outcome is known where a branch was taken.
+"""
+
+from collections.abc import Iterable, Sequence
+
+from gyrostat.codegen.program import (
+    Assign,
+    Block,
+    Branch,
+    Call,
+    Carried,
+    Fill,
+    Function,
+    Loop,
+    Name,
+    Number,
+    Operand,
+    Statement,
+    Store,
+)
+from gyrostat.codegen.ranges import (
+    ALWAYS,
+    ARITHMETIC,
+    LARGEST,
+    OPPOSITE,
+    UNCHANGED,
+    Range,
+    narrowed,
+    union,
+    within,
+)
+
+
+def fold_ranges(function: Function) -> None:
+    """Replace comparisons that are always true or false by their outcome, in place.
+
+    Statements that become unused remain.
+    """
+    facts = _Facts()
+    function.body = facts.block(function.body)
+    function.results = facts.known_as(function.results)
+
+
+class _Facts:
+    """What is known of the values of a function, up to a statement."""
+
+    def __init__(self) -> None:
+        self._ranges: dict[Name, Range] = {}
+        self._same: dict[Name, Operand] = {}
+        self._assigned: dict[Name, Assign] = {}
+        self._never_negative: set[Name] = set()
+
+    def known_as(self, operands: Iterable[Operand]) -> list[Operand]:
+        """Operands, with each one that has a known value replaced by it."""
+        return [self._same.get(o, o) if isinstance(o, Name) else o for o in operands]
+
+    def _one(self, operand: Operand) -> Operand:
+        return self.known_as([operand])[0]
+
+    def block(self, block: Block) -> Block:
+        """Statements of a block, without branches of which one side is always taken."""
+        remaining: Block = []
+        for statement in block:
+            remaining += self._statement(statement)
+        return remaining
+
+    def _statement(self, statement: Statement) -> Sequence[Statement]:
+        match statement:
+            case Assign():
+                return self._assign(statement)
+            case Fill():
+                statement.values = tuple(self.known_as(statement.values))
+            case Store():
+                statement.indices = tuple(self.known_as(statement.indices))
+                statement.value = self._one(statement.value)
+            case Call():
+                statement.operands = self.known_as(statement.operands)
+            case Loop():
+                self._loop(statement)
+            case Branch():
+                return self._branch(statement)
+        return (statement,)
+
+    def _assign(self, statement: Assign) -> Sequence[Statement]:
+        operands = statement.operands = tuple(self.known_as(statement.operands))
+        same = self._simpler(statement.operation, operands)
+        if same is not None:
+            self._same[statement.target] = same
+            return ()
+        self._assigned[statement.target] = statement
+        if statement.target.kind == "real" and self._is_never_negative(statement):
+            self._never_negative.add(statement.target)
+        found = self._result(statement)
+        if found is not None:
+            self._ranges[statement.target] = found
+            if found[0] == found[1]:
+                self._same[statement.target] = Number(statement.target.kind, found[0])
+        return (statement,)
+
+    def _simpler(self, operation: str, operands: Sequence[Operand]) -> Operand | None:
+        """Number or operand that an operation always gives; None if there is none."""
+        if operation in ALWAYS:
+            ranges = [self._range(operand) for operand in operands]
+            if ranges[0] is not None and ranges[1] is not None:
+                for name, value in ((operation, True), (OPPOSITE[operation], False)):
+                    if ALWAYS[name](ranges[0], ranges[1]):
+                        return Number("logical", value)
+        # NaN compares as false too
+        is_below_zero = operation == "lt" and operands[1] == Number("real", 0.0)
+        if is_below_zero and self._has_no_sign(operands[0]):
+            return Number("logical", False)
+        if operation == "sub" and repr(operands[1]) == repr(Number("real", 0.0)):
+            return operands[0]
+        if operation in UNCHANGED and within(self._range(operands[0]), UNCHANGED[operation]):
+            return operands[0]
+        if operation == "select" and isinstance(operands[0], Number):
+            return operands[1] if operands[0].value else operands[2]
+        if operation == "not" and operands[0] in (
+            Number("logical", True),
+            Number("logical", False),
+        ):
+            return Number("logical", operands[0] == Number("logical", False))
+        if operation in ("and", "or"):
+            for one, other in (operands, operands[::-1]):
+                if isinstance(one, Number) and one.kind == "logical":
+                    return other if one.value == (operation == "and") else one
+        return None
+
+    def _has_no_sign(self, operand: Operand) -> bool:
+        """Whether a real number is zero, positive or NaN."""
+        if isinstance(operand, Name):
+            return operand in self._never_negative
+        return operand.kind == "real" and not operand.value < 0.0
+
+    def _is_never_negative(self, statement: Assign) -> bool:
+        operation, operands = statement.operation, statement.operands
+        if operation in ("abs", "sqrt", "exp"):
+            return True
+        if operation == "mul" and operands[0] is operands[1]:
+            return True
+        if operation == "max":
+            return any(map(self._has_no_sign, operands))
+        if operation == "select" and self._is_size(*operands):
+            return True
+        values = operands[1:] if operation == "select" else operands
+        return operation in ("add", "mul", "div", "min", "select") and all(
+            map(self._has_no_sign, values)
+        )
+
+    def _is_size(self, test: Operand, yes: Operand, no: Operand) -> bool:
+        """Whether a choice is -x where x < 0, and x elsewhere."""
+        below, negative = (
+            self._assigned.get(each) if isinstance(each, Name) else None for each in (test, yes)
+        )
+        return (
+            below is not None
+            and negative is not None
+            and (below.operation, below.operands) == ("lt", (no, Number("real", 0.0)))
+            and (negative.operation, negative.operands) == ("neg", (no,))
+        )
+
+    def _range(self, operand: Operand) -> Range | None:
+        if isinstance(operand, Name):
+            return self._ranges.get(operand)
+        if operand.kind in ("integer", "index"):
+            return int(operand.value), int(operand.value)
+        return None
+
+    def _result(self, statement: Assign) -> Range | None:
+        """Range of the result of an operation on integers; None if it is not known."""
+        operation, operands, kind = statement.operation, statement.operands, statement.target.kind
+        if kind not in ("integer", "index"):
+            return None
+        if statement.table is not None:
+            values = statement.table.values
+            return (int(min(values)), int(max(values))) if values else None
+        if operation in ("to_integer", "to_index") and operands[0].kind == "logical":
+            return 0, 1
+        ranges = [self._range(operand) for operand in operands]
+        if operation in ("to_integer", "to_index", "copy"):
+            return ranges[0]
+        if operation == "select":
+            return union([self._range_if(operands[0], bool(k), operands[2 - k]) for k in (1, 0)])
+        if operation not in ARITHMETIC or ranges[0] is None or ranges[1] is None:
+            return None
+        ends = ARITHMETIC[operation](ranges[0], ranges[1])
+        found = min(ends), max(ends)
+        return found if max(-found[0], found[1]) <= LARGEST else None
+
+    def _range_if(self, test: Operand, outcome: bool, value: Operand) -> Range | None:
+        """Range of a value where a test has an outcome."""
+        compared = self._assigned.get(test) if isinstance(test, Name) else None
+        if compared is None or compared.operation not in OPPOSITE:
+            return self._range(value)
+        name, limit = compared.operands
+        within, bound = self._range(name), self._range(limit)
+        if within is None or bound is None or not isinstance(name, Name):
+            return self._range(value)
+        operation = compared.operation if outcome else OPPOSITE[compared.operation]
+        narrow = narrowed(within, operation, bound)
+        if value is name:
+            return narrow
+        made = self._assigned.get(value) if isinstance(value, Name) else None
+        if made is None or made.operation not in ("add", "sub") or made.operands[0] is not name:
+            return self._range(value)
+        other = self._range(made.operands[1])
+        if other is None:
+            return self._range(value)
+        ends = ARITHMETIC[made.operation](narrow, other)
+        return ends[0], ends[1]
+
+    def _loop(self, loop: Loop) -> None:
+        for each in loop.carried:
+            each.first = self._one(each.first)
+        loop.start = self._one(loop.start)
+        self._ranges[loop.counter] = (0, max(loop.count - 1, 0))
+        counts = {each.name: each.first for each in loop.carried if _counts(each, loop.body)}
+        ends: dict[Name, int] = {}
+        for name, first in counts.items():
+            if isinstance(first, Number):
+                ends[name] = int(first.value) + loop.count
+                self._ranges[name] = (int(first.value), ends[name] - 1)
+        outer = dict(self._same)
+        loop.test = self.block(loop.test)
+        if loop.goes_on is not None:
+            loop.goes_on = self._one(loop.goes_on)
+            self._assume(loop.goes_on, True)
+        loop.body = self.block(loop.body)
+        for each in loop.carried:
+            each.next = self._one(each.next)
+        self._same = outer
+        # behind the loop, a count may have reached its end
+        for name, end in ends.items():
+            self._ranges[name] = (self._ranges[name][0], end)
+
+    def _branch(self, branch: Branch) -> Sequence[Statement]:
+        branch.index = index = self._one(branch.index)
+        if isinstance(index, Number):
+            number = min(max(int(index.value), 0), len(branch.blocks) - 1)
+            remaining = self.block(branch.blocks[number])
+            chosen = self.known_as(branch.values[number])
+            self._same.update(zip(branch.targets, chosen, strict=True))
+            return remaining
+        outer = dict(self._same)
+        values: list[list[Operand]] = []
+        for number, block in enumerate(branch.blocks):
+            self._same = dict(outer)
+            if index.kind == "logical":
+                self._assume(index, bool(number))
+            branch.blocks[number] = self.block(block)
+            values.append(self.known_as(branch.values[number]))
+        self._same = outer
+        branch.values = values
+        for target, *choices in zip(branch.targets, *values, strict=True):
+            found = union([self._range(choice) for choice in choices])
+            if found is not None:
+                self._ranges[target] = found
+        return (branch,)
+
+    def _assume(self, operand: Operand, value: bool) -> None:
+        """Take a logical value as known, with the operands that it decides."""
+        if not isinstance(operand, Name):
+            return
+        self._same[operand] = Number("logical", value)
+        statement = self._assigned.get(operand)
+        if statement is None:
+            return
+        if statement.operation == "not":
+            self._assume(statement.operands[0], not value)
+        elif statement.operation == ("and" if value else "or"):
+            for each in statement.operands:
+                self._assume(each, value)
+
+
+def _counts(carried: Carried, body: Block) -> bool:
+    """Whether each pass adds 1 to a carried integer."""
+    if carried.name.kind not in ("integer", "index"):
+        return False
+    return any(
+        isinstance(s, Assign)
+        and s.target is carried.next
+        and s.operation == "add"
+        and set(s.operands) == {carried.name, Number(carried.name.kind, 1)}
+        for s in body
+    )

@@ -1,0 +1,109 @@
+"""Tests that ranges of numbers decide are not in emitted C, and the others are."""
+
+import re
+
+import numpy as np
+import pytest
+
+from gyrostat.codegen.flight import Entry, emit
+from gyrostat.codegen.flight.reader.functions import functions
+from gyrostat.codegen.flight.reader.translate import translate
+from gyrostat.core.jax64 import jax, jnp
+
+LANES = 40
+RANDOM = np.random.default_rng(0)
+ROWS = np.arange(12.0).reshape(4, 3)
+
+
+def chosen(x):
+    """Row at the place of the largest element, which is always one of the rows."""
+    return jnp.asarray(ROWS)[jnp.argmax(x)] + jnp.stack([x[:3], x[1:], x[:3]])[jnp.argmin(x[:3])]
+
+
+def counted(x):
+    """Element at a count of int32 that ends within the array."""
+    count = jnp.sum((x > 0.0).astype(jnp.int32))
+    return jnp.concatenate([x, jnp.zeros(1)])[jnp.where(count > 2, 2, count)]
+
+
+def anywhere(place, x):
+    """Element at any index, which is brought into the array."""
+    return x[place]
+
+
+def sizes(x):
+    """A size is not negative; the difference of sizes may be."""
+    size = jnp.abs(x)
+    return jnp.where(size < 0.0, jnp.nan, size), jnp.where(size[0] - size[1] < 0.0, 1.0, 2.0)
+
+
+REALS = np.where(RANDOM.random((LANES, 4)) < 0.1, np.nan, RANDOM.normal(size=(LANES, 4)))
+CASES = {
+    chosen: {"x": REALS},
+    counted: {"x": REALS},
+    anywhere: {"place": RANDOM.integers(-9, 9, LANES), "x": REALS},
+    sizes: {"x": REALS},
+}
+TESTED = {chosen: r"[<>] \d+\) \?", counted: r"\w+ < 0\b", sizes: r"size\w* < 0\.0"}
+"""Function -> test that is never true in it."""
+
+
+def module_of(function):
+    example = {name: array[0] for name, array in CASES[function].items()}
+    count = len(jax.tree.leaves(jax.eval_shape(function, *example.values())))
+    names = tuple(f"out_{k}" for k in range(count))
+    return emit("part", [Entry(function.__name__, function, example, names)])
+
+
+def code_of(function):
+    """C without comments."""
+    return re.sub(r"/\*.*?\*/", "", module_of(function).source, flags=re.DOTALL)
+
+
+@pytest.mark.parametrize("function", CASES, ids=lambda f: f.__name__)
+def test_results_are_those_of_python(function, tools, tmp_path):
+    arguments = CASES[function]
+    program = tools.Compiled(module_of(function), tmp_path)
+    status, results = program(function.__name__, arguments)
+    expected = jax.vmap(function)(*arguments.values())
+    assert not status.any()
+    for one, other in zip(jax.tree.leaves(results), jax.tree.leaves(expected), strict=True):
+        assert np.array_equal(one, other, equal_nan=True)
+
+
+@pytest.mark.parametrize("function", TESTED, ids=lambda f: f.__name__)
+def test_what_is_never_true_is_not_tested(function):
+    assert not re.search(TESTED[function], code_of(function))
+
+
+def test_an_index_from_outside_is_tested():
+    source = code_of(anywhere)
+    assert re.search(r"< 0\b", source)
+    assert re.search(r"> 3\b", source)
+
+
+def clipped(x, n):
+    """Limits and divisors that are constants."""
+    return (
+        jnp.clip(x, -1.0, 2.0),
+        jnp.maximum(0.0, x),
+        n // 3,
+        n % 5,
+        jax.lax.rem(n, jnp.asarray(-7)),
+    )
+
+
+def test_constants_need_no_test_for_nan_or_zero(tools, tmp_path):
+    special = [0.0, -0.0, -1.0, 2.0, np.nan, np.inf, -np.inf, 1.5, -7.0]
+    arguments = {"x": np.array(special), "n": np.array([0, 1, -1, 7, -7, 2**62, -(2**63), 14, 35])}
+    example = {name: array[0] for name, array in arguments.items()}
+    names = tuple(f"out_{k}" for k in range(5))
+    module = emit("part", [Entry("clipped", clipped, example, names)])
+    decisions = translate(functions(module.source), [], has_margins=False).decisions
+    texts = [text for decision in decisions for text in decision.conditions]
+    assert not [text for text in texts if re.search(r"(\w+) != \1$|== -?[01]$", text)]
+    _, results = tools.Compiled(module, tmp_path)("clipped", arguments)
+    expected = jax.vmap(clipped)(*map(jnp.asarray, arguments.values()))
+    for one, other in zip(jax.tree.leaves(results), expected, strict=True):
+        assert np.array_equal(one, other, equal_nan=True)
+        assert np.array_equal(np.signbit(one), np.signbit(other))
