@@ -64,6 +64,14 @@ class BearingEquation(eqx.Module):
     def longest_segment(self, time: Scalar) -> Scalar:
         """Longest Runge-Kutta step that resolves the drive from this time, s; may be infinite."""
 
+    def is_steady(self) -> bool:
+        """Whether the wheel is the whole state and its load is constant over the interval.
+
+        Its acceleration then keeps its sign until the speed reaches zero, and a wheel that is held
+        at rest stays there.
+        """
+        return False
+
     def rate(self, motion: Motion, direction: Scalar, time: Scalar) -> Motion:
         """Time derivative of the state in a fixed mode of motion.
 
@@ -74,6 +82,20 @@ class BearingEquation(eqx.Module):
         """
         load = self.load(motion.carrier, time)
         sliding = self.friction.torque(motion.speed, direction)
-        friction = jnp.where(direction == 0.0, load, sliding)
+        return self._rate_under(load, jnp.where(direction == 0.0, load, sliding), motion, time)
+
+    def turning_rate(self, motion: Motion, direction: Scalar, time: Scalar) -> Motion:
+        """Time derivative of the state while the wheel turns.
+
+        Args:
+            motion: State of wheel and carrier.
+            direction: Direction of rotation, ±1.
+            time: Time since the start of the interval, s.
+        """
+        load = self.load(motion.carrier, time)
+        sliding = self.friction.torque(motion.speed, direction)
+        return self._rate_under(load, sliding, motion, time)
+
+    def _rate_under(self, load: Scalar, friction: Any, motion: Motion, time: Scalar) -> Motion:
         carrier = self.carrier_rate(motion.carrier, motion.speed, friction, time)
         return Motion((load - friction) / self.inertia(), carrier)

@@ -45,6 +45,9 @@ class _FixedBench(BearingEquation):
     def longest_segment(self, time: Scalar) -> Scalar:
         return jnp.inf
 
+    def is_steady(self) -> bool:
+        return isinstance(self.slope, float) and self.slope == 0.0
+
 
 def advance(
     wheel: Wheel, speed: Scalar, current: Scalar, slope: Scalar, duration: Scalar
@@ -55,7 +58,8 @@ def advance(
         wheel: Wheel.
         speed: Speed at the start, rad/s; exactly zero is at rest.
         current: Current at the start, A.
-        slope: Slope of the current, A/s; zero for a constant current.
+        slope: Slope of the current, A/s; the number 0.0 for a constant current, for which the wheel
+            cannot turn back within the interval.
         duration: Length of the interval, s.
 
     Returns:

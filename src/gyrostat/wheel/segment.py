@@ -171,15 +171,26 @@ def within(time, latest):
     return time + jax.lax.stop_gradient(jnp.clip(time, 0.0, latest) - time)
 
 
+def _bend_and_root(height, start_rate, end_rate, length):
+    """Second derivative of a parabola, and the root in the times at which it is zero."""
+    bend = (end_rate - start_rate) / jnp.where(length > 0.0, length, 1.0)
+    return bend, jnp.sqrt(jnp.maximum(start_rate**2 - 2.0 * bend * height, 0.0))
+
+
+def falls_at_once(height, start_rate, end_rate, length):
+    """Time at which a parabola of given height that falls from the start is zero, s."""
+    _, root = _bend_and_root(height, start_rate, end_rate, length)
+    return 2.0 * height / (root - start_rate)
+
+
 def falls_through_zero(height, start_rate, end_rate, length):
     """Time at which a falling parabola of given height, initial and final rate is zero, s."""
-    bend = (end_rate - start_rate) / jnp.where(length > 0.0, length, 1.0)
-    root = jnp.sqrt(jnp.maximum(start_rate**2 - 2.0 * bend * height, 0.0))
-    falls_at_once = start_rate < 0.0
+    bend, root = _bend_and_root(height, start_rate, end_rate, length)
+    falls = start_rate < 0.0
     # two forms of the same root, each used where its terms have the same sign
     return jnp.where(
-        falls_at_once,
-        2.0 * height / jnp.where(falls_at_once, root - start_rate, 1.0),
+        falls,
+        2.0 * height / jnp.where(falls, root - start_rate, 1.0),
         (start_rate + root) / jnp.where(bend < 0.0, -bend, 1.0),
     )
 

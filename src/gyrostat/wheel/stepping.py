@@ -23,6 +23,7 @@ from gyrostat.wheel.segment import (
     NEWTON_STEPS,
     Segment,
     ends,
+    falls_at_once,
     falls_through_zero,
     friction_limit,
     narrowed,
@@ -31,18 +32,17 @@ from gyrostat.wheel.segment import (
 )
 
 
-@jax.jit  # a separate function in the trace: traced once, not at every use
-def _runge_kutta(contact: BearingEquation, motion: Motion, direction, start, duration) -> Motion:
-    """Classical fourth-order Runge-Kutta step in one mode of motion."""
+def _step(rate, motion: Motion, start, duration) -> Motion:
+    """Classical fourth-order Runge-Kutta step with the time derivative rate(motion, time)."""
 
-    def ahead(rate, share):
-        return jax.tree.map(lambda y, k: y + share * k, motion, rate)
+    def ahead(k, share):
+        return jax.tree.map(lambda y, slope: y + share * slope, motion, k)
 
     half = 0.5 * duration
-    k1 = contact.rate(motion, direction, start)
-    k2 = contact.rate(ahead(k1, half), direction, start + half)
-    k3 = contact.rate(ahead(k2, half), direction, start + half)
-    k4 = contact.rate(ahead(k3, duration), direction, start + duration)
+    k1 = rate(motion, start)
+    k2 = rate(ahead(k1, half), start + half)
+    k3 = rate(ahead(k2, half), start + half)
+    k4 = rate(ahead(k3, duration), start + duration)
     return jax.tree.map(
         lambda y, a, b, c, d: y + duration / 6.0 * (a + 2.0 * b + 2.0 * c + d),
         motion,
@@ -51,6 +51,18 @@ def _runge_kutta(contact: BearingEquation, motion: Motion, direction, start, dur
         k3,
         k4,
     )
+
+
+@jax.jit  # a separate function in the trace: traced once, not at every use
+def _runge_kutta(contact: BearingEquation, motion: Motion, direction, start, duration) -> Motion:
+    """Runge-Kutta step in one mode of motion."""
+    return _step(lambda y, time: contact.rate(y, direction, time), motion, start, duration)
+
+
+@jax.jit
+def _turn(contact: BearingEquation, motion: Motion, direction, start, duration) -> Motion:
+    """Runge-Kutta step of a wheel that turns."""
+    return _step(lambda y, time: contact.turning_rate(y, direction, time), motion, start, duration)
 
 
 @jax.jit
@@ -123,16 +135,61 @@ class _Travel(NamedTuple):
     """Whether an event ended the mode: a turning wheel reached zero, or a held one breaks away."""
 
 
+def _longest(contact: BearingEquation, motion: Motion, direction, start, remaining):
+    """Duration of a segment without events, and whether it ends the interval."""
+    frozen = jax.lax.stop_gradient((contact, motion, direction, start))
+    limit = _segment_limit(*frozen, jax.lax.stop_gradient(remaining))
+    last = limit >= remaining
+    return jnp.where(last, remaining, limit), last
+
+
+@jax.jit
+def _speed_along(contact: BearingEquation, motion: Motion, direction, time):
+    """Speed of a turning wheel in its direction, and its time derivative."""
+    rate = contact.turning_rate(motion, direction, time)
+    return direction * motion.speed, direction * rate.speed
+
+
+def _travel_steadily(contact: BearingEquation, motion: Motion, direction, start, remaining):
+    """Move in one mode under a constant load; see `_travel`.
+
+    The only event is that a turning wheel reaches zero speed, by the end of the segment. A wheel
+    that is held, of direction 0, has none.
+    """
+    duration, last = _longest(contact, motion, direction, start, remaining)
+
+    def flow(duration):
+        return _turn(contact, motion, direction, start, duration)
+
+    def height(motion, duration):
+        return _speed_along(contact, motion, direction, start + duration)
+
+    end, length = flow(duration), jax.lax.stop_gradient(duration)
+    first, start_rate = jax.lax.stop_gradient(height(motion, jnp.zeros_like(duration)))
+    final, end_rate = jax.lax.stop_gradient(height(end, duration))
+
+    def go_on(_):
+        speed = jnp.where(direction == 0.0, motion.speed, end.speed)
+        # exactly at the breakaway torque, rounding may turn the wheel back: it stays at zero
+        speed = jnp.where(final < 0.0, 0.0, speed)
+        return _Travel(end._replace(speed=speed), duration, last, jnp.array(False))
+
+    def locate(_):
+        guess = jnp.clip(falls_at_once(first, start_rate, end_rate, length), 0.0, length)
+        time = _event_time(flow, height, jnp.zeros_like(length), guess, length, remaining)
+        state = flow(time)._replace(speed=jnp.zeros_like(end.speed))
+        return _Travel(state, time, jnp.array(False), jnp.array(True))
+
+    return jax.lax.cond((first > 0.0) & (final <= 0.0), locate, go_on, None)
+
+
 def _travel(contact: BearingEquation, motion: Motion, direction, start, remaining):
     """Move in one mode until the end of the interval, the segment limit or an event.
 
     Returns:
         State and event at the end, and the direction in which the load on a wheel at rest grows.
     """
-    frozen = jax.lax.stop_gradient((contact, motion, direction, start))
-    limit = _segment_limit(*frozen, jax.lax.stop_gradient(remaining))
-    last = limit >= remaining
-    duration = jnp.where(last, remaining, limit)
+    duration, last = _longest(contact, motion, direction, start, remaining)
     held = direction == 0.0
 
     def flow(duration):
@@ -153,11 +210,13 @@ def _travel(contact: BearingEquation, motion: Motion, direction, start, remainin
         held, first, start_rate, final, end_rate, length
     )
 
+    goes_on = _Travel(end, duration, last, jnp.array(False))
+
     def go_on(_):
         # exactly at the breakaway torque, rounding may turn the wheel back: it stays at zero
         stays = from_zero & ~rises & (final < 0.0)
         speed = jnp.where(stays, 0.0, end.speed)
-        return _Travel(end._replace(speed=speed), duration, last, jnp.array(False))
+        return goes_on._replace(motion=end._replace(speed=speed))
 
     def locate(_):
         low = jnp.where(rises & from_zero, turning, 0.0)
@@ -169,7 +228,7 @@ def _travel(contact: BearingEquation, motion: Motion, direction, start, remainin
         state = flow(time)._replace(speed=jnp.zeros_like(end.speed))
         stops = _Travel(state, time, jnp.array(False), jnp.array(True))
         reaches = past_zero | (deepest <= 0.0)
-        return jax.tree.map(lambda a, b: jnp.where(reaches, a, b), stops, go_on(None))
+        return jax.tree.map(lambda a, b: jnp.where(reaches, a, b), stops, goes_on)
 
     return jax.lax.cond(past_zero | dips, locate, go_on, None), rising
 
@@ -194,6 +253,20 @@ def step_dry_friction(
     if not isinstance(contact.friction, Friction):
         raise TypeError(f"friction: found {type(contact.friction).__name__}, expected a static one")
 
+    def go_steadily(segment: Segment, duration: Scalar) -> Segment:
+        motion, elapsed = segment.motion, segment.elapsed
+        load = contact.load(motion.carrier, elapsed)
+        at_rest, sense = motion.speed == 0.0, jnp.sign(load)
+        holds = at_rest & (jnp.abs(load) <= contact.friction.breakaway_torque(sense))
+        direction = jnp.where(at_rest, jnp.where(holds, 0.0, sense), jnp.sign(motion.speed))
+        travel = _travel_steadily(contact, motion, direction, elapsed, duration - elapsed)
+        return segment._replace(
+            motion=travel.motion,
+            elapsed=jnp.where(travel.finished, duration, elapsed + travel.time),
+            landed=travel.ran_out,
+            number=segment.number + 1,
+        )
+
     def go(segment: Segment, duration: Scalar) -> Segment:
         motion, elapsed = segment.motion, segment.elapsed
         load = contact.load(motion.carrier, elapsed)
@@ -212,5 +285,5 @@ def step_dry_friction(
             number=segment.number + 1,
         )
 
-    end = through_segments(go, motion, duration)
+    end = through_segments(go_steadily if contact.is_steady() else go, motion, duration)
     return end.motion, end.elapsed >= duration
