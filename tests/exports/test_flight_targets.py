@@ -66,8 +66,8 @@ def exported(run, model, tmp_path):
 def test_the_folder_compiles_and_its_test_passes(what, exported, tools):
     out, printed = exported(what, *OPTIONS[what], "--json")
     what = what.replace("-", "_")
-    names = [f"{what}.h", f"{what}.c", f"{what}_test.c", "expected.txt", "Makefile", "README.md"]
-    names.append("evidence.html")
+    names = [f"{what}.h", f"{what}.c", "vectors.csv", f"{what}_vectors.h", f"{what}_test.c"]
+    names += ["expected.txt", "Makefile", "README.md", "evidence.html"]
     files = json.loads(printed)["files"]
     assert [name for name in files if not name.startswith("evidence/")] == names
     folder = [path.name for path in out.iterdir()]

@@ -1,94 +1,167 @@
-"""Check program for emitted C: compares a run, step by step, with Python."""
+"""Test vectors and check program for emitted C: each step is compared with Python."""
 
-from collections.abc import Iterator, Sequence
-from typing import Any
+from collections.abc import Callable, Sequence
 
 import numpy as np
 
 from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.codegen.flight.header import declaration
 from gyrostat.codegen.flight.module import Entry, Module, Port, Precision, call
-from gyrostat.codegen.flight.structs import Struct, scalars
-from gyrostat.codegen.program import Number
-from gyrostat.core.jax64 import jax
+from gyrostat.codegen.flight.structs import Struct
+from gyrostat.codegen.program import Kind, Number
 from gyrostat.exports.target import STEPS, Target
 from gyrostat.exports.template import filled
+from gyrostat.exports.vectors.fields import Field, ports_of
+from gyrostat.exports.vectors.vectors import Vectors
 
 TOLERANCE = {"double": 1e-12, "float": 1e-3}
-"""Largest error of an output, relative to its largest value in the run."""
+"""Largest error of an output, relative to its largest value in the test run or, if this is larger,
+to its value in the step."""
 ROUNDING = {"double": 2.0**-47, "float": 2.0**-18}
 """Error that is allowed too, relative to the largest value of its array: 32 units in the last
 place. An element, as of a covariance, can be nothing but the rounding error of the others."""
 
 
-def program(target: Target, module: Module, precision: Precision) -> tuple[str, str]:
-    """Text of the test program, and its expected output."""
-    dialect, double = Dialect(precision), Dialect()
-    ports = {port.name: port for every in module.ports.values() for port in every}
-    run = target.run()
-    outputs = list(run[0])
-    texts = _texts(ports, outputs)
-    names = [text.strip("(*)") for text in texts]
-    input_rows = np.array([_row(target.inputs, k) for k in range(STEPS)])
-    expected = np.array([[x for name in outputs for x in _numbers(step[name])] for step in run])
+def check_files(
+    target: Target, module: Module, precision: Precision, vectors: Vectors
+) -> dict[str, str]:
+    """Test vectors as CSV and as C, and the test program with its expected output."""
+    outputs = output_fields(target, vectors.fields)
+    names = [vectors.fields[k].name for k in outputs]
+    name = module.name
+    return {
+        "vectors.csv": vectors.csv(),
+        f"{name}_vectors.h": _vectors(target, module, Dialect(precision), vectors),
+        f"{name}_test.c": filled(
+            "check.c",
+            title=target.title,
+            name=name,
+            rows=len(vectors.rows),
+            count=len(names),
+            tolerance=TOLERANCE[precision],
+            cut_short=_numbers(vectors.cut_short),
+            expected=_table("expected", "VECTOR_ROWS", vectors.values[:, outputs]),
+            scale=_table("scale", "1", scales(vectors, outputs, precision)[None]),
+            first=_numbers(_arrays(vectors.fields, outputs)),
+            share=f"{ROUNDING[precision] / TOLERANCE[precision]:.1e}",
+            names="\n".join(f'    "{name}",' for name in names),
+            seen="\n".join(f"            (double)vector.{name}," for name in names),
+        ),
+        "expected.txt": "".join(f"{name}: as in Python\n" for name in names),
+    }
+
+
+def output_fields(target: Target, fields: Sequence[Field]) -> list[int]:
+    """Indices of the results of the functions that are called in every step."""
+    results = list(dict.fromkeys(name for entry in target.steps for name in entry.results))
+    return [k for name in results for k, field in enumerate(fields) if field.port == name]
+
+
+def scales(vectors: Vectors, outputs: Sequence[int], precision: Precision) -> np.ndarray:
+    """Largest finite value of each output in the test run; at least a share of its array's."""
     share = ROUNDING[precision] / TOLERANCE[precision]
-    scale = np.array([x for name in outputs for x in _scales([step[name] for step in run], share)])
+    tiny = float(np.finfo(np.float32).tiny)
+    sizes = np.abs(vectors.values[:STEPS, outputs])
+    largest = np.max(sizes, axis=0, where=np.isfinite(sizes), initial=tiny)
+    first = np.array(_arrays(vectors.fields, outputs))
+    for place in np.unique(first):
+        members = first == place
+        largest[members] = np.maximum(largest[members], share * np.max(largest[members]))
+    return largest
+
+
+def _arrays(fields: Sequence[Field], outputs: Sequence[int]) -> list[int]:
+    """For each output, the place of the first element of its array."""
+    places: dict[tuple[str, str], int] = {}
+    names = [(fields[k].port, fields[k].path) for k in outputs]
+    return [places.setdefault(name, place) for place, name in enumerate(names)]
+
+
+_WHOLE = """\
+/* as a real number, the largest integer is rounded up */
+static int64_t vector_whole({real} value)
+{{
+    return (value < {limit}) ? (int64_t)value : INT64_MAX;
+}}
+
+"""
+
+
+def _vectors(target: Target, module: Module, dialect: Dialect, vectors: Vectors) -> str:
+    """Header with the test vectors."""
+    inputs, fields = vectors.inputs, vectors.fields
+    changes = [
+        (number, k, value)
+        for number, row in enumerate(vectors.rows)
+        for k, value in row.changes.items()
+        if k not in inputs
+    ]
+    changed = list(dict.fromkeys(k for _, k, _ in sorted(changes, key=lambda c: c[1])))
+    given = np.array([[row.changes[k] for k in inputs] for row in vectors.rows])
+
+    def number(value: float) -> str:
+        return dialect.number(Number("real", value)).text
 
     def calls(entries: Sequence[Entry], indent: str) -> str:
-        return "\n".join(f"{indent}status |= {call(module, e.name)};" for e in entries)
+        return "\n".join(f"{indent}status |= {call(module, e.name, 'vector.')};" for e in entries)
 
-    inputs = (f"{text} = given[k][{n}];" for n, text in enumerate(_texts(ports, target.inputs)))
-    text = filled(
-        "check.c",
+    def declared(name: str) -> str:
+        return f"    {declaration(ports_of(module)[name].content, name, dialect)};"
+
+    has_integers = any(fields[k].kind == "integer" for k in (*inputs, *changed))
+    constants = [
+        f"        vector.{name} = {number(float(value))};"
+        for name, value in target.constants.items()
+        if name in ports_of(module) and not isinstance(ports_of(module)[name].content, Struct)
+    ]
+    lines = [f"    {{{row}, {changed.index(k)}, {number(v)}}}," for row, k, v in changes]
+    return filled(
+        "vectors.h",
         title=target.title,
         name=module.name,
-        steps=STEPS,
-        count=len(texts),
-        tolerance=TOLERANCE[precision],
-        given=_table("given", input_rows, dialect),
-        expected=_table("expected", expected, double),
-        scale=_table("scale", scale[None], double),
-        names="\n".join(f'    "{name}",' for name in names),
-        declared="\n".join(f"    {definition(p, target, dialect)}" for p in ports.values()),
-        begin=calls(target.begin, "    "),
-        inputs="\n".join(f"        {line}" for line in inputs),
-        calls=calls(target.steps, "        "),
-        seen="\n".join(f"            (double)({text})," for text in texts),
+        guard=module.name.upper(),
+        real=dialect.real,
+        whole=_WHOLE.format(real=dialect.real, limit=number(2.0**63)) if has_integers else "",
+        rows=len(vectors.rows),
+        count=max(len(inputs), 1),
+        declared="\n".join(map(declared, ports_of(module))),
+        begins=_numbers([row.begins for row in vectors.rows]),
+        given=_table("vector_input", "VECTOR_ROWS", given, dialect.real, number),
+        changes=max(len(changes), 1),
+        change="\n".join(lines or ["    {-1, -1, 0},"]),
+        cases="\n".join(
+            f"    case {n}: {_assignment(fields[k], 'value')} break;" for n, k in enumerate(changed)
+        ),
+        parameters=call(module, target.begin[0].name, "vector."),
+        constants="\n".join(constants),
+        begin=calls(target.begin[1:], "        "),
+        inputs="\n".join(
+            f"    {_assignment(fields[k], f'vector_input[row][{n}]')}" for n, k in enumerate(inputs)
+        ),
+        calls=calls(target.steps, "    "),
     )
-    return text, "".join(f"{name}: as in Python\n" for name in names)
 
 
-def _texts(ports: dict[str, Port], names: Any) -> list[str]:
-    """C expressions for the numbers of some arguments."""
-    return [
-        scalar.hint
-        for name in names
-        for array in scalars(ports[name].content, name, pointer=False)
-        for scalar in array.flat
-    ]
+def _assignment(field: Field, value: str) -> str:
+    kinds: dict[Kind, str] = {"integer": f"vector_whole({value})", "logical": f"{value} > 0"}
+    return f"vector.{field.name} = {kinds.get(field.kind, value)};"
 
 
-def _numbers(tree: Any) -> list[float]:
-    return [float(x) for leaf in jax.tree.leaves(tree) for x in np.ravel(leaf)]
+def _numbers(numbers: Sequence[int]) -> str:
+    texts = [str(int(number)) for number in numbers]
+    lines = [texts[k : k + 20] for k in range(0, len(texts), 20)]
+    return "\n".join(f"    {', '.join(line)}," for line in lines)
 
 
-def _scales(trees: Sequence[Any], share: float) -> Iterator[float]:
-    """Largest finite value of each number in the run; at least a share of that of its array."""
-    for arrays in zip(*map(jax.tree.leaves, trees), strict=True):
-        every = np.abs(np.array(arrays, dtype=float)).reshape(len(arrays), -1)
-        tiny = float(np.finfo(np.float32).tiny)
-        largest = np.max(every, axis=0, where=np.isfinite(every), initial=tiny)
-        yield from np.maximum(largest, share * np.max(largest, initial=tiny)).tolist()
-
-
-def _row(inputs: Any, step: int) -> list[float]:
-    trees = (jax.tree.map(lambda x: x[step], tree) for tree in inputs.values())
-    return [x for tree in trees for x in _numbers(tree)]
-
-
-def _table(name: str, rows: np.ndarray, dialect: Dialect) -> str:
-    head = f"static const {dialect.real} {name}[{rows.shape[0]}][{rows.shape[1]}] = {{"
-    texts = (", ".join(dialect.number(Number("real", x)).text for x in row) for row in rows)
+def _table(
+    name: str,
+    count: str,
+    rows: np.ndarray,
+    real: str = "double",
+    number: Callable[[float], str] = lambda x: Dialect().number(Number("real", x)).text,
+) -> str:
+    head = f"static const {real} {name}[{count}][{max(rows.shape[1], 1)}] = {{"
+    texts = (", ".join(map(number, row)) or "0" for row in rows.tolist())
     return "\n".join([head, *(f"    {{{text}}}," for text in texts), "};"])
 
 

@@ -1,6 +1,6 @@
 """Flight folder: header, source, check program, Makefile and README."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 
 from gyrostat.codegen.flight.c import emit
 from gyrostat.codegen.flight.expressions import Dialect
@@ -8,23 +8,31 @@ from gyrostat.codegen.flight.header import declaration, prototype
 from gyrostat.codegen.flight.measure import FLAGS, OPTIMISATION, Compiled, measure
 from gyrostat.codegen.flight.module import Entry, Module, Precision, call
 from gyrostat.codegen.flight.operation_count import CLASSES, ELEMENTARY, operations
+from gyrostat.codegen.flight.reader.tokens import UnreadableError
 from gyrostat.codegen.program import Assign, Call, Function, statements
 from gyrostat.codegen.scope import LARGEST
 from gyrostat.core.source_digest import source_digest
-from gyrostat.exports.check_program import TOLERANCE, program
+from gyrostat.exports.check_program import TOLERANCE, check_files
 from gyrostat.exports.evidence.evidence_kind import Subject
 from gyrostat.exports.evidence.folder import evidence_files, evidence_notes
 from gyrostat.exports.target import SAFE, STEPS, Target
 from gyrostat.exports.template import filled
+from gyrostat.exports.vectors.find import find_vectors
+from gyrostat.exports.vectors.vectors import nominal_vectors
+
+Seek = Callable[[str], None] | None
+"""Function that receives a message about the search for test vectors that show every condition.
+None for no search: the vectors are then the test run of the module."""
 
 
-def files(target: Target, precision: Precision, origin: str) -> dict[str, str]:
+def files(target: Target, precision: Precision, origin: str, seek: Seek = None) -> dict[str, str]:
     """Emit a flight module with all its files.
 
     Args:
         target: Flight module.
         precision: Precision of real numbers.
         origin: Origin of the parameters, for the README.
+        seek: Whether test vectors are sought, and who is told.
 
     Returns:
         File name -> text.
@@ -32,7 +40,7 @@ def files(target: Target, precision: Precision, origin: str) -> dict[str, str]:
     Raises:
         InputError: The module cannot be emitted; see `emit`.
     """
-    return files_of(target, emitted(target, precision), precision, origin)
+    return files_of(target, emitted(target, precision), precision, origin, seek)
 
 
 def emitted(target: Target, precision: Precision) -> Module:
@@ -40,18 +48,27 @@ def emitted(target: Target, precision: Precision) -> Module:
     return emit(target.name, target.entries, precision, digests(target))
 
 
-def files_of(target: Target, module: Module, precision: Precision, origin: str) -> dict[str, str]:
+def files_of(
+    target: Target, module: Module, precision: Precision, origin: str, seek: Seek = None
+) -> dict[str, str]:
     """All files of a flight module that was emitted; see `files`."""
     name = target.name
-    test, printed = program(target, module, precision)
+    found, refusal = None, "no vectors were sought: export with --evidence"
+    if seek is not None:
+        try:
+            found = find_vectors(target, module, precision)
+            seek(found.message())
+        except UnreadableError as error:
+            refusal = f"no vectors were sought, because the C code cannot be read back: {error}"
+            seek(refusal)
+    vectors = nominal_vectors(target, module) if found is None else found.vectors
     texts = {
         f"{name}.h": module.header,
         f"{name}.c": module.source,
-        f"{name}_test.c": test,
-        "expected.txt": printed,
+        **check_files(target, module, precision, vectors),
         "Makefile": filled("Makefile", name=name, flags=FLAGS, optimisation=OPTIMISATION),
     }
-    subject = Subject(target, module, precision, texts)
+    subject = Subject(target, module, precision, texts, found, refusal)
     readme = _readme(subject, origin, measure(texts, name))
     return texts | evidence_files(subject) | {"README.md": readme}
 
@@ -85,7 +102,7 @@ def _readme(subject: Subject, origin: str, compiled: Compiled | None) -> str:
         validation="\n".join(_validation(target)),
         prototypes="\n".join(map(prototype_of, target.entries)),
         resources="\n".join([*_costs(target, module, compiled), *_tables(module)]),
-        steps=STEPS,
+        steps=STEPS if subject.found is None else len(subject.found.vectors.rows),
         tolerance=f"{TOLERANCE[precision]:g}",
         losses="\n".join(losses) if precision == "float" else "",
         evidence=evidence_notes(subject),
@@ -180,7 +197,9 @@ def _losses(compiled: Compiled | None) -> list[str]:
     if compiled is None:
         return ["Not measured, because there was no C compiler: `make errors` prints them."]
     return [
-        "Largest error of every output in the test run, over its largest value:",
+        "Largest error of every output in these steps against double precision, over the larger "
+        "one of its value and its largest value in the test run. Steps in which single precision "
+        "decides otherwise are not among them:",
         "",
         *(f"- `{output}`: {error:.1e}" for output, error in compiled.errors.items()),
     ]

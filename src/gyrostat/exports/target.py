@@ -9,10 +9,8 @@ from typing import Any
 import equinox as eqx
 import numpy as np
 
-from gyrostat.codegen.evaluation import evaluated
 from gyrostat.codegen.flight.module import Entry
 from gyrostat.codegen.scope import LARGEST
-from gyrostat.codegen.tracing import as_arrays
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 
@@ -37,6 +35,9 @@ class Target:
         units: Name -> unit of arguments and results that are single numbers.
         on_bad: Safe command after a rejected sample; None if inputs are not
             validated.
+        cases: Steps that are of interest: name of a number in C, such as wheel.friction.coulomb ->
+            its value before a step from the start. Others have their tuned values, or those of the
+            first step of the test run.
         digests: What the module is made from, such as "model" -> its SHA-256 digest.
         untested: Results, or members of results as in C, that are not tested to be finite.
     """
@@ -50,6 +51,7 @@ class Target:
     inputs: Mapping[str, Any]
     units: Mapping[str, str] = field(default_factory=dict)
     on_bad: str | None = None
+    cases: tuple[Mapping[str, float], ...] = ()
     digests: Mapping[str, str] = field(default_factory=dict)
     untested: tuple[str, ...] = ()
 
@@ -57,30 +59,6 @@ class Target:
     def entries(self) -> tuple[Entry, ...]:
         """All functions of the module."""
         return (*self.begin, *self.steps)
-
-    def run(self) -> list[dict[str, Any]]:
-        """Run the test in Python; return, for each step, a dict of result name -> value."""
-        values = {name: as_arrays(value) for name, value in self.constants.items()}
-        # 40 steps are not worth compiling
-        functions = {entry.name: evaluated(entry.function) for entry in self.entries}
-        history = []
-
-        def call(entry: Entry) -> None:
-            results = functions[entry.name](*(values[name] for name in entry.arguments))
-            several = results if len(entry.results) > 1 else (results,)
-            values.update(zip(entry.results, several, strict=True))
-
-        for entry in self.begin:
-            call(entry)
-        # numbers of weak type would be compiled again as the results of the first step
-        values = jax.tree.map(np.asarray, values)
-        for step in range(STEPS):
-            values |= {n: jax.tree.map(lambda x, k=step: x[k], v) for n, v in self.inputs.items()}
-            for entry in self.steps:
-                call(entry)
-            names = dict.fromkeys(name for entry in self.steps for name in entry.results)
-            history.append({name: values[name] for name in names})
-        return history
 
 
 def renamed(target: Target, name: str) -> Target:

@@ -144,6 +144,11 @@ def estimator(
         period=period,
         constants={"period": period, "speed": -1.0},
         inputs=inputs,
+        # and one of a period that needs too many segments
+        cases=(
+            *_landing("filter.wheel", "speed", {"current": 0.0}),
+            {"period": 1e6, "speed": 100.0, "current": 0.1},
+        ),
         units={**UNITS, "measured": "rad/s", "torque": "N·m", "sigma": "N·m"},
         on_bad=on_bad,
         untested=("torque", "sigma"),
@@ -163,7 +168,42 @@ def wheel(model: Wheel, period: float) -> Target:
         constants={"speed": -1.0, "slope": 0.0, "duration": period},
         inputs={"current": 0.1 * np.sin(0.2 * np.arange(STEPS))},
         units=UNITS,
+        cases=_touching(),
     )
+
+
+def _named(place: str, inertia: float, friction: Mapping[str, float]) -> dict[str, float]:
+    """Values of a wheel by their names in C; a law of friction without these has no such case."""
+    values = {f"{place}.friction.{name}": value for name, value in friction.items()}
+    return values | {f"{place}.inertia": inertia, f"{place}.motor_constant": 1.0}
+
+
+def _touching() -> tuple[Mapping[str, float], ...]:
+    """Cases of a wheel whose speed falls to zero, exactly or nearly, and rises again.
+
+    Without friction the speed is 1/4 - t + t^2, which is zero at t = 1/2 only. With a little
+    viscous friction, the parabola through both ends of the step is below zero there, but not the
+    speed.
+    """
+    friction = {"viscous": 0.0, "coulomb": 0.0, "static_": 0.0, "stribeck_speed": 1.0}
+    exact = _named("wheel", 1.0, friction)
+    exact |= {"speed": 0.25, "current": -1.0, "slope": 2.0, "duration": 1.0}
+    return exact, exact | {"wheel.friction.viscous": 0.1, "speed": 0.25425}
+
+
+def _landing(
+    place: str, speed: str, others: Mapping[str, float]
+) -> tuple[Mapping[str, float], Mapping[str, float]]:
+    """Cases of a wheel that friction stops within a period.
+
+    Coulomb friction stops it exactly at the end: 3 - t / 2 is 0 at 6. A negative Stribeck speed, at
+    which friction has another shape, leads Newton's steps to the end out of their bracket.
+    """
+    friction = {"viscous": 0.0, "coulomb": 0.5, "static_": 0.5, "stribeck_speed": 100.0}
+    shape = {"viscous": -1e-3, "static_": 14.5, "stribeck_speed": -0.5}
+    exact, outside = (_named(place, 1.0, friction | change) for change in ({}, shape))
+    motion = {speed: 3.0, "period": 6.0, **others}
+    return exact | motion, outside | motion
 
 
 def compensated_wheel(
@@ -183,6 +223,7 @@ def compensated_wheel(
         period=period,
         constants={"period": period, "initial_speed": -1.0},
         inputs={"measurement": BodyMeasurement(measured.attitude, measured.rate)},
+        cases=_landing("unit.wheel", "initial_speed", {"unit.compensator.law.torque_limit": 0.0}),
         units=UNITS,
         on_bad=on_bad,
         untested=("state.speed", "output.torque", "output.speed"),

@@ -67,13 +67,17 @@ class CodeFormat(ExportFormat):
     """
 
     @classmethod
-    def texts(cls, target: "Target", precision: str, origin: str) -> dict[str, str]:
+    def texts(
+        cls, target: "Target", precision: str, origin: str, seek: Say | None
+    ) -> dict[str, str]:
         """Files: name relative to the folder -> text.
 
         Args:
             target: Flight module.
             precision: Precision of real numbers: "double" or "float".
             origin: Origin of the parameters, for the README.
+            seek: Function that receives a message about the search for test vectors that show every
+                condition; None for no search.
 
         Raises:
             InputError: The module cannot be emitted.

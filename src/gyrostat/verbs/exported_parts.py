@@ -5,7 +5,7 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gyrostat.core.errors import InputError
-from gyrostat.verbs.arguments import Named, Quantity, in_si, refuse_given
+from gyrostat.verbs.arguments import Named, Quantity, Say, in_si, refuse_given
 from gyrostat.verbs.export_format import CodeFormat
 from gyrostat.verbs.exported_part import Given
 from gyrostat.verbs.measurement_limits import measurement_limits
@@ -45,6 +45,7 @@ def code_texts(
     choice: Choice,
     precision: str,
     origin: str,
+    seek: Say | None,
 ) -> dict[str, str]:
     """Files of code: name -> text.
 
@@ -58,6 +59,8 @@ def code_texts(
         choice: Options.
         precision: Precision of real numbers: "double" or "float".
         origin: Origin of the parameters, for the README.
+        seek: Function that receives a message about the search for test vectors that show every
+            condition; None for no search.
 
     Raises:
         InputError: A part or option cannot be used.
@@ -66,7 +69,7 @@ def code_texts(
     from gyrostat.core.stored_texts import stored_texts
 
     def make() -> dict[str, str]:
-        return form.texts(flight_target(part, model, choice), precision, origin)
+        return form.texts(flight_target(part, model, choice), precision, origin, seek)
 
     if model is None:
         return make()
@@ -75,7 +78,8 @@ def code_texts(
     except InputError:  # nothing is measured by a compiler that does not run
         return make()
     values = {name: float(value) for name, value in model.values.items()}
-    return stored_texts((form, model.friction, values, choice, precision, origin, tools), make)
+    about = (form, model.friction, values, choice, precision, origin, seek is not None, tools)
+    return stored_texts(about, make)
 
 
 def flight_target(part: Any, model: "WheelModel | None", choice: Choice) -> "Target":

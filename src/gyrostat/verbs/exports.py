@@ -79,8 +79,9 @@ def export(
         on_bad: Command after a rejected sample: "hold" (last accepted) or "zero".
         name: Name of the flight module and prefix of its functions, with "c", "fmu" and "cfs"; by
             default "compensator", "controller" and so on.
-        evidence: Whether to check the C code with the tools that are installed, as `make evidence`
-            in the folder does. Each outcome is said; `gyrostat.exports.read_results` reads them.
+        evidence: Whether to seek test vectors that show every condition of the C code, and to check
+            it with the tools that are installed, as `make evidence` in the folder does. Each
+            outcome is said; `gyrostat.exports.read_results` reads them.
         force: Whether to replace files that gyrostat did not write, and to take a wheel that is
             marked as impossible.
         say: Function that receives each message for the user.
@@ -118,6 +119,7 @@ def export(
     scenario = _scenario_of(model, force=force)
     kind = _kind_of(model) if scenario is None else "controller"
     target, texts, origin = None, {}, f"Made by `{command}`."
+    seek = say if evidence else None
     content = None if kind is not None else wheel_model(model, force=force)  # pyright: ignore[reportArgumentType]
     if not issubclass(form, CodeFormat):
         code_options = {"--precision": precision == "float", "--evidence": evidence}
@@ -135,7 +137,7 @@ def export(
             "a part or model.toml, and the scenario's values",
         )
         module = named(scenario_controller(scenario, on_bad), name)
-        texts = form.texts(module, precision, origin)
+        texts = form.texts(module, precision, origin, seek)
     elif issubclass(form, WheelFormat):
         if content is None:
             raise InputError(f"--to {to}: found {name_of(model)}, expected a wheel or its model")
@@ -152,7 +154,7 @@ def export(
         assert period is not None
         choice = Choice(what, period, design_options, range_, rate_limit, on_bad, name)
         if issubclass(form, CodeFormat):
-            texts = code_texts(form, model, content, choice, precision, origin)
+            texts = code_texts(form, model, content, choice, precision, origin, seek)
         else:
             target = flight_target(model, content, choice)
     names, results = [*texts], {}

@@ -6,6 +6,7 @@ from typing import ClassVar
 
 from gyrostat.codegen.flight.module import Module, Precision
 from gyrostat.exports.target import Target
+from gyrostat.exports.vectors.find import Found
 
 
 @dataclass(frozen=True)
@@ -17,12 +18,16 @@ class Subject:
         module: Its C code.
         precision: Precision of its real numbers.
         texts: Files of the flight folder without evidence: name -> text.
+        found: Test vectors that were sought, and what they show; None without a search.
+        refusal: Reason why there was no search.
     """
 
     target: Target
     module: Module
     precision: Precision
     texts: Mapping[str, str]
+    found: Found | None = None
+    refusal: str = ""
 
 
 class EvidenceKind:

@@ -1,35 +1,61 @@
-/* @title@: @steps@ steps compared with the results of Python. */
-#include "@name@.h"
+/* @title@: @rows@ steps compared with the results of Python. */
+#include "@name@_vectors.h"
 
-#include <math.h>
+#include <float.h>
 #include <stdio.h>
 
-@given@
+enum { OUTPUTS = @count@ };
+
+/* steps after which a loop has reached its largest number of passes: the results are not valid */
+static const unsigned char cut_short[VECTOR_ROWS] = {
+@cut_short@
+};
+
 @expected@
 @scale@
-static const char *const name[@count@] = {
+static const char *const name[OUTPUTS] = {
 @names@
 };
 
+/* first element of the array that an output is in */
+static const int first[OUTPUTS] = {
+@first@
+};
+
+/* Errors of a step, relative to the output, to its largest value in the test run and, since it may be
+   nothing but their rounding error, to a share of the other elements of its array. */
+static void add_errors(int row, const double *seen, double *worst)
+{
+    double whole[OUTPUTS] = {0.0};
+    for (int n = 0; n < OUTPUTS; ++n) {
+        const double size = fabs(expected[row][n]);
+        if ((size > whole[first[n]]) && (size <= DBL_MAX)) { whole[first[n]] = size; }
+    }
+    for (int n = 0; n < OUTPUTS; ++n) {
+        const double wanted = expected[row][n];
+        const double least = fmax(scale[0][n], @share@ * whole[first[n]]);
+        const double difference = fabs(seen[n] - wanted) / fmax(fabs(wanted), least);
+        const int alike = (seen[n] == wanted) || ((seen[n] != seen[n]) && (wanted != wanted));
+        const double error = alike ? 0.0 : difference;
+        if (!(error <= worst[n])) { worst[n] = error; } /* NaN counts as the worst */
+    }
+}
+
 int main(int arguments, char **argument)
 {
-    double worst[@count@] = {0.0};
+    double worst[OUTPUTS] = {0.0};
     int status = 0;
-@declared@
     (void)argument;
-@begin@
-    for (int k = 0; k < @steps@; ++k) {
-@inputs@
-@calls@
-        const double seen[@count@] = {
+    for (int k = 0; k < VECTOR_ROWS; ++k) {
+        status |= vector_prepare(k);
+        if ((vector_step() != 0) != (cut_short[k] != 0)) { status = 1; }
+        if (cut_short[k] != 0) { continue; }
+        const double seen[OUTPUTS] = {
 @seen@
         };
-        for (int n = 0; n < @count@; ++n) {
-            const double error = fabs(seen[n] - expected[k][n]) / scale[0][n];
-            if (!(error <= worst[n])) { worst[n] = error; } /* NaN counts as the worst */
-        }
+        add_errors(k, seen, worst);
     }
-    for (int n = 0; n < @count@; ++n) {
+    for (int n = 0; n < OUTPUTS; ++n) {
         const int fine = worst[n] <= @tolerance@;
         status |= !fine;
         if (arguments > 1) {

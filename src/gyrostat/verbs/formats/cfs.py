@@ -2,6 +2,7 @@
 
 from typing import TYPE_CHECKING
 
+from gyrostat.verbs.arguments import Say
 from gyrostat.verbs.export_format import CodeFormat
 
 if TYPE_CHECKING:
@@ -15,8 +16,10 @@ class FlightApplication(CodeFormat):
     about = "application for NASA's cFS"
 
     @classmethod
-    def texts(cls, target: "Target", precision: str, origin: str) -> dict[str, str]:
+    def texts(
+        cls, target: "Target", precision: str, origin: str, seek: Say | None
+    ) -> dict[str, str]:
         """See `CodeFormat.texts`."""
         from gyrostat.exports.cfs import application
 
-        return application(target, precision, origin)  # pyright: ignore[reportArgumentType]
+        return application(target, precision, origin, seek)  # pyright: ignore[reportArgumentType]

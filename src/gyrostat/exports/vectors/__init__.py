@@ -1,0 +1,1 @@
+"""Test vectors of emitted C that show every decision and condition."""

@@ -1,0 +1,55 @@
+"""Steps in which C and Python agree to rounding errors."""
+
+from collections.abc import Sequence
+
+import numpy as np
+
+from gyrostat.codegen.flight.module import Precision
+from gyrostat.exports.vectors.fields import Field
+
+CLOSE = {"double": 1e-13, "float": 1e-4}
+"""Largest relative difference; a tenth of the tolerance of the test program."""
+
+
+class Agreement:
+    """Comparison of results of C and Python.
+
+    Attributes:
+        results: Indices of the fields that are compared.
+    """
+
+    def __init__(self, fields: Sequence[Field], nominal: np.ndarray, precision: Precision) -> None:
+        """Take the scales from the test run.
+
+        Args:
+            fields: Numbers of the module.
+            nominal: Values of all fields after each step of the test run, (steps, fields).
+            precision: Precision of real numbers in C.
+        """
+        self._close = CLOSE[precision]
+        self.results = [k for k, field in enumerate(fields) if field.role in ("state", "output")]
+        arrays: dict[tuple[str, str], list[int]] = {}
+        for place, k in enumerate(self.results):
+            arrays.setdefault((fields[k].port, fields[k].path), []).append(place)
+        self._arrays = list(arrays.values())
+        self._scale = np.zeros(len(self.results))
+        self._scale = np.max(self._sizes(nominal[:, self.results]), axis=0)
+
+    def _sizes(self, values: np.ndarray) -> np.ndarray:
+        """Sizes of finite values, at least a share of the largest one in their array."""
+        sizes = np.where(np.isfinite(values), np.abs(values), 0.0)
+        for places in self._arrays:
+            whole = np.max(sizes[:, places], axis=1, keepdims=True)
+            sizes[:, places] = np.maximum(sizes[:, places], 0.005 * whole)
+        return np.maximum(sizes, self._scale)
+
+    def agree(self, code: np.ndarray, python: np.ndarray) -> np.ndarray:
+        """Whether the results of C and Python agree after each step; both (steps, fields).
+
+        A condition close to its limit may be decided by the last digit, in which elementary
+        functions of Python and C differ.
+        """
+        ours, theirs = code[:, self.results], python[:, self.results]
+        with np.errstate(all="ignore"):
+            close = np.abs(ours - theirs) <= self._close * self._sizes(theirs)
+        return np.all((ours == theirs) | (np.isnan(ours) & np.isnan(theirs)) | close, axis=1)

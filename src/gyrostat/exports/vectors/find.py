@@ -1,0 +1,177 @@
+"""Find test vectors that show every decision and condition of emitted C."""
+
+import time
+from collections.abc import Collection, Sequence
+from dataclasses import dataclass
+from functools import partial
+
+import numpy as np
+
+from gyrostat.codegen.flight.module import Module, Precision
+from gyrostat.exports.target import Target
+from gyrostat.exports.vectors.agreement import Agreement
+from gyrostat.exports.vectors.coverage import Coverage
+from gyrostat.exports.vectors.descend import Descents
+from gyrostat.exports.vectors.explore import Explorer
+from gyrostat.exports.vectors.justifications import justified
+from gyrostat.exports.vectors.machine import Machine
+from gyrostat.exports.vectors.python_run import PythonRun
+from gyrostat.exports.vectors.rows import Candidate, Row, Situation
+from gyrostat.exports.vectors.selection import Item, Replay, choose, items_of, replay, wanted_items
+from gyrostat.exports.vectors.vectors import Vectors, nominal_rows
+
+MOST = 1e7
+"""Largest effort of a search: one to two minutes."""
+DOUBTFUL = 0.3
+"""Share of the largest effort for conditions that may be impossible."""
+LANES = 256
+"""Number of steps that are tried at once."""
+
+
+@dataclass(frozen=True)
+class Found:
+    """Test vectors and what they show.
+
+    Attributes:
+        vectors: Test vectors.
+        coverage: Evaluations of every decision, with the rows that show them.
+        share: Effort of the search over its largest one.
+        seconds: Time of the search, s.
+    """
+
+    vectors: Vectors
+    coverage: Coverage
+    share: float
+    seconds: float
+
+    def message(self) -> str:
+        """One line about the search for the user."""
+        every = self.coverage.decisions
+        conditions = sum(each.decision.size for each in every)
+        shown = conditions - sum(len(each.missing()) for each in every)
+        return (
+            f"vectors: {len(self.vectors.rows)} steps show {shown} of {conditions} conditions "
+            f"(search: {self.seconds:.0f} s, {100.0 * min(self.share, 1.0):.0f} % of its limit)"
+        )
+
+
+def find_vectors(
+    target: Target, module: Module, precision: Precision, most: float | None = None
+) -> Found:
+    """Find test vectors for a flight module.
+
+    Args:
+        target: Flight module.
+        module: Its C code.
+        precision: Precision of its real numbers.
+        most: Largest effort of the search, see `Explorer.effort`; `MOST` by default.
+    """
+    most = MOST if most is None else most
+    began = time.monotonic()
+    machine = Machine(target, module, precision)
+    fields = machine.fields
+    nominal = [
+        Row(row.begins, machine.rounded(row.changes)) for row in nominal_rows(target, fields)
+    ]
+    python = PythonRun(target, fields, is_compiled=True)
+    inputs = np.array([[*row.changes.values()] for row in nominal])
+    reasons = justified(module.name, machine.decisions)
+    possible = justified(module.name, machine.decisions, is_sure=False)
+    unreachable = {(gap.decision, gap.condition) for gap in reasons}
+    explorer = Explorer(machine, python.tuned, inputs, unreachable)
+    agreement = Agreement(fields, python.run(nominal), precision)
+    explorer.evaluate(_cases(target, explorer))
+    _search(explorer, python, agreement, most, {(g.decision, g.condition) for g in possible})
+    rows, replayed, values = _select(explorer, python, agreement, nominal)
+    coverage = Coverage(machine.decisions)
+    for number, items in enumerate(replayed.items):
+        for decision, outcome in sorted(items):
+            coverage.decisions[decision].add(outcome, number)
+    vectors = Vectors(fields, tuple(rows), values, replayed.cut_short)
+    return Found(vectors, coverage, explorer.effort / max(most, 1.0), time.monotonic() - began)
+
+
+def _cases(target: Target, explorer: Explorer) -> list[Candidate]:
+    """Steps that the module names as of interest."""
+    places = {field.name: k for k, field in enumerate(explorer.machine.fields)}
+    start = explorer.changed(Situation((), (explorer.tuned,)), (), 0)
+    candidates = []
+    for case in target.cases:
+        values = start.values.copy()
+        # a law of friction has parameters of its own
+        known = [places[name] for name in case if name in places]
+        values[known] = [value for name, value in case.items() if name in places]
+        changed = tuple(k for k in known if k not in explorer.inputs)
+        candidates.append(explorer.candidate(start.situation, values, changed))
+    return candidates
+
+
+def _search(
+    explorer: Explorer,
+    python: PythonRun,
+    agreement: Agreement,
+    most: float,
+    doubtful: Collection[tuple[int, int]],
+) -> None:
+    """Look for steps that show something new: simple ones first.
+
+    Args:
+        explorer: Explorer.
+        python: Functions in Python.
+        agreement: Comparison of C and Python.
+        most: Largest effort.
+        doubtful: Conditions that may be impossible; a share of the effort is for them alone.
+    """
+
+    def limit() -> float:
+        missing = {(d.decision.number, k) for d in explorer.coverage.decisions for k in d.sought()}
+        return most if missing - set(doubtful) else DOUBTFUL * most
+
+    verify = partial(explorer.verify, python, agreement)
+    tuned = explorer.fields("parameter", "constant")
+    history = explorer.sequences((), LANES, 12)
+    explorer.sequences(tuned, LANES, 4)
+    verify()
+    situations = [
+        Situation((), (explorer.tuned,)),
+        *(history[step][0] for step in (0, 1, 3)),
+        *(situation for step in (1, 3) for situation in history[step][1:40]),
+    ]
+    situations = [s for s in situations if explorer.start(s, python, agreement) is not None]
+    inputs = explorer.inputs
+    for _ in range(5):
+        explorer.steps(situations, (*inputs, *tuned), LANES)
+        verify()
+    every = (*inputs, *tuned, *explorer.states)
+    for _ in range(10):
+        explorer.steps(situations, every, LANES)
+        verify()
+    seeds = [explorer.changed(situation, inputs, 0) for situation in situations]
+    descents = Descents(explorer, seeds, every)
+    while explorer.effort < limit() and descents.round(4 * LANES):
+        verify()
+
+
+def _select(
+    explorer: Explorer, python: PythonRun, agreement: Agreement, nominal: Sequence[Row]
+) -> tuple[list[Row], Replay, np.ndarray]:
+    """Choose rows; C and Python agree in all of them to rounding errors."""
+    machine, candidates = explorer.machine, explorer.candidates
+    items = items_of(machine, candidates)
+    base: set[Item] = set().union(*replay(machine, explorer.tuned, nominal).items)
+    while True:
+        wanted = wanted_items(machine.decisions, base.union(*items))
+        rows: list[Row] = [*nominal]
+        owners = [-1] * len(nominal)
+        for k in choose(candidates, items, wanted - base):
+            more = candidates[k].rows(explorer.inputs)
+            rows += more
+            owners += [k] * len(more)
+        replayed, values = replay(machine, explorer.tuned, rows), python.run(rows)
+        good = agreement.agree(replayed.values, values) | np.array(replayed.cut_short)
+        wrong = {owners[k] for k in np.flatnonzero(~good).tolist()} - {-1}
+        if not wrong:
+            return rows, replayed, values
+        # a sequence may be cut short, or differ where its start differs by rounding errors
+        for k in wrong:
+            items[k] = set()
