@@ -9,7 +9,7 @@ from importlib.resources import files
 
 import numpy as np
 
-from gyrostat.codegen.flight.tested_sums import TESTED_ADD, TESTED_FINITE
+from gyrostat.codegen.flight.tested_sums import TESTED_ADD, TESTED_AND, TESTED_FINITE
 from gyrostat.codegen.program import Kind, Number, Operand
 
 FLOAT_LEAST = 1.1754943508222875e-38
@@ -43,7 +43,7 @@ _BINARY = (
     ({"add": "+", "sub": "-"}, SUM),
     ({"mul": "*", "div": "/", "quotient_of": "/", "remainder_of": "%"}, PRODUCT),
     (_TESTS, TEST),
-    ({"and": "&&"}, BOTH),
+    ({"and": "&&", TESTED_AND: "&&"}, BOTH),
     ({"or": "||"}, EITHER),
     ({"bits_and": "&", "bits_or": "|", "bits_xor": "^"}, TEST),
 )

@@ -1,7 +1,7 @@
 """Expressions that a statement may contain instead of a name, and names of the others."""
 
 from gyrostat.codegen.flight.expressions import WORD, Text
-from gyrostat.codegen.flight.tested_sums import TESTED_FINITE
+from gyrostat.codegen.flight.tested_sums import TESTED_AND, TESTED_FINITE
 from gyrostat.codegen.program import (
     Assign,
     Block,
@@ -21,10 +21,14 @@ LONGEST = 70
 
 def takes_in(reader: Statement, statement: Assign, expression: Text) -> bool:
     """Whether a statement may contain the expression of another instead of its name."""
-    # annotations name the result of a test
-    is_inner = reader.source == statement.source and statement.operation != TESTED_FINITE
-    if not is_inner or len(expression.text) > LONGEST:
+    if reader.source != statement.source or len(expression.text) > LONGEST:
         return False
+    # annotations name the results of tests
+    if statement.operation == TESTED_AND:
+        return False
+    if statement.operation == TESTED_FINITE:
+        is_second = isinstance(reader, Assign) and reader.operands[-1] is statement.target
+        return is_second and reader.operation == TESTED_AND
     # the alternatives of a conditional expression are most readable as names
     if isinstance(reader, Assign) and reader.operation == "select":
         return expression.strength == WORD or reader.operands[0] is statement.target

@@ -3,14 +3,14 @@
 from collections import Counter
 from collections.abc import Mapping
 
-from gyrostat.codegen.flight.tested_sums import TESTED_ADD, TESTED_FINITE
+from gyrostat.codegen.flight.tested_sums import TESTED_ADD, TESTED_AND, TESTED_FINITE
 from gyrostat.codegen.program import Assign, Block, Branch, Call, Function, Loop
 
 CLASSES: Mapping[str, tuple[str, ...]] = {
     "additions, multiplications": ("add", TESTED_ADD, "sub", "mul", "neg"),
     "divisions, roots": ("div", "quotient", "remainder", "sqrt", "cbrt"),
     "comparisons, choices": (
-        *("lt", "le", "gt", "ge", "eq", "ne", "and", "or", "not", "xor", "select"),
+        *("lt", "le", "gt", "ge", "eq", "ne", "and", TESTED_AND, "or", "not", "xor", "select"),
         *("shift_left", "shift_right"),
         *("max", "min", "sign", "abs", "finite", TESTED_FINITE),
         *("floor", "ceil", "rint", "round"),

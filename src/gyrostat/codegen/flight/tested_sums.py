@@ -7,7 +7,8 @@ to the test. Annotations are comments for a compiler.
 
 A sum that is only tested may have its terms in any order, and each of them once. The terms that are
 known first are added first, and a long sum is tested in parts, because each addition waits for the
-one before.
+one before. The number of states stays small, because states are kept apart by the conjunction of the
+tests so far only.
 """
 
 from collections.abc import Mapping, Sequence
@@ -32,14 +33,13 @@ from gyrostat.codegen.program import (
     inner_blocks,
 )
 
-TESTED_ADD, TESTED_FINITE = "tested_add", "tested_finite"
-"""Operations: addition in a tested sum, and its test."""
+TESTED_ADD, TESTED_FINITE, TESTED_AND = "tested_add", "tested_finite", "tested_and"
+"""Operations: addition in a tested sum, its test, and the conjunction of such tests."""
 MOST = 8
 """Largest number of terms of a part."""
 NEGLIGIBLE = 1e30
 """Constants up to this size are left out: they make no sum infinite."""
-_BEGIN = "/*@ ghost /@ slevel 100000; @/ ; */"
-_END = "/*@ ghost /@ split {}; @/ ; */", "/*@ ghost /@ slevel default; @/ ; */"
+_MANY, _FEW = "slevel 100000", "slevel default"
 _Users = Mapping[Operand | Table, set[Name | Table]]
 
 
@@ -48,25 +48,34 @@ class TestedSums:
 
     def __init__(self) -> None:
         self._is_open = False
+        self._results: dict[Operand, str] = {}
 
     def before(self, statement: Statement) -> list[str]:
         """Lines before a statement: from the first addition on, states are kept apart."""
         if self._is_open or not _adds(statement):
             return []
         self._is_open = True
-        return [_BEGIN]
+        return [_annotation(_MANY)]
 
     def after(self, statement: Assign, name: str) -> list[str]:
-        """Lines after a statement: only states with different results of the test are kept apart.
+        """Lines after a statement: only states with different results of the tests are kept apart.
 
         Args:
             statement: The statement.
             name: Its target in C.
         """
-        if statement.operation != TESTED_FINITE:
+        if statement.operation not in (TESTED_FINITE, TESTED_AND):
             return []
+        parts = [self._results[each] for each in statement.operands if each in self._results]
+        self._results[statement.target] = name
+        few = [_FEW] if self._is_open else []
         self._is_open = False
-        return [line.format(name) for line in _END]
+        return [_annotation(f"split {name}", *(f"merge {part}" for part in parts), *few)]
+
+
+def _annotation(*texts: str) -> str:
+    """Annotations for Frama-C at a place between statements."""
+    return f"/*@ ghost {' '.join(f'/@ {text}; @/' for text in texts)} ; */"
 
 
 def _adds(statement: Statement) -> bool:
@@ -95,6 +104,18 @@ def _rewrite(block: Block, users: _Users) -> None:
         else:
             new.append(statement)
     block[:] = new
+    _join(block)
+
+
+def _join(block: Block) -> None:
+    """Mark the conjunctions of tests: after one, only its result keeps states apart."""
+    tested: set[Operand] = set()
+    for statement in block:
+        if isinstance(statement, Assign):
+            if statement.operation == "and" and tested.issuperset(statement.operands):
+                statement.operation = TESTED_AND
+            if statement.operation in (TESTED_FINITE, TESTED_AND):
+                tested.add(statement.target)
 
 
 def _targets(statement: Statement) -> list[Name]:
@@ -161,13 +182,12 @@ def _in_parts(test: Assign, terms: Sequence[Operand]) -> list[Assign]:
         assignments.append(replace(test, target=target, operation=operation, operands=operands))
         return target
 
-    results: list[Operand] = []
+    result: Operand | None = None
     for part in np.array_split(np.arange(len(terms)), -(-len(terms) // MOST)):
         total = terms[part[0]]
         for k in part[1:]:
             total = assign("real", TESTED_ADD, total, terms[k])
-        results.append(assign("logical", TESTED_FINITE, total))
-    for result in results[1:]:
-        results[0] = assign("logical", "and", results[0], result)
+        is_finite = assign("logical", TESTED_FINITE, total)
+        result = is_finite if result is None else assign("logical", "and", result, is_finite)
     assignments[-1].target = test.target
     return assignments

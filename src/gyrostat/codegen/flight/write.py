@@ -225,6 +225,9 @@ class Writer:
             name = self.name(table, f"{table.hint or 'value'}_table")
             self.line(f"{kinds(table.kind)} {name}[{table.size}];")
         counter = self.name(loop.counter, loop.counter.hint)
+        # Frama-C then knows that every element of a table is set
+        if loop.stacked or any(isinstance(each, Store) for each in statements(loop.body)):
+            self.line(f"/*@ loop unroll {loop.count}; */")
         if loop.goes_on is None:
             kind = kinds(loop.counter.kind)
             first = f"{kind} {counter} = {self.text(loop.start).text}"
