@@ -7,8 +7,8 @@ to the test. Annotations are comments for a compiler.
 
 A sum that is only tested may have its terms in any order, and each of them once. The terms that are
 known first are added first, and a long sum is tested in parts, because each addition waits for the
-one before. The number of states stays small, because states are kept apart by the conjunction of the
-tests so far only.
+one before. The number of states stays small: only the conjunction of the tests so far keeps states
+apart.
 """
 
 from collections.abc import Mapping, Sequence

@@ -16,6 +16,7 @@ from gyrostat.codegen.flight.inlining import (
 )
 from gyrostat.codegen.flight.moves import LastBranch, last_branch, moves
 from gyrostat.codegen.flight.tested_sums import TestedSums
+from gyrostat.codegen.flight.unrolling import fills_tables
 from gyrostat.codegen.program import (
     Assign,
     Block,
@@ -225,8 +226,7 @@ class Writer:
             name = self.name(table, f"{table.hint or 'value'}_table")
             self.line(f"{kinds(table.kind)} {name}[{table.size}];")
         counter = self.name(loop.counter, loop.counter.hint)
-        # Frama-C then knows that every element of a table is set
-        if loop.stacked or any(isinstance(each, Store) for each in statements(loop.body)):
+        if fills_tables(loop):  # Frama-C then knows that every element is set
             self.line(f"/*@ loop unroll {loop.count}; */")
         if loop.goes_on is None:
             kind = kinds(loop.counter.kind)
