@@ -116,7 +116,7 @@ def _validation(target: Target) -> list[str]:
         return ["Inputs are not validated. A NaN propagates to all results that depend on it."]
     where = f"`{reports[0]}.sample_status`" if reports else "`output.sample_status`"
     return [
-        "Every input is validated before anything is computed from it: finite (by its bits), "
+        "Every input is validated before anything is computed from it: finite, "
         "within its range, within its rate limit if it has one. A sample with a rejected value is "
         f"treated as missing: the memory is predicted, the output is {SAFE[target.on_bad]}, and "
         f"{where} says why (see `SampleStatus` in the header). The next good sample continues. "
