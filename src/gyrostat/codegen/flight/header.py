@@ -63,6 +63,10 @@ def header(
         "#include <stdbool.h>",
         "#include <stdint.h>",
         "",
+        "#ifdef __cplusplus",
+        'extern "C" {',
+        "#endif",
+        "",
     ]
     for name, enum in enums.items():
         lines += [*_enum(name, enum), ""]
@@ -80,6 +84,7 @@ def header(
             "",
         )
         lines += [prototype(entry.name, ports, dialect) + ";", ""]
+    lines += ["#ifdef __cplusplus", "}", "#endif", ""]
     return "\n".join([*lines, "#endif", ""])
 
 

@@ -27,8 +27,9 @@ def takes_in(reader: Statement, statement: Assign, expression: Text) -> bool:
     if statement.operation == TESTED_AND:
         return False
     if statement.operation == TESTED_FINITE:
-        is_second = isinstance(reader, Assign) and reader.operands[-1] is statement.target
-        return is_second and reader.operation == TESTED_AND
+        if not isinstance(reader, Assign) or reader.operation != TESTED_AND:
+            return False
+        return reader.operands[-1] is statement.target
     # the alternatives of a conditional expression are most readable as names
     if isinstance(reader, Assign) and reader.operation == "select":
         return expression.strength == WORD or reader.operands[0] is statement.target

@@ -8,10 +8,10 @@ from gyrostat.exports.template import filled
 
 
 class Warnings(EvidenceKind):
-    """No warnings by compilers of C and C++, with all warnings on."""
+    """No warnings by GCC, its static analysis and clang, nor for the header in C++17."""
 
     name = "warnings"
-    title = "no warnings by compilers"
+    title = "no warnings by compilers, header in C++17"
     tools: ClassVar[Mapping[str, str]] = {"cc": "gcc clang-19 clang cc"}
 
     @classmethod
