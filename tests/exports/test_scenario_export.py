@@ -7,7 +7,9 @@ import numpy as np
 import pytest
 
 import gyrostat as gs
+from gyrostat.control.measurement_guard import UNLIMITED
 from gyrostat.core.errors import InputError
+from gyrostat.exports import scenario_controller
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
 OWN = EXAMPLES / "own_controller.toml"
@@ -53,6 +55,28 @@ def test_an_own_controller_compiles_and_its_test_passes(guarded, tmp_path, tools
     assert "own_controller.py" in source
     limit = repr(np.radians(1.0).item())
     assert limit in source
+
+
+def test_limits_come_from_the_sensors_where_the_scenario_gives_none(guarded, tmp_path):
+    """A gyro that measures up to 0.02 rad/s, a quaternion, tachometers without a limit."""
+    for path in EXAMPLES.glob("cubesat*.toml"):
+        (tmp_path / path.name).write_text(path.read_text(encoding="utf-8"), encoding="utf-8")
+    text = (EXAMPLES / "wheel_array.toml").read_text(encoding="utf-8")
+    scenario = tmp_path / "wheel_array.toml"
+    changed = text.replace("[sensors]", '[sensors]\nrate_limit = "0.02 rad/s"', 1)
+    scenario.write_text(changed, encoding="utf-8")
+    limits = _limits(gs.read_scenario(scenario))
+    found = {name: (float(each.lower), float(each.upper)) for name, each in limits.items()}
+    assert found == {
+        "attitude": (-1.1, 1.1),
+        "rate": pytest.approx((-0.022, 0.022)),
+        "wheel_speed": (-UNLIMITED, UNLIMITED),
+    }
+    assert float(_limits(guarded)["rate"].upper) == np.radians(1.0)
+
+
+def _limits(scenario):
+    return scenario_controller(scenario, "hold").steps[0].arguments["guard"].limits
 
 
 def test_a_scenario_of_this_package_is_exported_too(run, tmp_path, tools):

@@ -122,7 +122,8 @@ def _validation(target: Target) -> list[str]:
         f"{where} says why (see `SampleStatus` in the header). The next good sample continues. "
         "After 4 samples without an accepted value the rate limit is not applied, so that no "
         f"sensor is rejected permanently. Memory and outputs stay finite{_exception(target)}.",
-        "The limits are parameters of `guard`; 3.4e38 means no limit.",
+        "The limits are parameters of `guard`; 3.4e38 means no limit."
+        + (f" From the data of the sensors: {', '.join(target.ranges)}." if target.ranges else ""),
     ]
 
 

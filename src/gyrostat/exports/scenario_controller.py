@@ -20,13 +20,17 @@ from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.sensing import first_measurement, options_of
 from gyrostat.scenario.structure import measured_names
 
+MARGIN = 1.1
+"""Limit of a measured value over the largest that its sensor gives."""
+
 
 def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     """Flight module of the controller that a scenario names, user-defined parts included.
 
-    The module has the estimator and the compensator of the scenario, and its limits of measurements
-    (without a [guard], values only have to be finite). Events and dispersions have no effect: the
-    controller is that of the first phase.
+    The module has the estimator and the compensator of the scenario, and its limits of
+    measurements. Where the scenario gives none, the data of the sensors do, with `MARGIN`: a
+    quaternion has elements of up to 1, a gyro has a largest rate. Events and dispersions have no
+    effect: the controller is that of the first phase.
 
     Args:
         scenario: Scenario.
@@ -51,17 +55,18 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     setup = setup_of(nominal, plans)
     period = scenario.values["run.control_period"]
     sample = _first_measurement(setup.sensor, setup.start, period)
-    limits = {}
-    if scenario.guard is not None:
-        for name in measured_names(scenario):
-            if not jnp.issubdtype(getattr(sample, name).dtype, jnp.floating):
-                continue
-            rate = options.get(f"{name}_change", np.inf)
-            limits[name] = FieldLimits(
-                max(options[f"{name}_lower"], -UNLIMITED),
-                min(options[f"{name}_upper"], UNLIMITED),
-                rate if np.isfinite(rate) else None,
-            )
+    limits, largest = {}, _largest(scenario)
+    for name in measured_names(scenario):
+        if not jnp.issubdtype(getattr(sample, name).dtype, jnp.floating):
+            continue
+        rate = options.get(f"{name}_change", np.inf)
+        lower, upper = (options.get(f"{name}_{end}", np.inf) for end in ("lower", "upper"))
+        limit = MARGIN * largest.get(name, UNLIMITED / MARGIN)
+        limits[name] = FieldLimits(
+            lower if np.isfinite(lower) else -limit,
+            upper if np.isfinite(upper) else limit,
+            rate if np.isfinite(rate) else None,
+        )
     guard = MeasurementGuard.of(sample, limits, scenario.guard or on_bad)
     wrappers = (scenario.estimator, scenario.unloading, scenario.compensator)
     kinds = [kind for kind in wrappers if kind != "none"]
@@ -74,7 +79,21 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
             is_leaf=_is_phases,
         )
     target = flight_loop("controller", title, controller, period, guard, _test_run(sample))
-    return replace(target, digests={"scenario": f"SHA-256 {scenario.digest()}"})
+    return replace(
+        target,
+        digests={"scenario": f"SHA-256 {scenario.digest()}"},
+        ranges=tuple(
+            f"`{name}` ±{MARGIN * size:g} ({MARGIN:g} times its largest size)"
+            for name, size in largest.items()
+        ),
+    )
+
+
+def _largest(scenario: Scenario) -> dict[str, float]:
+    """Largest sizes of measured values by the data of the sensors, in SI units."""
+    sizes = {"attitude": 1.0, "rate": scenario.values.get("sensors.rate_limit", np.inf)}
+    names = measured_names(scenario)
+    return {name: size for name, size in sizes.items() if name in names and np.isfinite(size)}
 
 
 def _is_phases(part: Any) -> bool:

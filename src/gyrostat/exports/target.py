@@ -39,6 +39,7 @@ class Target:
             its value before a step from the start. Others have their tuned values, or those of the
             first step of the test run.
         digests: What the module is made from, such as "model" -> its SHA-256 digest.
+        ranges: Limits of measurements that come from the data of the sensors, for the README.
         untested: Results, or members of results as in C, that are not tested to be finite.
     """
 
@@ -53,6 +54,7 @@ class Target:
     on_bad: str | None = None
     cases: tuple[Mapping[str, float], ...] = ()
     digests: Mapping[str, str] = field(default_factory=dict)
+    ranges: tuple[str, ...] = ()
     untested: tuple[str, ...] = ()
 
     @property
