@@ -11,9 +11,10 @@ from gyrostat.identification.fit.least_squares import Prior
 from gyrostat.identification.fit.prediction import Linearisation, SpeedPrediction
 from gyrostat.identification.fit.stages import run_stages
 from gyrostat.identification.uncertainty.averaging import average
-from gyrostat.identification.uncertainty.effects import RIPPLES, Nuisance, TorqueNoise, accumulated
+from gyrostat.identification.uncertainty.effects import RIPPLES, Nuisance, accumulated
 from gyrostat.identification.uncertainty.hypotheses import Segment
 from gyrostat.identification.uncertainty.innovations import innovations
+from gyrostat.identification.uncertainty.torque_noise import TorqueNoise
 from gyrostat.wheel.friction import Stribeck
 
 INERTIA = 1.5e-3
@@ -38,6 +39,7 @@ def linear_record(count=40, seed=0):
         starts=random.uniform(-1.0, 1.0, count - 1),
         kept=random.uniform(0.0, 1.0, count - 1),
         ripple=2.0,
+        fixed=random.uniform(0.0, 0.5, count - 1),
     )
     return linear, noise
 
@@ -45,13 +47,14 @@ def linear_record(count=40, seed=0):
 def dense_covariance(linear, noise, levels, variance):
     """Covariance of the residuals, from the equations of the state written out in full."""
     count = len(variance)
-    sources = 3 * (count - 1) + 2
+    sources = 4 * (count - 1) + 2
     x, u, b = (np.zeros((count, sources)) for _ in range(3))
     u[0, -1] = levels[1] * np.sqrt(noise.first)
     b[0, -2] = levels[0] * np.sqrt(noise.ripple)
     for k in range(count - 1):
         x[k + 1] = linear.transition[k] * x[k] + noise.gain[k] * u[k] + noise.starts[k] * b[k]
         x[k + 1, k] += levels[0] * np.sqrt(noise.crossings[k])
+        x[k + 1, 3 * (count - 1) + k] += np.sqrt(noise.fixed[k])
         u[k + 1] = u[k]
         u[k + 1, count - 1 + k] += levels[1] * np.sqrt(noise.walk[k])
         b[k + 1] = noise.kept[k] * b[k]
@@ -211,7 +214,8 @@ def test_a_long_record_that_no_start_explains_is_given_up_after_two(record, chan
     unseen = changed(steps, current=steps.current + 0.03 * np.sin(steps.time / 6.0))
     identify(unseen, inertia=INERTIA, model="viscous-coulomb")
     many = len(tried)
-    monkeypatch.setattr("gyrostat.identification.solve.LONG", 1000)
+    for module in ("solve", "unsampled"):
+        monkeypatch.setattr(f"gyrostat.identification.{module}.LONG", 1000)
     identify(unseen, inertia=INERTIA, model="viscous-coulomb")
     assert many > 2
     assert len(tried) == many + 2
@@ -223,7 +227,7 @@ def test_an_average_that_does_not_follow_the_record_gives_no_valid_result(record
     def astray(*_, **__):
         raise np.linalg.LinAlgError
 
-    monkeypatch.setattr("gyrostat.identification.conclude.average", astray)
+    monkeypatch.setattr("gyrostat.identification.averaged.average", astray)
     fit = identify(record(), inertia=INERTIA)
     np.testing.assert_array_equal(fit.sigma, fit.noise_sigma)
     assert any("white noise alone" in reason for reason in fit.impossible)

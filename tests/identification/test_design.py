@@ -16,8 +16,8 @@ from gyrostat.identification.experiment.experiment_design import design_record
 from gyrostat.identification.experiment.known_wheel import KnownWheel
 from gyrostat.identification.experiment.record_information import UNKNOWN_START, information_gained
 from gyrostat.identification.fit.prediction import SpeedPrediction
-from gyrostat.identification.uncertainty.effects import RETURN
 from gyrostat.identification.uncertainty.sigmas import square_root
+from gyrostat.identification.uncertainty.torque_noise import RETURN
 from gyrostat.telemetry import Record, read_record
 from gyrostat.wheel import speed_response
 from gyrostat.wheel.friction import Stribeck, ViscousCoulomb

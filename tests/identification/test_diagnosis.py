@@ -15,8 +15,9 @@ from gyrostat.identification.read.clipping import clipped_current, without_clipp
 from gyrostat.identification.read.signs import lost_sign, signed_current, signed_speed
 from gyrostat.identification.read.statistics import chi_square_tail
 from gyrostat.identification.uncertainty.diagnosis import diagnose
-from gyrostat.identification.uncertainty.effects import Nuisance, TorqueNoise, _lag
+from gyrostat.identification.uncertainty.effects import Nuisance, _lag
 from gyrostat.identification.uncertainty.hypotheses import Segment, grid, whitened
+from gyrostat.identification.uncertainty.torque_noise import TorqueNoise
 from gyrostat.wheel import Wheel, speed_response
 from gyrostat.wheel.friction import Stribeck
 
@@ -47,7 +48,7 @@ def problem(size, seed=0, count=300):
     residual = random.standard_normal(count) + size / np.linalg.norm(free) * own[:, 0]
     linear = Linearisation(np.zeros(count), rows, np.zeros(count - 1), np.zeros((count - 1, 2)))
     still = np.zeros(count - 1)
-    noise = TorqueNoise(still, still, still, 0.0, still, still, 0.0)
+    noise = TorqueNoise(still, still, still, 0.0, still, still, 0.0, still)
     segment = Segment(residual, rows, linear, noise, 1.0, np.ones(count))
     levels = grid((0.1,))
     scale = np.ones(2)

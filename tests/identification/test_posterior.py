@@ -13,7 +13,6 @@ from gyrostat.core.units import RPM
 from gyrostat.identification.fit.least_squares import Prior
 from gyrostat.identification.fit.prediction import SpeedPrediction
 from gyrostat.identification.uncertainty import posterior_sampler
-from gyrostat.identification.uncertainty.effects import TorqueNoise
 from gyrostat.identification.uncertainty.posterior import Marginal, Posterior, judged
 from gyrostat.identification.uncertainty.posterior_density import (
     coordinates,
@@ -21,6 +20,7 @@ from gyrostat.identification.uncertainty.posterior_density import (
     posed,
     record_data,
 )
+from gyrostat.identification.uncertainty.torque_noise import TorqueNoise
 from gyrostat.reports.page import fit_page
 from gyrostat.wheel.friction import Stribeck
 
@@ -68,7 +68,8 @@ def test_random_torques_and_effects_enter_as_a_dense_covariance(problem):
     random = np.random.default_rng(0)
     transition, gain = random.uniform(0.9, 1.0, count - 1), random.uniform(50.0, 70.0, count - 1)
     walk, kept = np.full(count - 1, 1e-7), np.full(count - 1, 0.9)
-    noise = TorqueNoise(gain, np.full(count - 1, 0.04), walk, 1e-6, -0.5 * gain, kept, 4e-6)
+    crossings, fixed = np.full(count - 1, 0.04), np.full(count - 1, 0.002)
+    noise = TorqueNoise(gain, crossings, walk, 1e-6, -0.5 * gain, kept, 4e-6, fixed)
     column = random.standard_normal((count, 1))
     made = record_data(prediction, 0, NOISE, noise, (0.5, 2.0), transition, column)
     data = posed(prediction, NAMES, values, covariance, Prior.unknown(5), [made])
@@ -78,7 +79,7 @@ def test_random_torques_and_effects_enter_as_a_dense_covariance(problem):
     start[0, 2 * count] = 0.5 * np.sqrt(noise.ripple)
     for k in range(count - 1):
         sources[k + 1] = transition[k] * sources[k] + gain[k] * (torque[k] - 0.5 * start[k])
-        sources[k + 1, k] = 0.5 * np.sqrt(noise.crossings[k])
+        sources[k + 1, k] = np.sqrt(0.25 * noise.crossings[k] + noise.fixed[k])
         torque[k + 1] = torque[k]
         torque[k + 1, count + 1 + k] = 2.0 * np.sqrt(noise.walk[k])
         start[k + 1] = 0.9 * start[k]

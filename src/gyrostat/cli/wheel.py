@@ -39,6 +39,12 @@ def identify(
     ripple: Annotated[
         float | None, typer.Option(help="Torque ripple, rms over the dry friction torque.")
     ] = None,
+    current_quantum: Annotated[
+        str | None, typer.Option(help="Rounding of the current, A or '1 mA'; 0: none.")
+    ] = None,
+    speed_quantum: Annotated[
+        str | None, typer.Option(help="Rounding of the speed, rad/s or '0.4 rpm'; 0: none.")
+    ] = None,
     model: Annotated[
         str | None, typer.Option(help="Friction model; auto: by diagnosis [default: stribeck].")
     ] = None,

@@ -10,7 +10,7 @@ from gyrostat.identification.read.clipping import clipped_current, without_clipp
 from gyrostat.identification.read.findings import Finding
 from gyrostat.identification.read.signs import RESTORE, lost_sign
 from gyrostat.identification.result.fit import Fit
-from gyrostat.identification.solve import solve
+from gyrostat.identification.unsampled import solve
 from gyrostat.telemetry import Record
 from gyrostat.wheel.friction_laws import friction_law
 

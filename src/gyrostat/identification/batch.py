@@ -8,8 +8,8 @@ from gyrostat.identification.fit.prediction import CurrentHold
 from gyrostat.identification.fit.problem import Problem
 from gyrostat.identification.fit.stages import Progress
 from gyrostat.identification.result.fit import Fit
-from gyrostat.identification.solve import solve
 from gyrostat.identification.uncertainty.posterior_sampler import check_sampler
+from gyrostat.identification.unsampled import solve
 from gyrostat.telemetry import Record
 from gyrostat.wheel.friction_laws import Law
 
@@ -33,6 +33,8 @@ def identify(
     include: Collection[str] = (),
     ripple: float | None = None,
     posterior: bool = False,
+    current_quantum: float | None = None,
+    speed_quantum: float | None = None,
     on_draws: Callable[[int], None] = lambda count: None,
 ) -> Fit:
     """Identify a wheel from one or several records, fitted together.
@@ -73,6 +75,10 @@ def identify(
             default it is averaged over with the other effects; few crossings hardly tell it.
         posterior: Whether to sample the posterior too
             (`gyrostat.identification.uncertainty.posterior`).
+        current_quantum: Step to which the recorded current was rounded, A; 0: not rounded. By
+            default it is found.
+        speed_quantum: Step to which the recorded speed was rounded, rad/s; 0: not rounded. By
+            default it is found.
         on_draws: Called with the number of draws of the posterior so far.
 
     Returns:
@@ -98,6 +104,8 @@ def identify(
         include=include,
         ripple=ripple,
         posterior=posterior,
+        current_quantum=current_quantum,
+        speed_quantum=speed_quantum,
     )
     return identify_problem(problem, on_progress=on_progress, on_draws=on_draws)
 

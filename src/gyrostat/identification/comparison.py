@@ -12,7 +12,7 @@ from gyrostat.identification.fit.prediction import CurrentHold
 from gyrostat.identification.fit.problem import Problem
 from gyrostat.identification.judge.validation import validate
 from gyrostat.identification.result.fit import Candidate, Fit
-from gyrostat.identification.solve import solve
+from gyrostat.identification.unsampled import solve
 from gyrostat.telemetry import Record
 from gyrostat.wheel.friction import FRICTION_MODELS
 from gyrostat.wheel.friction_laws import Law, friction_law

@@ -1,123 +1,28 @@
 """Build the result and its uncertainty from a finished iteration."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import replace
 
 import numpy as np
 
-from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.types import Matrix
+from gyrostat.identification.averaged import Averaged
 from gyrostat.identification.fit.loss import Loss
-from gyrostat.identification.fit.prediction import Linearisation, SpeedPrediction
 from gyrostat.identification.fit.problem import Problem
 from gyrostat.identification.fit.selection import Selection
-from gyrostat.identification.fit.stages import Outcome
 from gyrostat.identification.fit.start_values import StartValues
 from gyrostat.identification.judge.faults import found_in
 from gyrostat.identification.judge.plausibility import Scatter, judged
-from gyrostat.identification.read.findings import Finding, Score
-from gyrostat.identification.read.statistics import NUMERICAL_NOISE, crossing_times, whiteness
+from gyrostat.identification.read.statistics import crossing_times, whiteness
 from gyrostat.identification.result.fit import Fit
-from gyrostat.identification.uncertainty.averaging import Effect, average
-from gyrostat.identification.uncertainty.candidates import candidates
-from gyrostat.identification.uncertainty.effects import nuisances, resolution, torque_noise
-from gyrostat.identification.uncertainty.hypotheses import Segment
 from gyrostat.identification.uncertainty.observability import Observability, observability
-from gyrostat.identification.uncertainty.sigmas import covariance, residual_levels, widened
+from gyrostat.identification.uncertainty.sigmas import residual_levels, widened
 from gyrostat.identification.uncertainty.tolerances import Propagated, propagate
 
 UNJUDGED = (
     "effects outside the friction model could not be estimated (the wheel corrected for them does "
     "not follow the record): sigma is that of white noise alone and may be far too small"
 )
-
-
-@dataclass(frozen=True)
-class _Estimate:
-    """Estimates with their uncertainty.
-
-    Attributes:
-        values: All parameters, (p,), SI.
-        covariance: Covariance of the n estimated parameters, (n, n), SI.
-        predicted: Modelled speed of each record with the effects found, rad/s.
-        linear: Linearisation of each record at these values, without effects.
-        effects: Posteriors of effects outside the friction model.
-        findings: Findings of the diagnosis.
-        scores: Score tests of all candidates.
-    """
-
-    values: Vector
-    covariance: Matrix
-    predicted: tuple[Vector, ...]
-    linear: Sequence[Linearisation]
-    effects: tuple[Effect, ...] = ()
-    findings: tuple[Finding, ...] = ()
-    scores: tuple[Score, ...] = ()
-
-
-def _average(
-    problem: Problem,
-    prediction: SpeedPrediction,
-    selection: Selection,
-    outcome: Outcome,
-    loss: Loss,
-    plain: _Estimate,
-    sigmas: Sequence[float],
-) -> _Estimate:
-    """Average over effects outside the model; `plain` if the averaged estimate is not valid."""
-    index, linear = selection.index(prediction), plain.linear
-    parameters = dict(zip(prediction.names, outcome.values.tolist(), strict=True))
-    formal = dict(zip(selection.free, np.sqrt(np.diag(plain.covariance)).tolist(), strict=True))
-    effects = nuisances(prediction, linear, parameters, formal)
-    further = candidates(prediction, linear, parameters)
-    effects += [effect for effect in further if effect.name in problem.include]
-    beside = [effect for effect in further if effect.name not in problem.include]
-    segments = []
-    for record, each, sigma in zip(prediction.records, linear, sigmas, strict=True):
-        residual = np.where(record.valid, record.speed - each.speed, np.nan)
-        segments.append(
-            Segment(
-                residual=residual,
-                rows=each.jacobian[:, index],
-                linear=each,
-                noise=torque_noise(prediction, record, each, parameters),
-                sigma=sigma,
-                weight=loss.weight(np.nan_to_num(residual) / sigma),
-            )
-        )
-    x = outcome.values[index]
-    try:
-        mixture = average(
-            segments,
-            effects,
-            selection.prior,
-            x,
-            selection.scale,
-            stated=problem.speed_sigma is not None,
-            beside=beside,
-            names=selection.free,
-            ripple=problem.ripple,
-            resolution=resolution(prediction, parameters, formal),
-        )
-    except np.linalg.LinAlgError:
-        return plain
-    values = outcome.values.copy()
-    values[index] = x + mixture.shift
-    final = prediction.linearise(values)
-    if final is None or prediction.stuck([(s.speed, s.jacobian) for s in final], sigmas):
-        return replace(plain, findings=mixture.findings, scores=mixture.scores)
-    speeds = []
-    for k, each in enumerate(final):
-        columns = [effect.columns[k] for effect in effects]
-        speeds.append(each.speed + np.column_stack(columns) @ mixture.coefficients)
-    return _Estimate(
-        values=values,
-        covariance=mixture.covariance,
-        predicted=tuple(speeds),
-        linear=final,
-        effects=mixture.effects,
-        findings=mixture.findings,
-        scores=mixture.scores,
-    )
 
 
 def _widening(model, names: Sequence[str], honest: Matrix, formal: Matrix) -> dict[str, float]:
@@ -137,13 +42,11 @@ def _widening(model, names: Sequence[str], honest: Matrix, formal: Matrix) -> di
 
 def conclude(
     problem: Problem,
-    prediction: SpeedPrediction,
     selection: Selection,
-    outcome: Outcome,
+    result: Averaged,
     loss: Loss,
     deterministic: StartValues,
     *,
-    speed_sigmas: Sequence[float],
     noise: Sequence[float],
     tolerances: Mapping[str, float],
 ) -> Fit:
@@ -151,26 +54,17 @@ def conclude(
 
     Args:
         problem: What was asked.
-        prediction: Records and friction model.
         selection: Estimated parameters and a-priori knowledge.
-        outcome: End of the iteration.
+        result: Least squares and the average around it.
         loss: Loss of the residuals.
         deterministic: Start values from the records alone.
-        speed_sigmas: Noise used to whiten the residuals of each record, rad/s.
         noise: Noise of each record, estimated from its speed alone, rad/s.
         tolerances: Name of a given quantity -> relative tolerance, one sigma, validated.
     """
     sigma_given, white_noise = problem.speed_sigma is not None, problem.white_noise
-    records, solution = prediction.records, outcome.solution
-    linear = prediction.linearise(outcome.values)
-    assert linear is not None  # the iteration visits admissible points only
-    index = selection.index(prediction)
-    formal = covariance(solution, loss, selection.prior)
-    best = plain = _Estimate(outcome.values, formal, tuple(each.speed for each in linear), linear)
-    if solution.converged and not white_noise:
-        smallest = NUMERICAL_NOISE * deterministic.speed_level
-        sigmas = speed_sigmas if sigma_given else [max(n, smallest) for n in noise]
-        best = _average(problem, prediction, selection, outcome, loss, plain, sigmas)
+    prediction, outcome, speed_sigmas = result.prediction, result.outcome, result.measure.sigmas
+    records, solution, plain, best = prediction.records, outcome.solution, result.plain, result.best
+    index, formal = selection.index(prediction), plain.covariance
     wider = widened(best.covariance, np.sqrt(np.diag(formal)))
     counts = [int(r.valid.sum()) for r in records]
     parameters = dict(zip(prediction.names, best.values.tolist(), strict=True))

@@ -11,12 +11,13 @@ from dataclasses import replace
 import numpy as np
 
 from gyrostat.core.errors import InputError
+from gyrostat.identification.averaged import at_residual_level, average_with_corrections
 from gyrostat.identification.conclude import conclude
 from gyrostat.identification.fit.loss import Loss, loss_named
 from gyrostat.identification.fit.prediction import SpeedPrediction
 from gyrostat.identification.fit.problem import Problem
 from gyrostat.identification.fit.selection import Selection, check_start, select
-from gyrostat.identification.fit.stages import Measurements, Outcome, Progress, refine, run_stages
+from gyrostat.identification.fit.stages import Measurements, Outcome, Progress, run_stages
 from gyrostat.identification.fit.start_values import integral_regression
 from gyrostat.identification.read.checks import check_excitation, check_sigma, check_signals, place
 from gyrostat.identification.read.signs import lost_sign
@@ -25,6 +26,7 @@ from gyrostat.identification.result.fit import Fit
 from gyrostat.identification.uncertainty.posterior import sample_posterior
 from gyrostat.identification.uncertainty.sigmas import FEW, residual_levels
 from gyrostat.identification.uncertainty.tolerances import check_tolerances
+from gyrostat.identification.unknowns import Unknowns
 from gyrostat.telemetry import cut, pool
 from gyrostat.wheel.friction_laws import friction_law
 
@@ -115,7 +117,7 @@ def _search(
     return best
 
 
-def solve(
+def solve_as_sampled(
     problem: Problem,
     *,
     on_progress: Progress | None = None,
@@ -150,6 +152,7 @@ def solve(
     check_excitation(records, prediction.model, selection.free, noise)
     smallest = NUMERICAL_NOISE * deterministic.speed_level
     measure = Measurements(prediction, sigmas or [max(n, smallest) for n in noise])
+    unknowns = Unknowns.of(problem, records)
     limit = DEFAULT_ITERATIONS if problem.max_iterations is None else problem.max_iterations
 
     best = _search(selection, measure, loss, limit, noise, on_progress)
@@ -165,35 +168,29 @@ def solve(
             "does, expected start or held values closer to this wheel"
         )
     if sigmas is None:
-        parts = measure.by_record(best.solution.residual)
-        levels = residual_levels(parts, len(best.solution.x), loss)
-        pairs = zip(levels, measure.sigmas, strict=True)
-        final = Measurements(prediction, [max(level * s, smallest) for level, s in pairs])
-        last = refine(selection, final, best.values, loss, limit, best.solution.iterations)
-        if last is not None:
-            best, measure = last, final
+        measure, best = at_residual_level(selection, measure, best, loss, limit, smallest)
+        levels = [max(n, smallest, s) for n, s in zip(noise, unknowns.speed_sigmas, strict=True)]
+    else:
+        levels = np.hypot(sigmas, unknowns.speed_sigmas).tolist()
+    result = average_with_corrections(
+        problem, selection, measure, best, loss, levels, unknowns, limit, smallest
+    )
     fit = conclude(
-        problem,
-        prediction,
-        selection,
-        best,
-        loss,
-        deterministic,
-        speed_sigmas=measure.sigmas,
-        noise=noise,
-        tolerances=tolerances,
+        problem, selection, result, loss, deterministic, noise=noise, tolerances=tolerances
     )
     if not (problem.posterior and fit.converged):
         return fit
     places = [fit.names.index(name) for name in selection.free]
     posterior = sample_posterior(
-        prediction,
+        result.prediction,
         selection.free,
         fit.parameters,
         fit.covariance[np.ix_(places, places)],
         selection.prior,
-        measure.sigmas,
+        result.measure.sigmas,
         () if problem.white_noise else fit.effects,
+        errors=() if problem.white_noise else result.best.errors,
+        rounding=unknowns.rounding,
         on_progress=on_draws,
     )
     return replace(fit, posterior=posterior)

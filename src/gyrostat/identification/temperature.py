@@ -12,7 +12,7 @@ from gyrostat.identification.fit.problem import Problem
 from gyrostat.identification.read.slopes import DISTINCT
 from gyrostat.identification.result.fit import Fit
 from gyrostat.identification.result.temperature_trend import TemperatureTrend
-from gyrostat.identification.solve import solve
+from gyrostat.identification.unsampled import solve
 from gyrostat.telemetry import Record
 
 

@@ -9,6 +9,7 @@ from gyrostat.verbs.arguments import (
     Named,
     Quantity,
     Say,
+    in_si_or_none,
     named,
     one_of,
     quantities,
@@ -43,6 +44,8 @@ def identify(
     speed_scale: Quantity | None = None,
     clock: Quantity | None = None,
     ripple: float | None = None,
+    current_quantum: Quantity | None = None,
+    speed_quantum: Quantity | None = None,
     model: "str | Law | None" = None,
     method: str = "batch",
     hold: Named = None,
@@ -78,6 +81,10 @@ def identify(
         clock: True divided by recorded time, in the same form.
         ripple: Torque ripple, rms over the dry friction torque, 0 to 1; by default it is estimated,
             but few zero crossings hardly tell it.
+        current_quantum: Step to which the recorded current was rounded, A; 0: not rounded. By
+            default it is found.
+        speed_quantum: Step to which the recorded speed was rounded, rad/s; 0: not rounded. By
+            default it is found.
         model: Friction model, by default "stribeck"; a class of your own or "FILE.py:CLASS"; or
             "auto": the simplest one, with the effects that the diagnosis finds.
         method: "batch", "steady", "torque-step" or "coast".
@@ -151,6 +158,10 @@ def identify(
         raise InputError(
             f"--ripple: found {ripple:g}, expected 0 to 1, the rms over the dry friction torque"
         )
+    quanta = {
+        "current_quantum": in_si_or_none(current_quantum, "current", "--current-quantum"),
+        "speed_quantum": in_si_or_none(speed_quantum, "speed", "--speed-quantum"),
+    }
     measured = [record.scaled(**factors) for record in load_records(records, say, **reading)]
     if method == "batch":
         title = choice if isinstance(choice, str) else choice.name
@@ -165,6 +176,11 @@ def identify(
             speed_sigma=sigmas or None,
             loss=loss,
             current_hold=current_hold,
+            **{
+                name: quantum * factors.get(name.replace("quantum", "scale"), 1.0)
+                for name, quantum in quanta.items()
+                if quantum is not None
+            },
         )
         fit = stage.identify_problem(
             replace(problem, tolerance=tolerance, ripple=ripple, posterior=posterior),
@@ -185,6 +201,8 @@ def identify(
         batch_only = {
             "--free": free,
             "--ripple": ripple,
+            "--current-quantum": current_quantum,
+            "--speed-quantum": speed_quantum,
             "--prior": prior,
             "--start": start,
             "--loss": loss,

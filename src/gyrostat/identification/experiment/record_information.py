@@ -13,7 +13,7 @@ import numpy as np
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.fit.prediction import compiled_response
-from gyrostat.identification.uncertainty.effects import RETURN
+from gyrostat.identification.uncertainty.torque_noise import RETURN
 from gyrostat.wheel.friction import Friction
 
 CHECKPOINTS = 30

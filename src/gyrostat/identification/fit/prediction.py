@@ -148,13 +148,20 @@ class SpeedPrediction:
         at_temperature: Map of the parameters to those at the temperature of each record.
     """
 
-    def __init__(self, records: Sequence[Record], model: type[Friction], hold: CurrentHold) -> None:
+    def __init__(
+        self,
+        records: Sequence[Record],
+        model: type[Friction],
+        hold: CurrentHold,
+        corrections: Sequence[Vector] | None = None,
+    ) -> None:
         """Prepare the records for one friction model.
 
         Args:
             records: Records, at least one.
             model: Friction model.
             hold: Interpolation of the current between samples.
+            corrections: Current to add to that of each record, (N,), A; None for none.
         """
         self.records = tuple(records)
         self.model = model
@@ -181,10 +188,11 @@ class SpeedPrediction:
         self._last: tuple[bytes, list[Linearisation] | None] = (b"", None)
         self.inputs, self.columns = [], []
         restart = self.shared + len(records)
-        for k, record in enumerate(self.records):
+        added = [0.0] * len(self.records) if corrections is None else corrections
+        for k, (record, correction) in enumerate(zip(self.records, added, strict=True)):
             again = np.zeros(len(record.time), dtype=bool)
             again[[part.start for part in record.segments[1:]]] = True
-            parts = (record.time - record.time[0], record.current)
+            parts = (record.time - record.time[0], record.current + correction)
             inputs = [jnp.asarray(padded(part, repeat=True, lengths=1.0)) for part in parts]
             flags = np.pad(again, (0, len(inputs[0]) - len(again)))
             self.inputs.append((*inputs, jnp.asarray(flags)))

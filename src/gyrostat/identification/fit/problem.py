@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.core.validation import require
 from gyrostat.identification.fit.prediction import CurrentHold
 from gyrostat.identification.read.checks import as_records
 from gyrostat.telemetry import Record
@@ -36,6 +37,8 @@ class Problem:
         ripple: Torque ripple at breakaways and zero crossings, rms over the dry friction torque;
             None to average over it.
         posterior: Whether to sample the posterior too.
+        current_quantum: Step to which the current was rounded, A; 0: not rounded; None to find it.
+        speed_quantum: Step to which the speed was rounded, rad/s; 0: not rounded; None to find it.
     """
 
     records: tuple[Record, ...]
@@ -54,6 +57,8 @@ class Problem:
     include: Collection[str] = ()
     ripple: float | None = None
     posterior: bool = False
+    current_quantum: float | None = None
+    speed_quantum: float | None = None
 
     @classmethod
     def of(cls, records: Record | Sequence[Record], **options: Any) -> "Problem":
@@ -63,6 +68,8 @@ class Problem:
             InputError: There is no record.
         """
         settings = {name: value for name, value in options.items() if value is not None}
+        for name, unit in (("current_quantum", "A"), ("speed_quantum", "rad/s")):
+            require(name, settings.get(name, 0.0), unit)
         return cls(as_records(records), **settings)
 
     def named(self, rename: Mapping[str, str]) -> "Problem":

@@ -8,6 +8,8 @@ INCLUDED = "already included in values and sigma"
 OPTIONS = {
     "speed_lag": INCLUDED,
     "viscous_drift": INCLUDED,
+    "current_rounding": INCLUDED,
+    "current_steps": INCLUDED,
     "crossing_ripple": INCLUDED,
     "torque_walk": INCLUDED,
     "current_offset": "--free current_bias",

@@ -175,10 +175,11 @@ def _effect_marginals(
         last = first + effect.columns[0].shape[1]
         weight_present = weight * (hypotheses.scales[:, index] > 0.0)
         share = weight_present / max(weight_present.sum(), np.finfo(float).tiny)
-        mean = share @ hypotheses.mean[:, first:last]
+        shift = share @ hypotheses.mean[:, first:last]
+        mean = shift if effect.at is None else effect.at + shift
         largest = int(np.argmax(np.abs(mean)))
         at = first + largest
-        apart = hypotheses.mean[:, at] - mean[largest]
+        apart = hypotheses.mean[:, at] - shift[largest]
         variance = float(share @ (hypotheses.covariance[:, at, at] + apart**2))
         value, sigma = float(mean[largest]), float(np.sqrt(variance))
         chance = float(min(weight_present.sum(), 1.0))

@@ -3,7 +3,8 @@
 A friction model in white noise is never complete: tachometers lag, lubricants warm up, bearings
 and motors have torque ripple. Each such effect is a candidate here, linearised at a fit. A
 deterministic effect is a column of derivatives with an unknown coefficient (`Nuisance`); a random
-torque is a process noise of the wheel's speed (`TorqueNoise`). The scales of every candidate are
+torque is a process noise of the wheel's speed
+(`gyrostat.identification.uncertainty.torque_noise`). The scales of every candidate are
 derived from the wheel and the record and span decades; none is tuned to a particular wheel.
 """
 
@@ -43,19 +44,11 @@ the record does not show, of which fewer are left in a finer record; a few break
 chance do not show it. Chosen by measured coverage (`benchmarks/next_record.py`)."""
 STRONG_RIPPLES = (0.3, 1.0, 3.0)
 """Further levels, for records that these do not explain."""
-COHERENCE = 1.0
-"""Angle over which the ripple at a zero crossing is constant, rad."""
-RETURN = 32.0 * np.pi
-"""Angle turned after which a wheel stops at another phase of the ripple, rad. A wheel that only
-moves to and fro breaks away at the same angles again, and after a few turns it stops nearly where
-it did before."""
 LONGEST = 65_536
 """Largest number of samples that are processed at once; longer records go in parts, which bounds
 the memory."""
 WIDTH = 8
 """The number of columns is rounded up to a multiple of this."""
-FIRST_WALK = 0.5
-"""Initial sigma of a random-walk torque, in units of its growth over the record."""
 
 
 @dataclass(frozen=True)
@@ -69,6 +62,10 @@ class Nuisance:
         scales: Prior standard deviations considered, in `unit`.
         columns: For each record, the derivative of the modelled speed at its samples with respect
             to each of the k coefficients, (N, k).
+        at: Coefficients of an effect that is certainly present, at which the records are
+            linearised, (k,); None if its presence is to be decided.
+        sampled: Whether it comes from the samples and not from the wheel: its presence is then no
+            hint at that of others, and has the prior 1/2.
     """
 
     name: str
@@ -76,45 +73,8 @@ class Nuisance:
     unit: str
     scales: tuple[float, ...]
     columns: tuple[Matrix, ...]
-
-
-@dataclass(frozen=True)
-class TorqueNoise:
-    """Random torque on the wheel of one record, per unit of its level squared.
-
-    Attributes:
-        gain: Change of the speed at the end of each interval per torque in it, (N - 1,), rad/s
-            per N·m.
-        crossings: Variance that the ripple at zero crossings adds to the speed in each interval,
-            (N - 1,), (rad/s)².
-        walk: Variance by which a random-walk torque grows in each interval, (N - 1,), (N·m)².
-        first: Variance of the random-walk torque at the first sample, (N·m)².
-        starts: Change of the speed at the end of each interval per ripple torque, against the
-            motion, at the last start from rest or zero crossing, (N - 1,), rad/s per N·m; zero
-            where the wheel has turned on.
-        kept: Correlation of this torque at the end of each interval with that at its start,
-            (N - 1,).
-        ripple: Variance of this torque, (N·m)².
-    """
-
-    gain: Vector
-    crossings: Vector
-    walk: Vector
-    first: float
-    starts: Vector
-    kept: Vector
-    ripple: float
-
-    def intervals(self, transition: Vector) -> Matrix:
-        """Rows of `gyrostat.identification.uncertainty.speed_error`, (N - 1, 7).
-
-        Args:
-            transition: Derivative of the speed at the end of each interval by that at its start,
-                (N - 1,).
-        """
-        renewal = self.ripple * (1.0 - self.kept**2)
-        gains = (transition, self.gain, self.starts, self.kept)
-        return np.column_stack([*gains, self.crossings, self.walk, renewal])
+    at: Vector | None = None
+    sampled: bool = False
 
 
 @stored_function
@@ -235,64 +195,3 @@ def resolution(
     finest = min((sigma[n] for n in prediction.model.vanishing_at if n in sigma), default=np.inf)
     friction = dry_friction(prediction.model, values)
     return finest / friction if friction > 0.0 else np.inf
-
-
-def torque_noise(
-    prediction: SpeedPrediction, record: Record, linear: Linearisation, values: Mapping[str, float]
-) -> TorqueNoise:
-    """Random torque on the wheel of a record, with its friction torque as unit level.
-
-    Near zero speed the ripple over the wheel's angle acts long enough to change the speed; at high
-    speed it averages out. Within a band of speeds that the wheel leaves after about `COHERENCE`,
-    the ripple is a white torque noise with the time in this band as its correlation time.
-
-    A wheel that starts from rest or passes zero shows the ripple at its angle: a constant torque,
-    added to the friction until it has turned by `COHERENCE`. Later starts show the same torque, the
-    less the more the wheel turns in between (`RETURN`): many breakaways at the same angles do not
-    average it.
-
-    Args:
-        prediction: Records and friction model.
-        record: One of its records.
-        linear: Linearisation of this record at the fit.
-        values: Name -> value of all parameters, SI.
-    """
-    friction = dry_friction(prediction.model, values)
-    motor = abs(values["motor_constant"]) * float(np.sqrt(np.mean(record.current**2)))
-    level = friction or motor
-    duration = np.diff(record.time)
-    per_current = linear.local[:, prediction.names.index("current_bias")]
-    gain = per_current / values["motor_constant"] if values["motor_constant"] else per_current
-    acceleration = (friction + motor) / values["inertia"]
-    band = np.sqrt(COHERENCE * acceleration)
-    low, high = (f(linear.speed[:-1], linear.speed[1:]) for f in (np.minimum, np.maximum))
-    inside = np.clip(np.minimum(high, band) - np.maximum(low, -band), 0.0, None)
-    change = high - low
-    share = np.where(
-        change > 0.0, inside / np.where(change > 0.0, change, 1.0), np.abs(high) < band
-    )
-    correlation = band / acceleration if acceleration > 0.0 else 0.0
-    rotation = 0.5 * np.abs(linear.speed[1:] + linear.speed[:-1]) * duration
-    starting = _since_zero(linear.speed, rotation) < COHERENCE
-    # a wheel at rest does not respond
-    mobility = ((gain != 0.0) & ~starting) / values["inertia"] ** 2
-    return TorqueNoise(
-        gain=gain,
-        crossings=level**2 * correlation * duration * share * mobility,
-        walk=level**2 * duration / np.ptp(record.time),
-        first=(FIRST_WALK * level) ** 2,
-        starts=-gain * starting * np.sign(linear.speed[1:]),
-        kept=np.exp(-rotation / RETURN),
-        ripple=level**2,
-    )
-
-
-def _since_zero(speed: Vector, rotation: Vector) -> Vector:
-    """Angle turned since the speed was last zero, at the start of each interval, (N - 1,), rad.
-
-    Args:
-        speed: Speed at the samples, (N,), rad/s.
-        rotation: Angle turned in each interval, (N - 1,), rad.
-    """
-    angle = np.cumsum(rotation) - rotation
-    return angle - np.maximum.accumulate(np.where(speed[:-1] * speed[1:] <= 0.0, angle, -np.inf))

@@ -14,9 +14,9 @@ from gyrostat.identification.uncertainty.effects import (
     LARGEST_RIPPLE_ODDS,
     RIPPLES,
     Nuisance,
-    TorqueNoise,
 )
 from gyrostat.identification.uncertainty.innovations import Innovations, innovations
+from gyrostat.identification.uncertainty.torque_noise import TorqueNoise
 
 PRESENT, ABSENT = 0.5, 0.25
 """Parameters of the Beta prior of the probability of presence of a candidate. It is wide, with mean
@@ -150,19 +150,23 @@ def posteriors(
     widths = [effect.columns[0].shape[1] for effect in effects]
     size = count + sum(widths)
     total, logs = summed(found, stated)
-    choices = np.array(list(product(*[(0.0, *effect.scales) for effect in effects])))
+    options = [e.scales if e.at is not None else (0.0, *e.scales) for e in effects]
+    choices = np.array(list(product(*options)))
     choices = choices.reshape(-1, len(effects))
     spread = np.ones((len(choices), size))
     spread[:, count:] = np.repeat(choices, widths, axis=1)
     # in units of its prior sigma, the column of an absent coefficient is zero
     base = np.eye(size)
     base[:count, :count] = information
+    pulls = _pulls(effects, choices, count, size)
+    pulls[:, :count] = pull
+    apart = np.sum(pulls[:, count:] ** 2, axis=1)
+    decided = np.array([not e.sampled for e in effects] + [True, True])
     spacing = np.array([len(effect.scales) for effect in effects])
     parts = []
     for level, products, log in zip(levels, total, logs, strict=True):
         matrix = spread[:, :, None] * products[1:, 1:] * spread[:, None, :] + base
-        right = spread * products[1:, 0]
-        right[:, :count] += pull
+        right = spread * products[1:, 0] + pulls
         # normalise: otherwise very different precisions of the parameters cause rounding errors
         unit = np.sqrt(np.diagonal(matrix, axis1=1, axis2=2))
         outer = unit[:, :, None] * unit[:, None, :]
@@ -171,16 +175,28 @@ def posteriors(
         mean = np.einsum("hij,hj->hi", inverse, right)
         logarithms = np.log(unit * np.diagonal(root, axis1=1, axis2=2))
         determinant = 2.0 * np.sum(logarithms, axis=1)
-        evidence = -0.5 * (log + products[0, 0] - np.sum(mean * right, axis=1) + determinant)
+        misfit = products[0, 0] + apart - np.sum(mean * right, axis=1)
+        evidence = -0.5 * (log + misfit + determinant)
         covariance = spread[:, :, None] * inverse * spread[:, None, :]
         level_rows = np.broadcast_to(level, (len(choices), 2))
-        present = np.column_stack([choices, level_rows]) > 0.0
-        sizes = np.append(spacing, (len(RIPPLES), len(RIPPLES)))
+        present = (np.column_stack([choices, level_rows]) > 0.0)[:, decided]
+        sizes = np.append(spacing, (len(RIPPLES), len(RIPPLES)))[decided]
         chance = _presence(present) - present @ np.log(sizes)
         if level[0] == RIPPLES[-1]:
             chance = chance + np.log(LARGEST_RIPPLE_ODDS)
         parts.append((spread * mean, covariance, evidence + chance, choices, level_rows))
     return Posteriors(*(np.concatenate(column) for column in zip(*parts, strict=True)))
+
+
+def _pulls(effects: Sequence[Nuisance], choices: Matrix, count: int, size: int) -> Matrix:
+    """Distance of the prior means from the linearisation, in prior sigmas, (h, n + m)."""
+    pulls, first = np.zeros((len(choices), size)), count
+    for k, effect in enumerate(effects):
+        last = first + effect.columns[0].shape[1]
+        if effect.at is not None:
+            pulls[:, first:last] = -effect.at / choices[:, k, None]
+        first = last
+    return pulls
 
 
 def _presence(present: NDArray[np.bool_]) -> Vector:

@@ -17,8 +17,9 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.stored_function import stored_function
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.fit.prediction import padded
-from gyrostat.identification.uncertainty.effects import LONGEST, TorqueNoise, spare
+from gyrostat.identification.uncertainty.effects import LONGEST, spare
 from gyrostat.identification.uncertainty.speed_error import corrected, first_covariance, predicted
+from gyrostat.identification.uncertainty.torque_noise import TorqueNoise
 
 BLOCK = 64
 """Samples over which products of whitened columns are summed at once."""

@@ -14,10 +14,12 @@ from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.fit.least_squares import Prior
 from gyrostat.identification.fit.prediction import SpeedPrediction
 from gyrostat.identification.uncertainty.averaging import Effect
+from gyrostat.identification.uncertainty.current_errors import CurrentError
 from gyrostat.identification.uncertainty.diagnosis import TORQUES
-from gyrostat.identification.uncertainty.effects import nuisances, torque_noise
+from gyrostat.identification.uncertainty.effects import nuisances
 from gyrostat.identification.uncertainty.posterior_density import Posed, density, posed, record_data
 from gyrostat.identification.uncertainty.posterior_sampler import sample
+from gyrostat.identification.uncertainty.torque_noise import torque_noise
 
 QUANTILES = (0.025, 0.16, 0.5, 0.84, 0.975)
 LARGEST_RHAT, FEWEST = 1.05, 400.0
@@ -104,6 +106,8 @@ def sample_posterior(
     speed_sigmas: Sequence[float],
     effects: Sequence[Effect] = (),
     *,
+    errors: Sequence[CurrentError] = (),
+    rounding: Sequence[Vector] = (),
     on_progress: Callable[[int], None] = lambda count: None,
 ) -> Posterior:
     """Sample the posterior around a fit.
@@ -116,18 +120,23 @@ def sample_posterior(
         prior: A-priori knowledge of the estimated parameters.
         speed_sigmas: Standard deviation of the measured speed of each record, rad/s.
         effects: Effects outside the model; those more likely present than absent take part.
+        errors: Errors of the current.
+        rounding: Variance of the current in each interval of each record, (N - 1,), A²; none: 0.
         on_progress: Called with the draws of each chain so far.
     """
     likely = {e.name: e for e in effects if e.likely}
     linear = prediction.linearise(np.array([values[n] for n in prediction.names]))
     assert linear is not None  # the fit was predicted
     sigma = dict(zip(names, np.sqrt(np.diag(covariance)).tolist(), strict=True))
-    likely_nuisances = [e for e in nuisances(prediction, linear, values, sigma) if e.name in likely]
+    every = [error.nuisance(prediction, linear) for error in errors]
+    every += nuisances(prediction, linear, values, sigma)
+    likely_nuisances = [e for e in every if e.name in likely]
     levels = [likely[n].value if n in likely else 0.0 for n, _ in TORQUES]
     records = []
     parts = zip(prediction.records, linear, speed_sigmas, strict=True)
     for k, (record, each, speed_sigma) in enumerate(parts):
-        noise = torque_noise(prediction, record, each, values)
+        variance = rounding[k] if rounding else 0.0
+        noise = torque_noise(prediction, record, each, values, variance)
         spreads = [_spread(likely[e.name]) * e.columns[k] for e in likely_nuisances]
         columns = np.column_stack([np.zeros((len(record.time), 0)), *spreads])
         records.append(

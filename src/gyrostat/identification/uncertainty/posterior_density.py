@@ -24,8 +24,8 @@ from gyrostat.identification.fit.prediction import (
     build_wheel,
     wheel_dimensions,
 )
-from gyrostat.identification.uncertainty.effects import TorqueNoise
 from gyrostat.identification.uncertainty.speed_error import corrected, first_covariance, predicted
+from gyrostat.identification.uncertainty.torque_noise import TorqueNoise
 from gyrostat.wheel.friction import Friction
 from gyrostat.wheel.response import advance, sample_intervals
 
@@ -43,7 +43,7 @@ class RecordData(NamedTuple):
         averaged: Weight of the sample before each one in its mean, (P,): 0 or 1/2.
         speed: Measured speed, (P,), rad/s; 0 where missing.
         variance: Variance of the measured speed, (P,); infinite where missing.
-        noise: Rows of `TorqueNoise.intervals`, (P, 7), the variances of the first random torques,
+        noise: Rows of `TorqueNoise.intervals`, (P, 8), the variances of the first random torques,
             (2,), and the squared levels of the fit, (2,).
         columns: Derivatives of the speed with respect to m coefficients in units of their prior
             sigma, (P, m).
@@ -168,7 +168,7 @@ def record_data(
         fill = [(0, size - len(values)), *[(0, 0)] * (values.ndim - 1)]
         return np.pad(values, fill, constant_values=value)
 
-    intervals, first = np.zeros((count - 1, 7)), np.zeros(2)
+    intervals, first = np.zeros((count - 1, 8)), np.zeros(2)
     if noise is not None and transition is not None:
         intervals, first = noise.intervals(transition), np.array([noise.first, noise.ripple])
     return RecordData(

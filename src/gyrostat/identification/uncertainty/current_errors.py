@@ -1,0 +1,130 @@
+"""What the samples of a current leave unknown: rounding, and when it steps between two samples.
+
+A current that is recorded to 1 mA and held for 30 s has one constant error of up to 0.5 mA, which
+no number of samples averages out. A current that steps between two samples acts from an unknown
+time on. Both are currents that are added to the recorded one, with unknown coefficients of known
+prior. Where a record shows a rounding, the current is corrected by the estimates and the fit is
+repeated, so that its linearisation holds.
+"""
+
+from collections.abc import Sequence
+from dataclasses import dataclass, replace
+
+import numpy as np
+
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.fit.prediction import CurrentHold, Linearisation, SpeedPrediction
+from gyrostat.identification.read.current_steps import steps_of
+from gyrostat.identification.read.quantisation import held_levels
+from gyrostat.identification.uncertainty.effects import Nuisance, accumulated
+from gyrostat.telemetry import Record
+
+ROUNDED = 1.0 / np.sqrt(12.0)
+"""Standard deviation of an error of rounding, in steps."""
+STEPPED = 1.0 / np.sqrt(3.0)
+"""Root mean square of the fraction of an interval after a step of the current that is in it."""
+MOST_STEPS = 60
+"""Largest number of steps with a time of their own."""
+STEPS = "current_steps"
+
+
+@dataclass(frozen=True)
+class CurrentError:
+    """Currents that are added to the recorded one.
+
+    Attributes:
+        name: Identifier in fit.json.
+        title: Title in reports.
+        unit: Unit of the coefficients.
+        sigma: Prior standard deviation of each coefficient, in `unit`.
+        shapes: For each record the current in each interval per coefficient, (N - 1, m), A.
+        at: Coefficients by which the current is corrected, (m,); None: not corrected.
+    """
+
+    name: str
+    title: str
+    unit: str
+    sigma: float
+    shapes: tuple[Matrix, ...]
+    at: Vector | None = None
+
+    def nuisance(self, prediction: SpeedPrediction, linear: Sequence[Linearisation]) -> Nuisance:
+        """The same as changes of the speed, linearised at a fit."""
+        bias = prediction.names.index("current_bias")
+        columns = [
+            accumulated(each, shape * each.local[:, bias, None])
+            for shape, each in zip(self.shapes, linear, strict=True)
+        ]
+        scales = (self.sigma,)
+        return Nuisance(
+            self.name, self.title, self.unit, scales, tuple(columns), self.at, sampled=True
+        )
+
+    def corrected(self, coefficients: Vector, shown: bool) -> "CurrentError":
+        """Error at further coefficients, (m,), if the record shows it."""
+        if self.at is None:
+            return replace(self, at=coefficients) if shown else self
+        return replace(self, at=self.at + coefficients)
+
+    def change(self, before: "CurrentError") -> float:
+        """Largest change of a coefficient, in prior standard deviations."""
+        if self.at is None:
+            return 0.0
+        earlier = 0.0 if before.at is None else before.at
+        return float(np.max(np.abs(self.at - earlier))) / self.sigma
+
+    def currents(self) -> list[Vector]:
+        """Correction of the current of each record at its samples, (N,), A."""
+        at = np.zeros(self.shapes[0].shape[1]) if self.at is None else self.at
+        return [np.append(shape @ at, 0.0) for shape in self.shapes]
+
+
+def rounded_current(
+    records: Sequence[Record], step: float, *, stated: bool = False
+) -> tuple[CurrentError | None, list[Vector]]:
+    """Errors of a current that was rounded.
+
+    Args:
+        records: Records of one drive.
+        step: Step of the current, A.
+        stated: Whether the rounding is certain.
+
+    Returns:
+        Constant errors of held currents, or None if none is held; and the variance of all other
+        currents, independent from one interval to the next, (N - 1,), A², for each record.
+    """
+    numbers, common, count = held_levels(records, step)
+    variances = [size * (ROUNDED * step) ** 2 for size in common]
+    if not count:
+        return None, variances
+    shapes = [(index[:, None] == np.arange(count)).astype(float) for index in numbers]
+    title = f"rounding of the current to {1e3 * step:.4g} mA, error of a held current"
+    at = np.zeros(count) if stated else None
+    sigma = ROUNDED * step
+    return CurrentError("current_rounding", title, "A", sigma, tuple(shapes), at), variances
+
+
+def current_steps(records: Sequence[Record], hold: CurrentHold) -> CurrentError | None:
+    """Steps of the current between two samples, at unknown times.
+
+    The coefficient is the fraction of the interval for which the next sample's current acts.
+
+    Args:
+        records: Records of one drive.
+        hold: Current between samples; one that is linear does not step.
+    """
+    if hold != "zero-order":
+        return None
+    places = [
+        (abs(record.current[i + 1] - record.current[i]), k, i)
+        for k, record in enumerate(records)
+        for i in steps_of(record)
+    ]
+    if not places:
+        return None
+    places = sorted(places, key=lambda entry: -entry[0])[:MOST_STEPS]
+    shapes = [np.zeros((len(record.time) - 1, len(places))) for record in records]
+    for j, (_, k, i) in enumerate(places):
+        shapes[k][i, j] = records[k].current[i + 1] - records[k].current[i]
+    title = "steps of the current between samples, fraction of the interval"
+    return CurrentError(STEPS, title, "1", STEPPED, tuple(shapes))
