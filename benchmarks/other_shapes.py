@@ -203,7 +203,12 @@ def main() -> None:
         for record, truth in simulate(arguments.seed, arguments.records, CASES[case]):
             true = np.array([truth[name] for name in NAMES])
             try:
-                fit = identify(record, inertia=INERTIA, hold={"stribeck_speed": STRIBECK_SPEED})
+                fit = identify(
+                    record,
+                    inertia=INERTIA,
+                    hold={"stribeck_speed": STRIBECK_SPEED},
+                    current_hold="linear" if CASES[case].smooth else "zero-order",
+                )
             except InputError as refusal:
                 why[str(refusal).split(": ", 1)[-1][:60]] += 1
                 continue

@@ -22,7 +22,6 @@ MOST_STEPS = 6
 """Largest number of included effects."""
 DIRECTIONAL = ("asymmetry", "viscous_asymmetry")
 COLUMNS = (
-    "coulomb_drift",
     "viscous_over_temperature",
     "coulomb_over_temperature",
     "clipped_current",

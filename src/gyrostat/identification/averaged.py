@@ -7,6 +7,7 @@ repeated until the corrections no longer change.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
+from typing import Any
 
 import numpy as np
 
@@ -229,8 +230,12 @@ def average_with_corrections(
     plain = plain_estimate(prediction, selection, outcome, loss)
     if problem.white_noise or not outcome.solution.converged:
         return Averaged(prediction, measure, outcome, plain, plain)
+    diagnosed: dict[str, Any] = {}
     for rounds in range(ROUNDS + 1):
         best = averaged(problem, prediction, selection, plain, loss, noise, unknowns)
+        # the diagnosis is that of the record as it was measured
+        diagnosed = diagnosed or {"findings": best.findings, "scores": best.scores}
+        best = replace(best, **diagnosed)
         result = Averaged(prediction, measure, outcome, plain, best)
         change = [b.change(a) for a, b in zip(unknowns.errors, best.errors, strict=False)]
         if rounds == ROUNDS or max(change, default=0.0) < SETTLED:

@@ -152,7 +152,7 @@ def solve_as_sampled(
     check_excitation(records, prediction.model, selection.free, noise)
     smallest = NUMERICAL_NOISE * deterministic.speed_level
     measure = Measurements(prediction, sigmas or [max(n, smallest) for n in noise])
-    unknowns = Unknowns.of(problem, records)
+    unknowns = Unknowns.of(problem, records, prediction.model)
     limit = DEFAULT_ITERATIONS if problem.max_iterations is None else problem.max_iterations
 
     best = _search(selection, measure, loss, limit, noise, on_progress)

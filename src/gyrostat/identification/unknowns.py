@@ -11,10 +11,12 @@ from gyrostat.identification.read.quantisation import repetitions, rounding_step
 from gyrostat.identification.uncertainty.current_errors import (
     ROUNDED,
     CurrentError,
+    constant_torque,
     current_steps,
     rounded_current,
 )
 from gyrostat.telemetry import Record
+from gyrostat.wheel.friction import Friction
 
 
 @dataclass(frozen=True)
@@ -35,12 +37,13 @@ class Unknowns:
     speed_sigmas: tuple[float, ...]
 
     @classmethod
-    def of(cls, problem: Problem, records: Sequence[Record]) -> "Unknowns":
+    def of(cls, problem: Problem, records: Sequence[Record], model: type[Friction]) -> "Unknowns":
         """Find or take the steps to which current and speed were rounded.
 
         Args:
             problem: The problem, with its records as measured.
             records: The same, cut and pooled.
+            model: Friction model.
         """
         measured = problem.records
         step = problem.current_quantum
@@ -51,6 +54,10 @@ class Unknowns:
             stated = problem.current_quantum is not None
             held, rounding = rounded_current(records, step, stated=stated)
             errors += [] if held is None else [held]
+        viscous = [d for d in model.dimensions().values() if d == "viscous"]
+        # two coefficients: one for each sense of rotation
+        if "current_bias" not in problem.asked and len(viscous) < 2:
+            errors.append(constant_torque(records))
         steps = current_steps(records, problem.current_hold)
         errors += [] if steps is None else [steps]
         repeated, smallest = [], []

@@ -8,6 +8,9 @@ INCLUDED = "already included in values and sigma"
 OPTIONS = {
     "speed_lag": INCLUDED,
     "viscous_drift": INCLUDED,
+    "viscous_variation": INCLUDED,
+    "coulomb_drift": INCLUDED,
+    "coulomb_variation": INCLUDED,
     "current_rounding": INCLUDED,
     "current_steps": INCLUDED,
     "crossing_ripple": INCLUDED,

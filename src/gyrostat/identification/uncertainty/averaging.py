@@ -118,10 +118,11 @@ def average(
     size = 1 + count + sum(effect.columns[0].shape[1] for effect in effects)
 
     def mixture() -> tuple[Posteriors, Vector]:
-        hypotheses = posteriors(
-            [f.leading(size) for f in innovations], effects, prior_information, levels, stated
-        )
-        return hypotheses, _weights(hypotheses, ripple, resolution)
+        columns = [each.leading(size) for each in innovations]
+        odds = _odds(levels, ripple, resolution)
+        hypotheses = posteriors(columns, effects, prior_information, levels, stated, odds)
+        weight = np.exp(hypotheses.log_weight - hypotheses.log_weight.max())
+        return hypotheses, weight / weight.sum()
 
     levels = grid(RIPPLES, ripple)
     innovations = whitened(segments, every, scale, levels)
@@ -156,14 +157,11 @@ def average(
     )
 
 
-def _weights(hypotheses: Posteriors, ripple: float | None, resolution: float) -> Vector:
-    """Normalised weights of all hypotheses; only those with a stated ripple count."""
-    odds = min(1.0, resolution / RESOLVED) ** 2
-    log_weight = hypotheses.log_weight + np.where(hypotheses.levels[:, 0] > 0.0, 0.0, np.log(odds))
-    if ripple is not None:
-        log_weight = np.where(hypotheses.levels[:, 0] == ripple, log_weight, -np.inf)
-    weight = np.exp(log_weight - log_weight.max())
-    return weight / weight.sum()
+def _odds(levels: Matrix, ripple: float | None, resolution: float) -> Vector:
+    """Logarithm of the prior odds of each level; only those with a stated ripple are possible."""
+    still = 2.0 * np.log(min(1.0, resolution / RESOLVED))
+    odds = np.where(levels[:, 0] > 0.0, 0.0, still)
+    return odds if ripple is None else np.where(levels[:, 0] == ripple, odds, -np.inf)
 
 
 def _effect_marginals(

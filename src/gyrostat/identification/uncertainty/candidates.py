@@ -181,9 +181,6 @@ def candidates(
         make.add("asymmetry", "direction asymmetry of the dry friction", "1", one_sided_dry)
         title = "direction asymmetry of the viscous friction"
         make.add("viscous_asymmetry", title, "1", one_sided_viscous)
-    title = "drift of the dry friction over half the record"
-    drift = scale_by(make.dry, lambda record: share_of_range(record.time))
-    make.add("coulomb_drift", title, "1", drift, each=True)
     for names, name, kind in (
         (make.viscous, "viscous_over_temperature", "viscous"),
         (make.dry, "coulomb_over_temperature", "dry"),

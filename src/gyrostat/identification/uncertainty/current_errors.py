@@ -1,4 +1,4 @@
-"""What the samples of a current leave unknown: rounding, and when it steps between two samples.
+"""Errors of a recorded current: rounding, steps between two samples, an offset.
 
 A current that is recorded to 1 mA and held for 30 s has one constant error of up to 0.5 mA, which
 no number of samples averages out. A current that steps between two samples acts from an unknown
@@ -16,11 +16,15 @@ from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.fit.prediction import CurrentHold, Linearisation, SpeedPrediction
 from gyrostat.identification.read.current_steps import steps_of
 from gyrostat.identification.read.quantisation import held_levels
-from gyrostat.identification.uncertainty.effects import Nuisance, accumulated
+from gyrostat.identification.uncertainty.effects import CONSTANT_TORQUE, Nuisance, accumulated
 from gyrostat.telemetry import Record
 
 ROUNDED = 1.0 / np.sqrt(12.0)
 """Standard deviation of an error of rounding, in steps."""
+CONSTANT = 0.03
+"""Prior sigma of a constant torque, fraction of that of the rms current."""
+ROUNDING = 20.0
+"""Prior odds that currents with a common step were rounded to it, and are not exact set points."""
 STEPPED = 1.0 / np.sqrt(3.0)
 """Root mean square of the fraction of an interval after a step of the current that is in it."""
 MOST_STEPS = 60
@@ -38,6 +42,7 @@ class CurrentError:
         unit: Unit of the coefficients.
         sigma: Prior standard deviation of each coefficient, in `unit`.
         shapes: For each record the current in each interval per coefficient, (N - 1, m), A.
+        odds: Prior odds of its presence.
         at: Coefficients by which the current is corrected, (m,); None: not corrected.
     """
 
@@ -46,6 +51,7 @@ class CurrentError:
     unit: str
     sigma: float
     shapes: tuple[Matrix, ...]
+    odds: float
     at: Vector | None = None
 
     def nuisance(self, prediction: SpeedPrediction, linear: Sequence[Linearisation]) -> Nuisance:
@@ -57,7 +63,7 @@ class CurrentError:
         ]
         scales = (self.sigma,)
         return Nuisance(
-            self.name, self.title, self.unit, scales, tuple(columns), self.at, sampled=True
+            self.name, self.title, self.unit, scales, tuple(columns), self.at, odds=self.odds
         )
 
     def corrected(self, coefficients: Vector, shown: bool) -> "CurrentError":
@@ -101,7 +107,21 @@ def rounded_current(
     title = f"rounding of the current to {1e3 * step:.4g} mA, error of a held current"
     at = np.zeros(count) if stated else None
     sigma = ROUNDED * step
-    return CurrentError("current_rounding", title, "A", sigma, tuple(shapes), at), variances
+    return CurrentError(
+        "current_rounding", title, "A", sigma, tuple(shapes), ROUNDING, at
+    ), variances
+
+
+def constant_torque(records: Sequence[Record]) -> CurrentError:
+    """Constant torque, as a current: an offset of the drive, or friction that differs by direction.
+
+    Args:
+        records: Records of one wheel and drive.
+    """
+    rms = float(np.sqrt(np.mean(np.concatenate([r.current for r in records]) ** 2)))
+    shapes = tuple(np.full((len(r.time) - 1, 1), rms) for r in records)
+    title = "constant torque (current offset or direction asymmetry), fraction of the rms current"
+    return CurrentError(CONSTANT_TORQUE, title, "1", CONSTANT, shapes, 1.0)
 
 
 def current_steps(records: Sequence[Record], hold: CurrentHold) -> CurrentError | None:
@@ -127,4 +147,4 @@ def current_steps(records: Sequence[Record], hold: CurrentHold) -> CurrentError 
     for j, (_, k, i) in enumerate(places):
         shapes[k][i, j] = records[k].current[i + 1] - records[k].current[i]
     title = "steps of the current between samples, fraction of the interval"
-    return CurrentError(STEPS, title, "1", STEPPED, tuple(shapes))
+    return CurrentError(STEPS, title, "1", STEPPED, tuple(shapes), 1.0)

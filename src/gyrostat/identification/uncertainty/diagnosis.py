@@ -20,7 +20,7 @@ import numpy as np
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.read.findings import Finding, Score, by_evidence
 from gyrostat.identification.read.statistics import chi_square_tail
-from gyrostat.identification.uncertainty.effects import Nuisance
+from gyrostat.identification.uncertainty.effects import CONSTANT_TORQUE, Nuisance
 from gyrostat.identification.uncertainty.hypotheses import summed
 from gyrostat.identification.uncertainty.innovations import Innovations
 
@@ -110,7 +110,11 @@ _Key = tuple[str, int]
 
 def _keys(problem: _Problem) -> list[_Key]:
     """All candidates: deterministic effects that the record can show, and random torques."""
-    shapes = [("shape", k) for k in range(len(problem.effects)) if problem.visible(k)]
+    shapes = [
+        ("shape", k)
+        for k, effect in enumerate(problem.effects)
+        if effect.name != CONSTANT_TORQUE and problem.visible(k)
+    ]
     return [*shapes, ("torque", 0), ("torque", 1)]
 
 

@@ -30,7 +30,19 @@ LAGS = (0.1, 0.3, 1.0)
 SLOWEST_LAG = 0.1
 """Largest lag considered in a fast record, s; tachometer filters reach this."""
 DRIFTS = (0.03, 0.1, 0.3)
-"""Prior sigmas of a viscous drift from mid-record to the end, fraction of the coefficient."""
+"""Prior sigmas of a drift of friction from mid-record to the end, fraction of the friction."""
+DRIFTING = (
+    ("viscous", "viscous", "viscous friction", DRIFTS, None),
+    ("torque", "coulomb", "dry friction", DRIFTS[:2], 1.0),
+)
+"""Dimension of the parameters that drift together; identifier, title, prior sigmas and prior odds
+of the drift. That of the dry friction is no hint at other effects."""
+CONSTANT_TORQUE = "constant_torque"
+"""Identifier of a torque that the diagnosis names by its causes: current offset, asymmetry."""
+WAVES, MOST_WAVES = 8, 16
+"""Number of cosines of a variation of friction about its drift in a record, and in all records
+together. The k-th has k half periods in the record and 1/k of the amplitude, as those of a random
+walk (Karhunen and Loève)."""
 RIPPLES = (0.01, 0.03, 0.1)
 """Levels of a torque noise, fractions of the friction torque."""
 LARGEST_RIPPLE_ODDS = 4.0
@@ -64,8 +76,10 @@ class Nuisance:
             to each of the k coefficients, (N, k).
         at: Coefficients of an effect that is certainly present, at which the records are
             linearised, (k,); None if its presence is to be decided.
-        sampled: Whether it comes from the samples and not from the wheel: its presence is then no
-            hint at that of others, and has the prior 1/2.
+        odds: Prior odds of an effect that comes from the samples and not from the wheel, so that
+            its presence is no hint at that of others; None for an effect of the wheel.
+        beside: Effect at whose scale this one is present too or not, with equal odds; None for an
+            effect of its own.
     """
 
     name: str
@@ -74,7 +88,8 @@ class Nuisance:
     scales: tuple[float, ...]
     columns: tuple[Matrix, ...]
     at: Vector | None = None
-    sampled: bool = False
+    odds: float | None = None
+    beside: str | None = None
 
 
 @stored_function
@@ -136,26 +151,51 @@ def share_of_range(values: Vector) -> Vector:
     return 2.0 * (middle - values.min()) / np.ptp(values) - 1.0
 
 
-def _viscous_drift(
+def _drifts(
     prediction: SpeedPrediction,
     linear: Sequence[Linearisation],
-    values: Mapping[str, float],
-    sigma: Mapping[str, float],
-) -> Nuisance | None:
-    """Linear change of the viscous friction over each record, with zero mean."""
-    names = [n for n, d in prediction.model.dimensions().items() if d == "viscous"]
-    # an estimate that is near zero by chance gives no scale
-    size = {n: abs(values[n]) + sigma.get(n, 0.0) for n in names}
+    size: Mapping[str, float],
+    name: str,
+    title: str,
+    scales: tuple[float, ...],
+    odds: float | None,
+) -> list[Nuisance]:
+    """Change of some friction torques over each record, with zero mean: a line, and about it.
+
+    Args:
+        prediction: Records and friction model.
+        linear: Linearisation of each record at the fit.
+        size: Name -> size of the parameters that drift together, SI.
+        name: First part of the identifiers.
+        title: Friction in titles.
+        scales: Prior sigmas of the drift; its variation has the larger ones.
+        odds: Prior odds of a drift that is no hint at other effects.
+    """
     if not any(size.values()):
-        return None
-    columns = []
+        return []
+    count = min(WAVES, MOST_WAVES // len(linear))
+    orders = np.arange(1, count + 1)
+    lines, waves = [], []
     for k, (record, each) in enumerate(zip(prediction.records, linear, strict=True)):
-        torque = sum(size[n] * each.local[:, prediction.names.index(n)] for n in names)
-        drift = np.zeros((len(record.time), len(linear)))
-        drift[:, k] = accumulated(each, (share_of_range(record.time) * torque)[:, None])[:, 0]
-        columns.append(drift)
-    title = "drift of the viscous friction over half the record"
-    return Nuisance("viscous_drift", title, "1", DRIFTS, tuple(columns))
+        parts = [size[n] * each.local[:, prediction.names.index(n)] for n in size]
+        torque = np.sum(parts, axis=0)
+        share = share_of_range(record.time)
+        shapes = np.cos(0.5 * np.pi * orders * (share[:, None] + 1.0)) / orders
+        inputs = np.column_stack([share, shapes]) * torque[:, None]
+        response = accumulated(each, inputs)
+        line = np.zeros((len(record.time), len(linear)))
+        wave = np.zeros((len(record.time), count * len(linear)))
+        line[:, k], wave[:, k * count : (k + 1) * count] = response[:, 0], response[:, 1:]
+        lines.append(line)
+        waves.append(wave)
+    drift = f"{name}_drift"
+    over = f"drift of the {title} over half the record"
+    line = Nuisance(drift, over, "1", scales, tuple(lines), odds=odds)
+    if not count:
+        return [line]
+    about = f"variation of the {title} about its drift"
+    larger = scales[1:]
+    return [line, Nuisance(f"{name}_variation", about, "1", larger, tuple(waves), beside=drift)]
 
 
 def nuisances(
@@ -172,8 +212,13 @@ def nuisances(
         values: Name -> value of all parameters, SI.
         sigma: Name -> standard deviation of the estimated parameters, SI.
     """
-    drift = _viscous_drift(prediction, linear, values, sigma)
-    return [_lag(prediction.records, linear), *([] if drift is None else [drift])]
+    effects = [_lag(prediction.records, linear)]
+    for dimension, name, title, scales, odds in DRIFTING:
+        names = [n for n, d in prediction.model.dimensions().items() if d == dimension]
+        # an estimate that is near zero by chance gives no scale
+        size = {n: abs(values[n]) + sigma.get(n, 0.0) for n in names}
+        effects += _drifts(prediction, linear, size, name, title, scales, odds)
+    return effects
 
 
 def dry_friction(model: type[Friction], values: Mapping[str, float]) -> float:

@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import lgamma
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -21,6 +22,12 @@ from gyrostat.identification.uncertainty.torque_noise import TorqueNoise
 PRESENT, ABSENT = 0.5, 0.25
 """Parameters of the Beta prior of the probability of presence of a candidate. It is wide, with mean
 2/3, because real wheels have most of the effects."""
+NEGLIGIBLE = 20.0
+"""Hypotheses whose probability is smaller than that of the best by exp(20) are left out."""
+BATCH = 512
+"""Number of hypotheses whose evidence is computed at once, which bounds the memory."""
+EXACT = 1e-9
+"""Smallest part of the sum of squares that a regression leaves."""
 CLEARLY_MORE = 3.0
 """Standard deviations by which residuals must exceed a stated noise to replace it."""
 
@@ -48,7 +55,7 @@ class Segment:
 
 @dataclass(frozen=True)
 class Posteriors:
-    """Posterior of every combination of scales (h of them) at every level of torque noise.
+    """Posterior of combinations of scales at levels of torque noise, h of them.
 
     Attributes:
         mean: Whitened parameters and coefficients, (h, n + m).
@@ -128,14 +135,80 @@ def summed(found: Sequence[Innovations], stated: bool) -> tuple[Vector, Vector]:
     return total, np.sum(logs, axis=0)
 
 
+def _choices(effects: Sequence[Nuisance]) -> Matrix:
+    """Every choice of the scales of all effects, (h, effects); zero: absent."""
+    options = [e.scales if e.at is not None else (0.0, *e.scales) for e in effects]
+    choices = np.array(list(product(*options))).reshape(-1, len(effects))
+    names = [effect.name for effect in effects]
+    for k, effect in enumerate(effects):
+        if effect.beside is not None:
+            same = choices[:, k] == choices[:, names.index(effect.beside)]
+            choices = choices[(choices[:, k] == 0.0) | same]
+    return choices
+
+
+@dataclass(frozen=True)
+class _System:
+    """Linear regressions of all hypotheses at one level of torque noise.
+
+    Attributes:
+        products: Sums of products of the residual and c columns, (1 + c, 1 + c).
+        base: Information matrix of the prior, (c, c), with coefficients in prior sigmas.
+        spread: Prior sigma of each coefficient for each hypothesis, (h, c).
+        pulls: Information vectors of the prior, (h, c).
+        misfit: Sum of squares of the residual and of the distance from the prior means, (h,).
+    """
+
+    products: Matrix
+    base: Matrix
+    spread: Matrix
+    pulls: Matrix
+    misfit: Vector
+
+    def normal(self, which: Any) -> tuple[Vector, Matrix, Matrix]:
+        """Normal matrices over the outer product of their units, right-hand sides, units."""
+        spread = self.spread[which]
+        matrix = spread[:, :, None] * self.products[1:, 1:] * spread[:, None, :] + self.base
+        # normalise: otherwise very different precisions of the parameters cause rounding errors
+        unit = np.sqrt(np.diagonal(matrix, axis1=1, axis2=2))
+        matrix /= unit[:, :, None] * unit[:, None, :]
+        return matrix, spread * self.products[1:, 0] + self.pulls[which], unit
+
+    def deviance(self) -> Vector:
+        """Misfit plus log determinant of every hypothesis, (h,), by one bordered factorisation."""
+        results = []
+        for first in range(0, len(self.spread), BATCH):
+            matrix, right, unit = self.normal(slice(first, first + BATCH))
+            misfit = self.misfit[first : first + BATCH]
+            count, size = right.shape
+            bordered = np.zeros((count, size + 1, size + 1))
+            bordered[:, :size, :size] = matrix
+            bordered[:, size, :size] = right / (unit * np.sqrt(misfit)[:, None])
+            # the border keeps the matrix positive definite where the fit is exact
+            bordered[:, size, size] = 1.0 + EXACT
+            pivots = np.diagonal(np.linalg.cholesky(bordered), axis1=1, axis2=2)
+            determinant = 2.0 * np.sum(np.log(unit * pivots[:, :size]), axis=1)
+            results.append(misfit * (pivots[:, size] ** 2 - EXACT) + determinant)
+        return np.concatenate(results)
+
+    def moments(self, which: Any) -> tuple[Matrix, Vector]:
+        """Means and covariances of some hypotheses."""
+        matrix, right, unit = self.normal(which)
+        inverse = np.linalg.inv(matrix) / (unit[:, :, None] * unit[:, None, :])
+        mean = np.einsum("hij,hj->hi", inverse, right)
+        spread = self.spread[which]
+        return spread * mean, spread[:, :, None] * inverse * spread[:, None, :]
+
+
 def posteriors(
     found: Sequence[Innovations],
     effects: Sequence[Nuisance],
     prior: tuple[Matrix, Vector],
     levels: Matrix,
     stated: bool,
+    odds: Vector | float = 0.0,
 ) -> Posteriors:
-    """Posterior of every hypothesis: each choice of scales at each pair of levels.
+    """Posterior of every hypothesis that matters: each choice of scales at each pair of levels.
 
     Args:
         found: Whitened columns of each record.
@@ -144,15 +217,14 @@ def posteriors(
             (n,).
         levels: Levels of ripple and random-walk torque, (g, 2).
         stated: Whether the user stated the noise of the speed.
+        odds: Logarithm of further prior odds of each level, (g,).
     """
     information, pull = prior
     count = len(pull)
     widths = [effect.columns[0].shape[1] for effect in effects]
     size = count + sum(widths)
     total, logs = summed(found, stated)
-    options = [e.scales if e.at is not None else (0.0, *e.scales) for e in effects]
-    choices = np.array(list(product(*options)))
-    choices = choices.reshape(-1, len(effects))
+    choices = _choices(effects)
     spread = np.ones((len(choices), size))
     spread[:, count:] = np.repeat(choices, widths, axis=1)
     # in units of its prior sigma, the column of an absent coefficient is zero
@@ -161,30 +233,27 @@ def posteriors(
     pulls = _pulls(effects, choices, count, size)
     pulls[:, :count] = pull
     apart = np.sum(pulls[:, count:] ** 2, axis=1)
-    decided = np.array([not e.sampled for e in effects] + [True, True])
-    spacing = np.array([len(effect.scales) for effect in effects])
-    parts = []
-    for level, products, log in zip(levels, total, logs, strict=True):
-        matrix = spread[:, :, None] * products[1:, 1:] * spread[:, None, :] + base
-        right = spread * products[1:, 0] + pulls
-        # normalise: otherwise very different precisions of the parameters cause rounding errors
-        unit = np.sqrt(np.diagonal(matrix, axis1=1, axis2=2))
-        outer = unit[:, :, None] * unit[:, None, :]
-        root = np.linalg.cholesky(matrix / outer)
-        inverse = np.linalg.inv(matrix / outer) / outer
-        mean = np.einsum("hij,hj->hi", inverse, right)
-        logarithms = np.log(unit * np.diagonal(root, axis1=1, axis2=2))
-        determinant = 2.0 * np.sum(logarithms, axis=1)
-        misfit = products[0, 0] + apart - np.sum(mean * right, axis=1)
-        evidence = -0.5 * (log + misfit + determinant)
-        covariance = spread[:, :, None] * inverse * spread[:, None, :]
-        level_rows = np.broadcast_to(level, (len(choices), 2))
-        present = (np.column_stack([choices, level_rows]) > 0.0)[:, decided]
-        sizes = np.append(spacing, (len(RIPPLES), len(RIPPLES)))[decided]
+    counted = [e.beside is None and e.odds is None for e in effects]
+    sizes = np.array([len(effect.scales) for effect in effects])[counted]
+    sizes = np.append(sizes, (len(RIPPLES), len(RIPPLES)))
+    odds = np.broadcast_to(odds, len(levels))
+    sampled = (choices > 0.0) @ [np.log(e.odds / len(e.scales)) if e.odds else 0.0 for e in effects]
+    weights = []
+    for level, products, log, further in zip(levels, total, logs, odds, strict=True):
+        system = _System(products, base, spread, pulls, products[0, 0] + apart)
+        rows = np.broadcast_to(level, (len(choices), 2))
+        present = np.column_stack([choices[:, counted], rows]) > 0.0
         chance = _presence(present) - present @ np.log(sizes)
         if level[0] == RIPPLES[-1]:
             chance = chance + np.log(LARGEST_RIPPLE_ODDS)
-        parts.append((spread * mean, covariance, evidence + chance, choices, level_rows))
+        weights.append(chance + sampled + further - 0.5 * (log + system.deviance()))
+    best = max(float(np.max(weight)) for weight in weights)
+    parts = []
+    for level, products, weight in zip(levels, total, weights, strict=True):
+        which = np.flatnonzero(weight > best - NEGLIGIBLE)
+        system = _System(products, base, spread, pulls, products[0, 0] + apart)
+        rows = np.broadcast_to(level, (len(which), 2))
+        parts.append((*system.moments(which), weight[which], choices[which], rows))
     return Posteriors(*(np.concatenate(column) for column in zip(*parts, strict=True)))
 
 
