@@ -6,7 +6,7 @@ repeated until the corrections no longer change.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -48,6 +48,7 @@ class Estimate:
         findings: Findings of the diagnosis.
         scores: Score tests of all candidates.
         errors: Errors of the current at their estimates.
+        honest: Whether values and covariance are those of the average over the effects.
     """
 
     values: Vector
@@ -57,7 +58,8 @@ class Estimate:
     effects: tuple[Effect, ...] = ()
     findings: tuple[Finding, ...] = ()
     scores: tuple[Score, ...] = ()
-    errors: tuple[CurrentError, ...] = field(default=())
+    errors: tuple[CurrentError, ...] = ()
+    honest: bool = False
 
 
 def plain_estimate(
@@ -134,7 +136,12 @@ def averaged(
     values[index] = x + mixture.shift
     final = prediction.linearise(values)
     if final is None or prediction.stuck([(s.speed, s.jacobian) for s in final], sigmas):
-        return replace(plain, findings=mixture.findings, scores=mixture.scores)
+        return replace(
+            plain,
+            effects=mixture.effects,
+            findings=mixture.findings,
+            scores=mixture.scores,
+        )
     speeds = []
     for k, each in enumerate(final):
         columns = [effect.columns[k] for effect in effects]
@@ -154,6 +161,7 @@ def averaged(
         findings=mixture.findings,
         scores=mixture.scores,
         errors=tuple(errors),
+        honest=True,
     )
 
 

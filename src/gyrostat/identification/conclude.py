@@ -124,7 +124,7 @@ def conclude(
     stated_sigmas = speed_sigmas if sigma_given else [None] * len(records)
     parts = zip(records, levels, stated_sigmas, noise, strict=True)
     scatter = [Scatter(r.name, level, stated, each) for r, level, stated, each in parts]
-    silent = bool(best.effects) or white_noise or not solution.converged
+    silent = best.honest or white_noise or not solution.converged
     faults = [
         f for r, each in zip(records, residuals, strict=True) for f in found_in(r, each, loss)
     ]

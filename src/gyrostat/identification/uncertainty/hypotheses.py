@@ -26,8 +26,9 @@ NEGLIGIBLE = 20.0
 """Hypotheses whose probability is smaller than that of the best by exp(20) are left out."""
 BATCH = 512
 """Number of hypotheses whose evidence is computed at once, which bounds the memory."""
-EXACT = 1e-9
-"""Smallest part of the sum of squares that a regression leaves."""
+BORDER = 1e-4
+"""Added to the border of a normalised matrix and subtracted from its pivot, so that rounding errors
+do not make it indefinite where a regression leaves nothing of the residual."""
 CLEARLY_MORE = 3.0
 """Standard deviations by which residuals must exceed a stated noise to replace it."""
 
@@ -184,11 +185,10 @@ class _System:
             bordered = np.zeros((count, size + 1, size + 1))
             bordered[:, :size, :size] = matrix
             bordered[:, size, :size] = right / (unit * np.sqrt(misfit)[:, None])
-            # the border keeps the matrix positive definite where the fit is exact
-            bordered[:, size, size] = 1.0 + EXACT
+            bordered[:, size, size] = 1.0 + BORDER
             pivots = np.diagonal(np.linalg.cholesky(bordered), axis1=1, axis2=2)
             determinant = 2.0 * np.sum(np.log(unit * pivots[:, :size]), axis=1)
-            results.append(misfit * (pivots[:, size] ** 2 - EXACT) + determinant)
+            results.append(misfit * (pivots[:, size] ** 2 - BORDER) + determinant)
         return np.concatenate(results)
 
     def moments(self, which: Any) -> tuple[Matrix, Vector]:
@@ -233,6 +233,8 @@ def posteriors(
     pulls = _pulls(effects, choices, count, size)
     pulls[:, :count] = pull
     apart = np.sum(pulls[:, count:] ** 2, axis=1)
+    # the least distance from the prior of the parameters, without which the misfit is no square
+    apart += float(pull @ np.linalg.pinv(information, hermitian=True) @ pull)
     counted = [e.beside is None and e.odds is None for e in effects]
     sizes = np.array([len(effect.scales) for effect in effects])[counted]
     sizes = np.append(sizes, (len(RIPPLES), len(RIPPLES)))
