@@ -12,6 +12,7 @@ VERBS = {
     "identify": ("fit.json", "", (RECORD, "--inertia", "1.5e-3")),
     "validate": ("validation.html", "", (MODEL, RECORD)),
     "compare": ("comparison.json", "", (MODEL, MODEL)),
+    "lot": ("lot.json", "", (MODEL,)),
     "bench": ("r.csv", "r.csv", (MODEL, "--duration", "20")),
     "holdable": ("report.html", "", (WHEELS, "--momentum", "0,0,0", *ATTITUDE)),
     "recover": ("run.nc", "", (WHEELS, "--failed", "x=seized", "--wheels", "0,0,0", *ATTITUDE)),

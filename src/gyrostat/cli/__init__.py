@@ -17,6 +17,7 @@ from gyrostat.cli.campaign import campaign, check, replay, report, simulate, tun
 from gyrostat.cli.comparison import compare
 from gyrostat.cli.export import export
 from gyrostat.cli.feasibility import feasible
+from gyrostat.cli.lots import lot
 from gyrostat.cli.paper import reproduce
 from gyrostat.cli.recovery import recover
 from gyrostat.cli.verb import Verb
@@ -73,7 +74,7 @@ def _options(
 
 
 for _verb in (
-    *(identify, validate, compare, bench, feasible, recover),
+    *(identify, validate, compare, lot, bench, feasible, recover),
     *(check, simulate, campaign, tune, replay, report, export, reproduce, cache),
 ):
     app.command(cls=Verb)(_keeping_programs(_verb))

@@ -13,6 +13,11 @@ from gyrostat.identification.judge.acceptance_lines import Acceptance
 from gyrostat.identification.judge.fit_changes import Comparison
 from gyrostat.identification.judge.fit_comparison import compare_fits
 from gyrostat.identification.judge.validation import Validation, validate
+from gyrostat.identification.lot import lot_json as lot_json  # a view
+from gyrostat.identification.lot import lot_text as lot_text  # a view
+from gyrostat.identification.lot.analysis import analyse_lot
+from gyrostat.identification.lot.lot_table import dispersion_table
+from gyrostat.identification.lot.result import Lot
 from gyrostat.identification.result import fit_json as fit_json  # a view
 from gyrostat.identification.result import fit_text as fit_text  # a view
 from gyrostat.identification.result.fit import Candidate, Fit
@@ -28,15 +33,18 @@ __all__ = [
     "Comparison",
     "Effect",
     "Fit",
+    "Lot",
     "Observability",
     "Problem",
     "StoredFit",
     "TemperatureTrend",
     "Validation",
     "accept",
+    "analyse_lot",
     "candidates_of",
     "compare",
     "compare_fits",
+    "dispersion_table",
     "identify",
     "identify_coast",
     "identify_dedicated",

@@ -1,4 +1,4 @@
-"""Read [[dispersion]] tables: distributions, or the covariance of an identified wheel."""
+"""Read [[dispersion]] tables: distributions, the covariance of an identified wheel, or a lot."""
 
 import difflib
 import math
@@ -15,6 +15,7 @@ from gyrostat.scenario.kinds.distributions import DISTRIBUTIONS, NAMED, distribu
 from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.scenario import Dispersion, Scenario
 from gyrostat.scenario.schema import Key
+from gyrostat.scenario_files.read_lot import from_lot
 from gyrostat.scenario_files.tables import Table
 
 
@@ -37,6 +38,8 @@ def read_dispersions(
     for row in top.tables("dispersion"):
         if "fit" in row.row:
             group = [_from_fit(row.known(("fit", "wheel")), scenario, force)]
+        elif "lot" in row.row:
+            group = from_lot(row.known(("lot", "wheel")), scenario)
         else:
             kind = DISTRIBUTIONS[row.one_of("distribution", NAMED)]
             row.known(("key", "distribution", *kind.parameters()))
@@ -47,7 +50,8 @@ def read_dispersions(
         dispersed_keys = {key for dispersion in dispersions for key in dispersion.keys}
         for key in (key for dispersion in group for key in dispersion.keys):
             if key in dispersed_keys:
-                raise row.refuse("fit" if "fit" in row.row else "key", key, "one dispersion of it")
+                source = next((name for name in ("fit", "lot") if name in row.row), "key")
+                raise row.refuse(source, key, "one dispersion of it")
         dispersions += group
     return tuple(dispersions)
 

@@ -12,6 +12,7 @@ from gyrostat.verbs.comparison import compare
 from gyrostat.verbs.exports import export
 from gyrostat.verbs.feasibility import feasible
 from gyrostat.verbs.identification import identify
+from gyrostat.verbs.lots import lot
 from gyrostat.verbs.papers import reproduce
 from gyrostat.verbs.recovery import recover
 from gyrostat.verbs.scenario_check import check
@@ -28,6 +29,7 @@ __all__ = [
     "export",
     "feasible",
     "identify",
+    "lot",
     "recover",
     "replay",
     "report",

@@ -1,0 +1,67 @@
+"""Remarks on a lot whose results are less certain."""
+
+from collections.abc import Mapping, Sequence
+
+from gyrostat.identification.judge.fit_comparison import SAME_TEMPERATURE
+from gyrostat.identification.lot.posterior import LARGEST_SHAPE
+from gyrostat.identification.lot.result import LotParameter
+from gyrostat.identification.result.stored_fit import StoredFit
+
+FEWEST_EFFECTIVE = 100
+"""Fewest effective draws for limits to two digits."""
+LARGE_SHAPE = 0.8 * LARGEST_SHAPE
+
+
+def notes(
+    fits: Sequence[StoredFit], parameters: Mapping[str, LotParameter], shape: str
+) -> tuple[str, ...]:
+    """Remarks on a lot.
+
+    Args:
+        fits: Fits of the wheels.
+        parameters: Name -> distribution.
+        shape: Shape that the analysis was told.
+    """
+    remarks = []
+    warm = [fit.temperature for fit in fits if fit.temperature is not None]
+    if warm and max(warm) - min(warm) > SAME_TEMPERATURE:
+        remarks.append(
+            f"the temperatures differ, from {min(warm):.3g} to {max(warm):.3g} °C: friction "
+            "changes with temperature, which is part of the spread here"
+        )
+    if any(fit.date is None for fit in fits):
+        remarks.append(
+            "no drift, and control charts in the order of the files: a date is unknown (comment "
+            "'# date: 2026-03-01' in each record, or --manifest)"
+        )
+    for name, parameter in parameters.items():
+        remarks += [f"{name}: {text}" for text in _of_parameter(parameter, shape)]
+    return tuple(remarks)
+
+
+def _of_parameter(parameter: LotParameter, shape: str) -> list[str]:
+    remarks = []
+    if parameter.sigma_errors > parameter.sigma.value:
+        remarks.append(
+            "the errors of the fits are larger than the spread of the wheels: the spread and the "
+            "shape are uncertain, and the limits are wide"
+        )
+    typical = parameter.draws.typical()[2]
+    if shape != "normal" and abs(typical) > LARGE_SHAPE:
+        remarks.append(
+            f"the shape {typical:.2f} is near the largest one that is considered, {LARGEST_SHAPE}: "
+            "the limits may not hold"
+        )
+    if parameter.draws.effective < FEWEST_EFFECTIVE:
+        remarks.append(f"the limits are from {parameter.draws.effective:.0f} effective draws only")
+    if parameter.outliers:
+        remarks.append(
+            "the limits include the outliers: correct or remove their fits if the wheels are not "
+            "used"
+        )
+    if parameter.drift is not None and parameter.drift.significant:
+        remarks.append(
+            "changes over the date of production: the limits are those of the wheels so far, not "
+            "of the next ones"
+        )
+    return remarks

@@ -1,0 +1,92 @@
+"""A lot over the dates of production: trend of each parameter, and control charts.
+
+The charts are of the standard normal numbers of the estimates in their lot: about 0 with a standard
+deviation of 1, whatever the shape of the lot and the errors of the fits. Shewhart chart: a number
+beyond 3 (one false signal in 370 wheels). CUSUM: sums of the excess over 0.5 of either sense beyond
+5 (one false signal in 465 wheels; D. C. Montgomery, Introduction to Statistical Quality Control).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrostat.core.types import Vector
+from gyrostat.identification.judge.fit_changes import FALSE_ALARMS
+from gyrostat.identification.judge.spread import line
+
+SHEWHART_LIMIT = 3.0
+CUSUM_SLACK, CUSUM_LIMIT = 0.5, 5.0
+YEAR = 365.25
+"""Days of a year."""
+FEWEST_DATES = 3
+
+
+@dataclass(frozen=True)
+class ControlChart:
+    """Control chart of one parameter, in the order of production.
+
+    Attributes:
+        scores: Standard normal number of each estimate, (n,).
+        above: Sums of excess above the lot, (n,).
+        below: Sums of excess below the lot, (n,).
+        beyond: Indices of wheels beyond the Shewhart limits.
+        shifts: Indices of wheels at which a sum passes its limit.
+    """
+
+    scores: Vector
+    above: Vector
+    below: Vector
+    beyond: tuple[int, ...]
+    shifts: tuple[int, ...]
+
+
+@dataclass(frozen=True)
+class Drift:
+    """Straight line through a parameter over the date of production.
+
+    Attributes:
+        slope: Change per year, SI.
+        sigma: Standard deviation of the slope, with the spread between the wheels.
+        chance: P-value of no change; in the result, adjusted for the number of parameters.
+    """
+
+    slope: float
+    sigma: float
+    chance: float
+
+    @property
+    def significant(self) -> bool:
+        """Whether there is a change."""
+        return self.chance <= FALSE_ALARMS
+
+
+def control_chart(scores: Vector) -> ControlChart:
+    """Shewhart chart and CUSUM of standard normal numbers in the order of production, (n,)."""
+    sums = np.zeros((2, len(scores) + 1))
+    for k, score in enumerate(scores):
+        excess = np.array([score, -score]) - CUSUM_SLACK
+        sums[:, k + 1] = np.maximum(sums[:, k] + excess, 0.0)
+    outside = sums > CUSUM_LIMIT
+    starts = np.any(outside[:, 1:] & ~outside[:, :-1], axis=0)
+    return ControlChart(
+        scores,
+        sums[0, 1:],
+        sums[1, 1:],
+        tuple(np.flatnonzero(np.abs(scores) > SHEWHART_LIMIT).tolist()),
+        tuple(np.flatnonzero(starts).tolist()),
+    )
+
+
+def drift(days: Vector, values: Vector, errors: Vector, spread: float) -> Drift | None:
+    """Trend of a parameter; None if there are fewer than three dates.
+
+    Args:
+        days: Dates of production, (n,), days.
+        values: Estimates, (n,).
+        errors: Standard deviations of their errors, (n,).
+        spread: Standard deviation between the wheels.
+    """
+    if len(np.unique(days)) < FEWEST_DATES:
+        return None
+    trend = line((days - days.mean()) / YEAR, values, np.diag(errors**2 + spread**2))
+    return Drift(trend.slope, float(np.sqrt(trend.covariance[1, 1])), trend.chance)
