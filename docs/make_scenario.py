@@ -174,6 +174,13 @@ Alternatively, the result of an identification, with its correlations:
 | `fit` | `fit.json` of `gyrostat identify` |
 | `wheel` | name of the wheel whose friction and inertia are drawn from it |
 
+Or a [lot of wheels](lot.md#draw-wheels-from-the-lot), whatever the nominal values are:
+
+| key | meaning |
+|---|---|
+| `lot` | `lot.toml` of `gyrostat lot` |
+| `wheel` | name of the wheel that is drawn from it; `*`: each wheel independently |
+
 Dispersions apply to the spacecraft, not to the controller's model of it. Controller and
 compensator use the nominal values, unless `controller.` and `compensator.` keys are dispersed. An
 impossible draw, such as negative friction, is refused before the first run.

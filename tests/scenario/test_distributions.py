@@ -39,7 +39,7 @@ def alone(name, parameters):
 
 def test_each_distribution_is_tested():
     assert {name.partition(" ")[0] for name in ALONE} == set(NAMED)
-    assert set(DISTRIBUTIONS) - set(NAMED) == {"covariance"}
+    assert set(DISTRIBUTIONS) - set(NAMED) == {"covariance", "lot"}
 
 
 @pytest.mark.parametrize(("name", "given"), ALONE.items(), ids=ALONE)
@@ -58,6 +58,24 @@ def test_quantiles_and_bounds_are_those_of_scipy(name, given):
         for bound, x in ((low, -3.0), (high, 3.0))
     ]
     assert [float(each[0]) for each in found.extremes(3.0)] == pytest.approx(ends, rel=1e-9)
+
+
+def test_a_lot_is_log_normal_and_normal_with_a_correlation():
+    rows = ((4.0, 2.0, 0.5, 1.0, 0.0), (-1.0, 0.3, 0.0, 0.6, 0.8))
+    keys = ("wheel.a.coulomb", "wheel.a.viscous")
+    found = distribution_of(Dispersion(keys, "lot", rows), dict.fromkeys(keys, 99.0))
+    share = np.random.default_rng(910860).random((20_000, 2))
+    values = found.quantile(share)
+    expected = stats.lognorm(0.5, scale=4.0).ppf(share[:, 0])
+    np.testing.assert_allclose(values[:, 0], expected, rtol=1e-9)
+    score = (values[:, 1] + 1.0) / 0.3
+    assert stats.kstest(score, "norm").pvalue > 0.001
+    assert np.corrcoef(stats.norm.ppf(share[:, 0]), score)[0, 1] == pytest.approx(0.6, abs=0.02)
+    assert found.is_joint()
+    assert list(found.faults()) == []
+    low, high = found.extremes(3.0)
+    np.testing.assert_allclose(low, [4.0 * np.exp(-1.5), -1.9])
+    np.testing.assert_allclose(high, [4.0 * np.exp(1.5), -0.1])
 
 
 def test_the_upper_end_is_as_exact_as_the_lower_one():

@@ -17,7 +17,7 @@ from gyrostat.core.skewed_normal import score_of, value_at
 from gyrostat.identification.lot.posterior import LotDraws
 
 CONTENT, CONFIDENCE = 0.95, 0.95
-HALVINGS = 40
+HALVINGS = 20
 
 
 @dataclass(frozen=True)
@@ -45,25 +45,20 @@ def tolerance_limits(draws: LotDraws, content: float, confidence: float) -> Limi
         content: Share of the wheels, between 0.5 and 1.
         confidence: Probability that the limits contain this share.
     """
-
-    def lower(share: float, doubt: float) -> float:
-        return draws.quantile(value_at(ndtri(1.0 - share), *draws.lots.T), doubt)
-
-    def upper(share: float, doubt: float) -> float:
-        return draws.quantile(value_at(ndtri(share), *draws.lots.T), 1.0 - doubt)
-
-    # Ends with equal doubt in the outer shares; the share inside, not the two outer ones, is sure.
-    inner = 0.5 * (1.0 + content)
+    inner, doubt = 0.5 * (1.0 + content), 1.0 - confidence
+    shares = (1.0 - content, content, 1.0 - inner, inner)
+    lower, upper, low, high = (
+        draws.quantiles(value_at(ndtri(share), *draws.lots.T)) for share in shares
+    )
+    # ends with equal doubt in the outer shares; the share inside, not the two outer ones, is sure
     fewest, most = 0.0, 0.5
     for _ in range(HALVINGS):
-        doubt = 0.5 * (fewest + most)
-        low, high = lower(inner, doubt), upper(inner, doubt)
-        above, below = (ndtr(score_of(end, *draws.lots.T)) for end in (low, high))
-        sure = float(draws.weight @ (below - above >= content))
-        fewest, most = (doubt, most) if sure >= confidence else (fewest, doubt)
-    low, high = lower(inner, fewest), upper(inner, fewest)
-    doubt = 1.0 - confidence
-    return Limits(lower(content, doubt), upper(content, doubt), low, high)
+        middle = 0.5 * (fewest + most)
+        ends = low(middle), high(1.0 - middle)
+        below, above = (ndtr(score_of(end, *draws.lots.T)) for end in ends)
+        sure = float(draws.weight @ (above - below >= content))
+        fewest, most = (middle, most) if sure >= confidence else (fewest, middle)
+    return Limits(lower(doubt), upper(1.0 - doubt), low(fewest), high(1.0 - fewest))
 
 
 def one_sided_factor(count: int, content: float, confidence: float) -> float:

@@ -8,8 +8,9 @@ exact.
 
 Log-normal lots and lots of unknown shape: Bayesian posterior, by importance sampling. The prior is
 flat in the location (log-normal: its logarithm), in the logarithm of the scale where it is larger
-than the errors, and falls with the square of the scale where it is smaller. That of the shape is
-flat up to `LARGEST_SHAPE`.
+than the errors, and falls with the square of the scale where it is smaller. An unknown shape is
+standard normal, cut at `LARGEST_SHAPE`; the deviation of a logarithm has the same limit. For this
+prior the confidence of the limits was measured (`benchmarks/lot.py`).
 """
 
 from collections.abc import Callable
@@ -62,11 +63,16 @@ class LotDraws:
         """Number of equally weighted draws that would be as good."""
         return float(1.0 / np.sum(self.weight**2))
 
-    def quantile(self, values: Vector, share: float) -> float:
-        """Quantile of a function of the draws, of which `values`, (k,), are the values."""
+    def quantiles(self, values: Vector) -> Callable[[float], float]:
+        """Quantile function of a function of the draws, of which `values`, (k,), are the values."""
         order = np.argsort(values, kind="stable")
-        weight = self.weight[order]
-        return float(np.interp(share, np.cumsum(weight) - 0.5 * weight, values[order]))
+        weight, ordered = self.weight[order], values[order]
+        level = np.cumsum(weight) - 0.5 * weight
+        return lambda share: float(np.interp(share, level, ordered))
+
+    def quantile(self, values: Vector, share: float) -> float:
+        """Quantile of a function of the draws; see `quantiles`."""
+        return self.quantiles(values)(share)
 
     def typical(self) -> tuple[float, float, float]:
         """Medians of location, scale and shape."""
@@ -126,7 +132,8 @@ def _skewed(values: Vector, errors: Vector, count: int) -> LotDraws:
         location, scale, shape = points[:, 0], np.exp(points[:, 1]), points[:, 2]
         inside = np.abs(shape) < LARGEST_SHAPE
         lots = np.column_stack([location, scale, np.where(inside, shape, 0.0)])
-        return np.where(inside, likelihood(lots).sum(axis=1) + _scale_prior(scale, error), -np.inf)
+        density = likelihood(lots).sum(axis=1) + _scale_prior(scale, error) - 0.5 * shape**2
+        return np.where(inside, density, -np.inf)
 
     start = np.array([0.0, _log_spread(scaled), 0.0])
     points, weight = _sample(log_posterior, start, count)
