@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 
 from gyrostat.core.types import Matrix
 
-SMALLEST_SHAPE = 1e-6
-"""Smaller shapes are computed with this one: the values differ by less than 1e-5 of the scale."""
+SMALLEST_SHAPE = 1e-9
+"""Smaller shapes are computed with this one: the values differ by less than 1e-7 of the scale."""
 
 
 def usable_shape(shape: ArrayLike) -> Matrix:

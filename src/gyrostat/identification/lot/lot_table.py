@@ -4,6 +4,7 @@ import json
 
 import numpy as np
 
+from gyrostat.core.skewed_normal import usable_shape
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.lot.correlation import possible
 from gyrostat.identification.lot.result import Lot
@@ -19,7 +20,7 @@ def score_correlation(correlation: Matrix, shape: Vector) -> Matrix:
         correlation: Correlation of the parameters, (p, p).
         shape: Their shapes, (p,).
     """
-    shapes = np.where(np.abs(shape) < 1e-4, 1e-4, shape)
+    shapes = usable_shape(shape)
     root = np.sqrt(np.expm1(shapes**2))
     product = np.outer(shapes, shapes)
     argument = np.maximum(correlation * np.outer(root, root) * np.sign(product), -1.0 + 1e-12)
