@@ -196,7 +196,15 @@ def test_cusum_of_a_shift_of_one_sigma_signals_at_its_eleventh_wheel():
     assert chart.above[19] == pytest.approx(5.0)
     assert chart.shifts == (20,)
     assert chart.beyond == (25,)
+    assert chart.above[21] == pytest.approx(0.5)
     assert control_chart(-np.array([1.0] * 11)).below[-1] == pytest.approx(5.5)
+
+
+def test_control_charts_have_the_stated_rates_of_false_signals():
+    """One wheel in 370 and in 465 (Montgomery, table 9.3), within 4 sigma."""
+    chart = control_chart(np.random.default_rng(910811).standard_normal(200_000))
+    assert len(chart.beyond) == pytest.approx(200_000 / 370.4, abs=4.0 * np.sqrt(540.0))
+    assert len(chart.shifts) == pytest.approx(200_000 / 465.0, abs=4.0 * np.sqrt(430.0))
 
 
 def test_drift_is_a_weighted_line_whose_sigma_has_the_spread_of_the_wheels():

@@ -101,7 +101,7 @@ def best_text(lot: Lot) -> str:
     }[best.rule]
     return (
         f"best set of {len(best.wheels)}, with {meaning} of {best.parameter}: {wheels}; it is the "
-        f"best with a probability of {plain(100.0 * best.probability, 2)} %, and "
+        f"best with a probability of {plain(100.0 * best.probability, 3)} %, and "
         f"{plain(best.excess, 2)} {unit} from the best on average"
     )
 

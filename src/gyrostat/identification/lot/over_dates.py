@@ -61,20 +61,19 @@ class Drift:
 
 
 def control_chart(scores: Vector) -> ControlChart:
-    """Shewhart chart and CUSUM of standard normal numbers in the order of production, (n,)."""
-    sums = np.zeros((2, len(scores) + 1))
+    """Shewhart chart and CUSUM of standard normal numbers in the order of production, (n,).
+
+    After a signal the sums start again at zero.
+    """
+    sums, shifts, last = np.zeros((2, len(scores))), [], np.zeros(2)
     for k, score in enumerate(scores):
-        excess = np.array([score, -score]) - CUSUM_SLACK
-        sums[:, k + 1] = np.maximum(sums[:, k] + excess, 0.0)
-    outside = sums > CUSUM_LIMIT
-    starts = np.any(outside[:, 1:] & ~outside[:, :-1], axis=0)
-    return ControlChart(
-        scores,
-        sums[0, 1:],
-        sums[1, 1:],
-        tuple(np.flatnonzero(np.abs(scores) > SHEWHART_LIMIT).tolist()),
-        tuple(np.flatnonzero(starts).tolist()),
-    )
+        last = np.maximum(last + np.array([score, -score]) - CUSUM_SLACK, 0.0)
+        sums[:, k] = last
+        if last.max() > CUSUM_LIMIT:
+            shifts.append(k)
+            last = np.zeros(2)
+    beyond = np.flatnonzero(np.abs(scores) > SHEWHART_LIMIT).tolist()
+    return ControlChart(scores, sums[0], sums[1], tuple(beyond), tuple(shifts))
 
 
 def drift(days: Vector, values: Vector, errors: Vector, spread: float) -> Drift | None:
