@@ -145,6 +145,14 @@ def test_a_lot_that_cannot_be_is_refused(folder, tmp_path, before, after, messag
         gs.read_scenario(scenario_of(tmp_path, "a"))
 
 
+def test_without_dates_there_is_no_drift_and_a_note_says_so(folder):
+    change(folder, 3, metadata=[{"serial": "RW-03"}])
+    result = gs.lot(folder, shape="normal")
+    assert result.days is None
+    assert all(parameter.drift is None for parameter in result.parameters.values())
+    assert any("a date is unknown" in note for note in result.notes)
+
+
 def test_a_manifest_replaces_the_dates(folder, tmp_path):
     rows = [f"RW-{k:02}, {date(2026, 3, 1) - timedelta(2 * k)}" for k in range(24)]
     manifest = tmp_path / "dates.csv"
@@ -218,6 +226,13 @@ def test_fits_of_no_lot_are_refused_in_one_line(run, folder, tmp_path, what, mes
 def test_arguments_that_cannot_be_are_refused(folder, options, message):
     with pytest.raises(gs.InputError, match=message):
         gs.lot(folder, **options)
+
+
+def test_copies_of_a_fit_are_no_lot(folder):
+    for number in range(24):
+        change(folder, number, parameters=content(MEDIAN.tolist(), number)["parameters"])
+    with pytest.raises(gs.InputError, match="found the same motor_constant in all fits"):
+        gs.lot(folder)
 
 
 def test_too_few_wheels_are_refused(folder, tmp_path):

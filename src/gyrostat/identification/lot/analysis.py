@@ -188,6 +188,11 @@ def _check(fits: Sequence[StoredFit], labels: Sequence[str], shape: str, paramet
                 f"{fit.name}: found {name} of both signs in the lot, expected one in a log-normal "
                 "one: give --shape unknown"
             )
+    for name, spread in zip(first.names, np.ptp([fit.values for fit in fits], axis=0), strict=True):
+        if spread == 0.0:
+            raise InputError(
+                f"lot: found the same {name} in all fits, expected fits of different wheels"
+            )
     if parameter and parameter not in first.names:
         raise InputError(
             f"--best: found {parameter!r}, expected one of {', '.join(first.names)} after the rule"
