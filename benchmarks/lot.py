@@ -8,7 +8,7 @@ deviation, of the stated share of the spread, scatters by a factor of 1.35 betwe
 each shape that the analysis is told: share of the lots in which at least 95 % of the true
 distribution is above the lower limit, below the upper limit, and inside the interval, at 95 %
 confidence; the same with classical factors and the standard deviation of the estimates; the ratio
-of the median scale to the truth, and of the standard deviation of the estimates to the truth.
+of the standard deviation of the wheels to the truth, and of that of the estimates.
 With `--outliers`: share of the lots in which a wheel is called an outlier, none being one.
 Seeds below 90000 served development.
 """
@@ -113,7 +113,7 @@ def measure(name: str, count: int, shape: str, arguments: argparse.Namespace) ->
         mean, sigma = values.mean(), values.std(ddof=1)
         k = sigma * np.array([-one, one, -two, two])
         classical.append(holds(truth, *(mean + k)))
-        spread = draws.quantile(deviation(draws.scale, draws.shape), 0.5)
+        spread = float(deviation(*draws.typical()[1:]))
         ratios.append([spread / truth.sigma, sigma / truth.sigma])
         effective.append(draws.effective)
         if arguments.outliers:

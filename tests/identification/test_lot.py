@@ -100,7 +100,7 @@ def test_the_spread_of_the_estimates_is_too_large_and_that_of_the_lot_is_not(sha
     for _ in range(12):
         values, errors = lot_of(random, 100, ratio=0.75)
         draws = lot_draws(values, errors, shape, 512)
-        sigma = draws.quantile(deviation(draws.scale, draws.shape), 0.5)
+        sigma = float(deviation(*draws.typical()[1:]))
         ratios.append([sigma, values.std(ddof=1)])
     wheels, estimates = np.mean(ratios, axis=0)
     # the errors have a root mean square of 0.82: sqrt(1 + 0.82^2) = 1.29

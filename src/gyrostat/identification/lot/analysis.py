@@ -106,7 +106,9 @@ def _parameter(
 ) -> LotParameter:
     """Distribution of one parameter over the lot."""
     draws = lot_draws(values, errors, shape)
-    spread = interval(draws, deviation(draws.scale, draws.shape))
+    # that of the typical lot, as in lot.toml: the median over the draws is larger in small lots
+    value = float(deviation(*draws.typical()[1:]))
+    spread = replace(interval(draws, deviation(draws.scale, draws.shape)), value=value)
     shifted = _with_common_error(draws, common)
     return LotParameter(
         name=fit.names[place],

@@ -21,7 +21,7 @@ INTERVAL = (0.025, 0.975)
 
 @dataclass(frozen=True)
 class Interval:
-    """Median and 95 % interval of a quantity."""
+    """Typical value and 95 % interval of a quantity."""
 
     value: float
     low: float
@@ -46,7 +46,8 @@ class LotParameter:
         common_error: Standard deviation of the error that all estimates share, SI.
         draws: Draws of the lot.
         median: Median of the wheels, SI.
-        sigma: Standard deviation of the wheels, without the errors of the fits, SI.
+        sigma: Standard deviation of the wheels, without the errors of the fits, SI, for the medians
+            of scale and shape; and its 95 % interval.
         shape: Shape of the lot; see `gyrostat.core.skewed_normal`.
         limits: Tolerance limits.
         chart: Control chart.
