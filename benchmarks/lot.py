@@ -103,9 +103,6 @@ def measure(name: str, count: int, shape: str, arguments: argparse.Namespace) ->
     for lot in range(arguments.lots):
         random = np.random.default_rng([arguments.seed, count, lot])
         values, errors = estimates(truth, random, count, arguments.errors)
-        if shape == "log-normal" and values.min() <= 0.0:
-            print(f"{name:16} {count:4} {shape:10}  estimates that are not positive")
-            return
         draws = lot_draws(values, errors, shape)
         limits = tolerance_limits(draws, CONTENT, CONFIDENCE)
         ends = limits.lower, limits.upper, limits.low, limits.high

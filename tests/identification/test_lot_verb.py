@@ -198,7 +198,7 @@ def bad_fit(what):
         ("unit", "found units N·m/A, N·m·s/rad, mN·m, expected"),
         ("parameter", "found parameters motor_constant, viscous, expected"),
         ("nan", "expected finite values"),
-        ("sign", "found coulomb of both signs"),
+        ("sign", "found coulomb of another sign"),
     ],
 )
 def test_fits_of_no_lot_are_refused_in_one_line(run, folder, tmp_path, what, message):

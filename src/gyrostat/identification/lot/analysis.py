@@ -27,6 +27,8 @@ from gyrostat.identification.result.stored_fit import StoredFit
 
 FEWEST = 20
 """Smallest number of wheels for which the confidence of the limits was measured."""
+SURE = 5.0
+"""Number of standard deviations from zero at which the sign of an estimate is that of the wheel."""
 
 
 def analyse_lot(
@@ -184,11 +186,14 @@ def _check(fits: Sequence[StoredFit], labels: Sequence[str], shape: str, paramet
                     f"{fit.name}: found {what} {', '.join(found)}, expected {', '.join(expected)} "
                     f"as in {first.name}"
                 )
-        if shape == "log-normal" and np.any(np.sign(fit.values) != np.sign(first.values)):
-            name = fit.names[int(np.argmax(np.sign(fit.values) != np.sign(first.values)))]
+    signs = np.sign(np.median([fit.values for fit in fits], axis=0))
+    for fit in fits if shape == "log-normal" else ():
+        opposite = fit.values * signs < -SURE * np.sqrt(np.diag(fit.covariance))
+        if np.any(opposite):
+            name = fit.names[int(np.argmax(opposite))]
             raise InputError(
-                f"{fit.name}: found {name} of both signs in the lot, expected one in a log-normal "
-                "one: give --shape unknown"
+                f"{fit.name}: found {name} of another sign than in the lot, expected one sign in a "
+                "log-normal one: give --shape unknown"
             )
     for name, spread in zip(first.names, np.ptp([fit.values for fit in fits], axis=0), strict=True):
         if spread == 0.0:

@@ -96,7 +96,7 @@ def lot_draws(values: Vector, errors: Vector, shape: str, count: int = DRAWS) ->
     """Draws of a lot.
 
     Args:
-        values: Estimates of n wheels, (n,); of one sign if the lot is log-normal.
+        values: Estimates of n wheels, (n,); the median is not 0 if the lot is log-normal.
         errors: Standard deviations of their errors, (n,), above 0.
         shape: One of `SHAPES`.
         count: Number of draws.
