@@ -7,6 +7,7 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import norm
 
 import gyrostat as gs
 from gyrostat.campaigns.draws import draw
@@ -151,6 +152,19 @@ def test_without_dates_there_is_no_drift_and_a_note_says_so(folder):
     assert result.days is None
     assert all(parameter.drift is None for parameter in result.parameters.values())
     assert any("a date is unknown" in note for note in result.notes)
+
+
+@pytest.mark.parametrize(("power", "text"), [(1.0, ""), (4.0, "heavier"), (0.0, "shorter")])
+def test_tails_that_are_not_those_of_the_model_are_named(folder, power, text):
+    """Quantiles of a normal distribution, of one with heavier tails, and of two groups."""
+    score = norm.ppf((np.arange(24) + 0.5) / 24)
+    score = np.sign(score) * np.abs(score) ** power
+    for number, value in enumerate(score.tolist()):
+        values = MEDIAN * (1.0 + 0.1 * value)
+        change(folder, number, parameters=content(values.tolist(), number)["parameters"])
+    notes = [note for note in gs.lot(folder, shape="normal").notes if "tails" in note]
+    assert bool(notes) == bool(text)
+    assert all(text in note for note in notes)
 
 
 def test_a_manifest_replaces_the_dates(folder, tmp_path):

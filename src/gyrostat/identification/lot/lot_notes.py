@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping, Sequence
 
+from gyrostat.core.types import Vector
 from gyrostat.identification.judge.fit_comparison import SAME_TEMPERATURE
 from gyrostat.identification.lot.posterior import LARGEST_SHAPE
 from gyrostat.identification.lot.result import LotParameter
@@ -9,6 +10,8 @@ from gyrostat.identification.result.stored_fit import StoredFit
 
 FEWEST_EFFECTIVE = 100
 """Fewest effective draws for limits to two digits."""
+RARE_TAILS = 0.01
+"""P-value of the kurtosis of the scores at which another form of the distribution is reported."""
 LARGE_SHAPE = 0.8 * LARGEST_SHAPE
 
 
@@ -52,6 +55,7 @@ def _of_parameter(parameter: LotParameter, shape: str) -> list[str]:
             f"the shape {typical:.2f} is near the largest one that is considered, {LARGEST_SHAPE}: "
             "the limits may not hold"
         )
+    remarks += _tails(parameter.chart.scores)
     if parameter.draws.effective < FEWEST_EFFECTIVE:
         remarks.append(f"the limits are from {parameter.draws.effective:.0f} effective draws only")
     if parameter.outliers:
@@ -65,3 +69,15 @@ def _of_parameter(parameter: LotParameter, shape: str) -> list[str]:
             "of the next ones"
         )
     return remarks
+
+
+def _tails(scores: Vector) -> list[str]:
+    """Remark on tails that are not those of the model, by the test of Anscombe and Glynn (1983)."""
+    from scipy.stats import kurtosistest  # slow to import
+
+    excess, chance = kurtosistest(scores)
+    if chance > RARE_TAILS:
+        return []
+    if excess > 0.0:
+        return ["the tails are heavier than those of the model: the limits may not hold"]
+    return ["the tails are shorter than those of the model, as of two groups: the limits are wide"]
