@@ -42,7 +42,7 @@ def test_a_fit_prints_what_the_command_line_prints_and_writes_its_files(fit, tmp
     write_fit(fit, tmp_path, command="test", say=said.append)
     assert said[:-1] == str(fit).splitlines()
     assert said[-1].startswith("written: ")
-    assert "coulomb         (881.2 ± 4.2)e-06    N·m" in str(fit)
+    assert "coulomb         (881.1 ± 4.2)e-06    N·m" in str(fit)
     assert str(fit) == repr(fit)
     wheel = gs.read_model(tmp_path / "model.toml").wheel()
     assert wheel.friction == fit.wheel().friction

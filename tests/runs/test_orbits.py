@@ -82,6 +82,7 @@ class Loop:
 
     controller: object
     digests: object = None
+    ranges: object = None
 
 
 def test_an_exported_controller_has_the_splines_of_the_campaign(read, monkeypatch):

@@ -169,7 +169,11 @@ def export(
             names = form.write(target, scratch, say)
     write_texts(folder / place, results)
     paths = tuple(folder / file for file in names)
-    say(f"written: {', '.join(map(str, paths))}")
+    proofs = folder / place / "evidence"
+    listed = [str(path) for path in paths if proofs not in path.parents]
+    if len(listed) < len(paths):
+        listed.append(f"{len(paths) - len(listed)} files in {proofs}")
+    say(f"written: {', '.join(listed)}")
     return paths
 
 
