@@ -82,6 +82,42 @@ def test_an_index_from_outside_is_tested():
     assert re.search(r"> 3\b", source)
 
 
+LAST = 2**63 - 1
+
+
+def wrapping(x, n):
+    """Numbers that wrap around are negative where a range without limits would not be."""
+    in_loop = jax.lax.fori_loop(
+        0, 6, lambda _, c: (c[0] + 1, c[1] + jnp.where(c[0] < 0, 1, 0)), (jnp.asarray(LAST - 3), 0)
+    )
+    count = jnp.clip(n, 0, 9)
+    far = jnp.where(x[0] > 0.0, 2**40, 7)
+    ended = jnp.where(in_loop[0] < 0, 1, 2), jnp.where(count + (LAST - 5) < 0, 1, 2)
+    return *in_loop, *ended, jnp.asarray(ROWS.ravel())[far], jax.lax.dynamic_slice(x, (far,), (2,))
+
+
+def reciprocals(x):
+    """Quotients over a negative zero are negative, without a negative operand."""
+    size = jnp.where(x < 0.0, -x, x)
+    return tuple(jnp.where(1.0 / y < 0.0, 1.0, 2.0) for y in (jnp.sqrt(x), size, 2.0 * size))
+
+
+def test_numbers_wrap_around_and_zeros_have_signs(tools, tmp_path):
+    numbers = np.array([0.0, -0.0, 0.5, -0.5, 3.0, np.nan, np.inf, -np.inf])
+    rows = numbers[np.add.outer(np.arange(8), np.arange(4)) % 8]
+    counts = np.array([0, 1, 5, 6, 9, LAST, -LAST, -1])
+    for function, arguments in ((wrapping, {"x": rows, "n": counts}), (reciprocals, {"x": rows})):
+        expected = jax.tree.leaves(jax.vmap(function)(*map(jnp.asarray, arguments.values())))
+        example = {name: array[0] for name, array in arguments.items()}
+        names = tuple(f"out_{k}" for k in range(len(expected)))
+        module = emit("part", [Entry(function.__name__, function, example, names)])
+        folder = tmp_path / function.__name__
+        folder.mkdir()
+        _, results = tools.Compiled(module, folder)(function.__name__, arguments)
+        for number, pair in enumerate(zip(jax.tree.leaves(results), expected, strict=True)):
+            np.testing.assert_array_equal(*pair, err_msg=f"{function.__name__} {number}")
+
+
 def clipped(x, n):
     """Limits and divisors that are constants."""
     return (

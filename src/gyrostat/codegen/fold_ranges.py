@@ -25,11 +25,11 @@ from gyrostat.codegen.program import (
 from gyrostat.codegen.ranges import (
     ALWAYS,
     ARITHMETIC,
-    LARGEST,
     OPPOSITE,
     UNCHANGED,
     Range,
     narrowed,
+    of_kind,
     union,
     within,
 )
@@ -146,10 +146,11 @@ class _Facts:
             return any(map(self._has_no_sign, operands))
         if operation == "select" and self._is_size(*operands):
             return True
+        if operation == "div":  # a quotient over -0.0 is negative
+            is_positive = isinstance(operands[1], Number) and operands[1].value > 0.0
+            return is_positive and self._has_no_sign(operands[0])
         values = operands[1:] if operation == "select" else operands
-        return operation in ("add", "mul", "div", "min", "select") and all(
-            map(self._has_no_sign, values)
-        )
+        return operation in ("add", "mul", "min", "select") and all(map(self._has_no_sign, values))
 
     def _is_size(self, test: Operand, yes: Operand, no: Operand) -> bool:
         """Whether a choice is -x where x < 0, and x elsewhere."""
@@ -182,14 +183,13 @@ class _Facts:
             return 0, 1
         ranges = [self._range(operand) for operand in operands]
         if operation in ("to_integer", "to_index", "copy"):
-            return ranges[0]
+            return None if ranges[0] is None else of_kind(ranges[0], kind)
         if operation == "select":
             return union([self._range_if(operands[0], bool(k), operands[2 - k]) for k in (1, 0)])
         if operation not in ARITHMETIC or ranges[0] is None or ranges[1] is None:
             return None
         ends = ARITHMETIC[operation](ranges[0], ranges[1])
-        found = min(ends), max(ends)
-        return found if max(-found[0], found[1]) <= LARGEST else None
+        return of_kind((min(ends), max(ends)), kind)
 
     def _range_if(self, test: Operand, outcome: bool, value: Operand) -> Range | None:
         """Range of a value where a test has an outcome."""
@@ -211,7 +211,7 @@ class _Facts:
         if other is None:
             return self._range(value)
         ends = ARITHMETIC[made.operation](narrow, other)
-        return ends[0], ends[1]
+        return of_kind((ends[0], ends[1]), value.kind)
 
     def _loop(self, loop: Loop) -> None:
         for each in loop.carried:
@@ -221,9 +221,12 @@ class _Facts:
         counts = {each.name: each.first for each in loop.carried if _counts(each, loop.body)}
         ends: dict[Name, int] = {}
         for name, first in counts.items():
-            if isinstance(first, Number):
-                ends[name] = int(first.value) + loop.count
-                self._ranges[name] = (int(first.value), ends[name] - 1)
+            if not isinstance(first, Number):
+                continue
+            start, end = int(first.value), int(first.value) + loop.count
+            if of_kind((start, end), name.kind):
+                ends[name] = end
+                self._ranges[name] = (start, max(end - 1, start))
         outer = dict(self._same)
         loop.test = self.block(loop.test)
         if loop.goes_on is not None:

@@ -4,7 +4,8 @@ from collections.abc import Callable, Sequence
 
 Range = tuple[int, int]
 """Smallest and largest value."""
-LARGEST = 2**63 - 1
+LARGEST = {"integer": 2**63 - 1, "index": 2**31 - 1}
+"""Kind of number -> largest one; beyond it, numbers wrap around."""
 
 ALWAYS: dict[str, Callable[[Range, Range], bool]] = {
     "lt": lambda a, b: a[1] < b[0],
@@ -26,6 +27,12 @@ ARITHMETIC: dict[str, Callable[[Range, Range], tuple[int, ...]]] = {
 """Operation -> numbers between which its results are."""
 UNCHANGED: dict[str, Range] = {"to_word": (0, 2**32 - 1), "to_half": (-(2**31), 2**31 - 1)}
 """Narrowing of an integer -> the integers that it does not change."""
+
+
+def of_kind(range_: Range, kind: str) -> Range | None:
+    """A range if the numbers of a kind have room for it; None if some wrap around."""
+    largest = LARGEST[kind]
+    return range_ if -largest <= range_[0] and range_[1] <= largest else None
 
 
 def within(inner: Range | None, outer: Range) -> bool:
