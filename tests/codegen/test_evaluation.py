@@ -1,7 +1,10 @@
 """Functions evaluated by NumPy give what compiled ones do; see also the tests of primitives."""
 
+import sys
+from concurrent.futures import ThreadPoolExecutor
 from functools import partial
 from pathlib import Path
+from threading import Barrier
 
 import numpy as np
 import pytest
@@ -12,6 +15,7 @@ from gyrostat.core.jax64 import jax, jnp
 
 ROW = np.array([0.3, -1.7, 0.0, -0.0, 1e300, np.inf, -np.inf, np.nan])
 COUNTS = np.array([3, -4, 2**62, -(2**63)])
+KEY = jax.random.key(5)
 SMALL = 0.9 * np.tanh(ROW)
 
 
@@ -106,7 +110,47 @@ def controlled(x, n):
     return backwards, halved, jax.lax.switch(n[0], [jnp.sin, jnp.cos, jnp.exp], x[0])
 
 
-CASES = [smooth, moved, whole, summed, controlled]
+def empty(x, n):
+    none = x[:0]
+    wide = x[:3, None] * none
+    return (
+        wide @ none,
+        wide @ wide.T,
+        wide.T @ x[:3],
+        jnp.sum(wide, axis=1),
+        jax.lax.reduce_max(wide, (0,)),
+        jax.lax.reduce_min(wide, (1,)),
+        jax.lax.scan(lambda total, row: (total + row, row), x[0], none),
+        jnp.concatenate([none, x]),
+    )
+
+
+def other_types(x, n):
+    single = x[:3].astype(jnp.float32)
+    return (
+        *(reduce(n[:2], (0,)) for reduce in (jax.lax.reduce_and, jax.lax.reduce_or)),
+        jax.lax.reduce_and(n > 0, (0,)),
+        jnp.matmul(x[:2], x[:2], preferred_element_type=jnp.float32),
+        (single @ single, single**2, single + 1, n.astype(jnp.int32) * 3, n.astype(jnp.uint32) - 5),
+        1.0 / jnp.sign(x),
+    )
+
+
+def halved_in_turn(x, n):
+    """Loops along a batch, each of which ends by itself; the first has no pass."""
+
+    def halved(x, key):
+        def step(state):
+            x, passes, key = state
+            return 0.5 * x, passes + jnp.array([1, 2]), jax.random.fold_in(key, 1)
+
+        last = jax.lax.while_loop(lambda s: s[0] > 0.1, step, (x, jnp.zeros(2, int), key))
+        return *last[:2], jax.random.key_data(last[2])
+
+    return jax.vmap(halved)(x[:4] + jnp.array([-1.0, 2.0, 3.0, 0.2]), jax.random.split(KEY, 4))
+
+
+CASES = [smooth, moved, whole, summed, controlled, empty, other_types, halved_in_turn]
 
 
 @pytest.mark.filterwarnings("error")
@@ -177,6 +221,42 @@ def test_random_keys_and_what_is_no_array():
     assert (
         jax.random.key_data(found["key"]).tolist() == jax.random.key_data(expected["key"]).tolist()
     )
+
+
+def test_random_keys_are_moved_and_stacked():
+    def function(key):
+        keys = jax.random.split(key, 4)
+        square = jnp.stack([keys, keys[::-1]]).reshape(4, 2)
+        rows = jax.lax.scan(lambda k, row: (jax.random.split(k)[0], k), key, None, length=3)[1]
+        chosen = jnp.where(jnp.array([True, False, True, True]), keys, key)
+        return [jax.random.key_data(each) for each in (keys[1:3], square, rows, chosen)]
+
+    for pair in zip(evaluated(function)(KEY), function(KEY), strict=True):
+        np.testing.assert_array_equal(*pair)
+
+
+def test_equal_values_of_other_types_are_traced_anew():
+    function = evaluated(lambda x, limit: x if limit is True else x + limit)
+    assert [function(np.array(3), value) for value in (1, True, 1)] == [4, 3, 4]
+
+
+def test_threads_share_a_program():
+    def function(x):
+        for k in range(300):
+            x = jnp.sin(x) + k
+        return x
+
+    traced = jax.make_jaxpr(function)(0.5)
+    expected, interval = evaluation(traced)(0.5), sys.getswitchinterval()
+    sys.setswitchinterval(1e-7)
+    try:
+        for _ in range(60):
+            evaluate, barrier = evaluation(traced), Barrier(4)
+            with ThreadPoolExecutor(4) as pool:
+                calls = [pool.submit(lambda: (barrier.wait(), evaluate(0.5))) for _ in range(4)]  # noqa: B023
+            assert [call.result()[1] for call in calls] == [expected] * 4
+    finally:
+        sys.setswitchinterval(interval)
 
 
 def test_traced_once_for_each_shape_and_each_value_of_what_is_no_array():

@@ -6,6 +6,7 @@ is taken is evaluated. The last digits can differ from those of compiled code.
 
 from collections.abc import Callable, Sequence
 from functools import lru_cache
+from threading import RLock
 from typing import Any
 
 import equinox as eqx
@@ -20,6 +21,10 @@ Function = Callable[..., Sequence[Any]]
 """Function of numbers and arrays of NumPy that returns some; random keys are arrays of JAX."""
 
 
+_Step = tuple[Function, list[int], list[int]]
+"""Operation, and the places of its operands and results in the memory."""
+
+
 def evaluated(function: Callable[..., Any]) -> Callable[..., Any]:
     """Function that is traced where it is called first, and evaluated by NumPy.
 
@@ -32,8 +37,9 @@ def evaluated(function: Callable[..., Any]) -> Callable[..., Any]:
         trees, shapes and types, and for others that are no arrays.
     """
 
-    @lru_cache(maxsize=8)
-    def traced(tree: Any, types: Any, other_tree: Any, others: Any) -> Any:
+    # typed: 1, 1.0 and True are equal, and their programs are not
+    @lru_cache(maxsize=8, typed=True)
+    def traced(tree: Any, types: Any, other_tree: Any, *others: Any) -> Any:
         arrays, static = jax.tree.unflatten(tree, types), jax.tree.unflatten(other_tree, others)
         jaxpr, shapes, kept = eqx.filter_make_jaxpr(function)(*eqx.combine(arrays, static))
         return evaluation(jaxpr), jax.tree.structure(shapes), kept
@@ -42,7 +48,7 @@ def evaluated(function: Callable[..., Any]) -> Callable[..., Any]:
         arrays, static = eqx.partition(arguments, eqx.is_array)
         leaves, tree = jax.tree.flatten(arrays)
         others, other_tree = jax.tree.flatten(static)
-        evaluate, results, kept = traced(tree, (*map(_type, leaves),), other_tree, (*others,))
+        evaluate, results, kept = traced(tree, (*map(_type, leaves),), other_tree, *others)
         made = [*map(jnp.asarray, evaluate(*leaves))]
         return eqx.combine(jax.tree.unflatten(results, made), kept)
 
@@ -83,6 +89,7 @@ class _Programs:
 
     def __init__(self) -> None:
         self._programs: dict[int, _Program] = {}
+        self.lock = RLock()
 
     def of(self, traced: Any) -> Function:
         """Function of the arguments of a closed jaxpr."""
@@ -101,24 +108,28 @@ class _Program:
         self._jaxpr, self._programs = jaxpr, programs
         self._places: dict[Any, int] = {}
         self._memory: list[Any] = []
-        self._steps: list[tuple[Function, list[int], list[int]]] | None = None
+        self._steps: list[_Step] | None = None
         self._inputs: list[int] = []
         self._outputs: list[int] = []
 
     def __call__(self, *values: Any) -> list[Any]:
-        if self._steps is None:
-            jaxpr = self._jaxpr
-            self._inputs = [*map(self._place, (*jaxpr.constvars, *jaxpr.invars))]
-            self._steps = [*map(self._step, jaxpr.eqns)]
-            self._outputs = [*map(self._place, jaxpr.outvars)]
+        with self._programs.lock:
+            steps = self._made() if self._steps is None else self._steps
         memory = self._memory.copy()
         for place, value in zip(self._inputs, values, strict=True):
             memory[place] = value
-        for function, operands, results in self._steps:
+        for function, operands, results in steps:
             made = function(*[memory[place] for place in operands])
             for place, value in zip(results, made, strict=True):
                 memory[place] = value
         return [memory[place] for place in self._outputs]
+
+    def _made(self) -> list[_Step]:
+        jaxpr = self._jaxpr
+        self._inputs = [*map(self._place, (*jaxpr.constvars, *jaxpr.invars))]
+        self._steps = [*map(self._step, jaxpr.eqns)]
+        self._outputs = [*map(self._place, jaxpr.outvars)]
+        return self._steps
 
     def _place(self, atom: Any) -> int:
         """Place of a variable or constant in the memory."""
@@ -130,7 +141,7 @@ class _Program:
             self._places[atom] = len(self._memory) - 1
         return len(self._memory) - 1
 
-    def _step(self, equation: Any) -> tuple[Function, list[int], list[int]]:
+    def _step(self, equation: Any) -> _Step:
         operands = [*map(self._place, equation.invars)]
         results = [*map(self._place, equation.outvars)]
         return self._function(equation), operands, results
@@ -141,7 +152,9 @@ class _Program:
             return _OF_PARAMETERS[name](params, of)
         if name in CALLS:
             return of(closed(params[CALLS[name]], ()))
-        rule = RULES.get(name)
+        atoms = (*equation.invars, *equation.outvars)
+        has_keys = name != "random_bits" and any(_is_key(atom.aval) for atom in atoms)
+        rule = None if has_keys else RULES.get(name)
         function = None if rule is None else rule(equation)
         return _by_jax(equation) if function is None else lambda *values: (function(*values),)
 
@@ -173,11 +186,22 @@ def _while(params: Any, of: Callable[[Any], Function]) -> Function:
 
     def loop(*values: Any) -> Sequence[Any]:
         carry: Sequence[Any] = values[start:]
-        while test(*values[:split], *carry)[0]:
-            carry = body(*values[split:start], *carry)
+        while np.any(goes_on := test(*values[:split], *carry)[0]):
+            changed = body(*values[split:start], *carry)
+            # along a batch, each loop ends by itself
+            if np.ndim(goes_on):
+                pairs = zip(changed, carry, strict=True)
+                changed = [_chosen(goes_on, *pair) for pair in pairs]
+            carry = changed
         return carry
 
     return loop
+
+
+def _chosen(which: Any, yes: Any, no: Any) -> Any:
+    """Rows of one of two arrays; the first axes are those of the choice."""
+    which = np.reshape(which, (*which.shape, *[1] * (yes.ndim - which.ndim)))
+    return (jnp if _is_key(yes) else np).where(which, yes, no)
 
 
 def _scan(params: Any, of: Callable[[Any], Function]) -> Function:
@@ -188,14 +212,17 @@ def _scan(params: Any, of: Callable[[Any], Function]) -> Function:
 
     def scan(*values: Any) -> Sequence[Any]:
         carry: Sequence[Any] = values[counts.constants : start]
-        tables = [np.empty((length, *row.shape), row.dtype) for row in rows]
+        tables: list[Any] = [
+            [None] * length if _is_key(row) else np.empty((length, *row.shape), row.dtype)
+            for row in rows
+        ]
         for k in order:
             row = (each[k] for each in values[start:])
             results = body(*values[: counts.constants], *carry, *row)
             carry = results[: counts.carries]
             for table, number in zip(tables, results[counts.carries :], strict=True):
                 table[k] = number
-        return [*carry, *tables]
+        return [*carry, *(jnp.stack(each) if isinstance(each, list) else each for each in tables)]
 
     return scan
 

@@ -117,7 +117,8 @@ def _dynamic_update_slice(equation: Any) -> Callable[..., Any]:
 def _product(equation: Any) -> Callable[..., Any] | None:
     (left_axes, right_axes), batch = equation.params["dimension_numbers"]
     left, right = (atom.aval for atom in equation.invars)
-    if any(batch) or (left.dtype, right.dtype) != (np.float64, np.float64):
+    types = {each.dtype for each in (left, right, equation.outvars[0].aval)}
+    if any(batch) or types != {np.dtype(np.float64)} or not left.size * right.size:
         return None
     depth = math.prod(left.shape[axis] for axis in left_axes)
     if left.size * right.size > _SMALL * max(depth, 1):
@@ -140,9 +141,14 @@ def _last(count: int, axes: Sequence[int]) -> list[int]:
 
 
 def _reduction(function: Any) -> Rule:
-    def rule(equation: Any) -> Callable[..., Any]:
+    def rule(equation: Any) -> Callable[..., Any] | None:
         axes, dtype = tuple(equation.params["axes"]), equation.outvars[0].aval.dtype
-        options = {"dtype": dtype} if function in (np.add, np.multiply) else {}
+        has_identity = function in (np.add, np.multiply)
+        # bits of integers are another operation
+        is_other = function in (np.logical_and, np.logical_or) and dtype != np.bool_
+        if is_other or not (has_identity or equation.invars[0].aval.size):
+            return None
+        options = {"dtype": dtype} if has_identity else {}
         return lambda array: function.reduce(array, axis=axes, **options)
 
     return rule
@@ -223,10 +229,12 @@ _OF_ALL = {
 }
 _OF_REALS = {
     **{"div": np.true_divide, "rem": np.fmod, "pow": np.power, "sqrt": np.sqrt, "cbrt": np.cbrt},
-    **{"floor": np.floor, "ceil": np.ceil, "sign": np.sign, "exp": np.exp, "expm1": np.expm1},
+    **{"floor": np.floor, "ceil": np.ceil, "exp": np.exp, "expm1": np.expm1},
     **{"log": np.log, "log1p": np.log1p, "sin": np.sin, "cos": np.cos, "tan": np.tan},
     **{"asin": np.arcsin, "acos": np.arccos, "atan": np.arctan, "atan2": np.arctan2},
     **{"sinh": np.sinh, "cosh": np.cosh, "tanh": np.tanh},
+    # of -0.0, NumPy's sign is 0.0
+    "sign": lambda array: np.copysign(np.sign(array), array),
     "rsqrt": lambda array: 1.0 / np.sqrt(array),
     "clamp": lambda low, array, high: np.minimum(np.maximum(array, low), high),
 }
