@@ -6,6 +6,7 @@ from functools import partial
 from pathlib import Path
 from threading import Barrier
 
+import equinox as eqx
 import numpy as np
 import pytest
 
@@ -194,6 +195,15 @@ def test_only_the_branch_that_is_taken_is_evaluated():
         return jax.lax.cond(x > 0.0, lambda x: 2.0 * x, failing, x)
 
     assert evaluated(function)(np.array(3.0)) == 6.0
+
+
+def test_an_error_has_the_message_of_the_function():
+    def function(x):
+        return eqx.error_if(2.0 * x, x < 0.0, "found a negative number")
+
+    assert evaluated(function)(np.array(1.0)) == 2.0
+    with pytest.raises(eqx.EquinoxRuntimeError, match="found a negative number"):
+        evaluated(function)(np.array(-1.0))
 
 
 def test_arrays_along_a_batch():

@@ -5,7 +5,7 @@ is taken is evaluated. The last digits can differ from those of compiled code.
 """
 
 from collections.abc import Callable, Sequence
-from functools import lru_cache
+from functools import lru_cache, partial
 from threading import RLock
 from typing import Any
 
@@ -162,9 +162,12 @@ class _Program:
 def _by_jax(equation: Any) -> Function:
     """Function of an equation without a rule: JAX compiles it."""
     primitive = equation.primitive
+    bind: Callable[..., Any] = partial(primitive.bind, **equation.params)
+    if primitive.name == "pure_callback":
+        bind = eqx.filter_jit(bind)  # its error has the message of `equinox.error_if`
 
     def call(*values: Any) -> Sequence[Any]:
-        results = primitive.bind(*map(jnp.asarray, values), **equation.params)
+        results = bind(*map(jnp.asarray, values))
         return [*map(_number, results if primitive.multiple_results else (results,))]
 
     return call
