@@ -118,11 +118,9 @@ def empty(x, n):
         wide @ none,
         wide @ wide.T,
         wide.T @ x[:3],
-        jnp.sum(wide, axis=1),
         jax.lax.reduce_max(wide, (0,)),
         jax.lax.reduce_min(wide, (1,)),
         jax.lax.scan(lambda total, row: (total + row, row), x[0], none),
-        jnp.concatenate([none, x]),
     )
 
 
@@ -198,12 +196,10 @@ def test_only_the_branch_that_is_taken_is_evaluated():
 
 
 def test_an_error_has_the_message_of_the_function():
-    def function(x):
-        return eqx.error_if(2.0 * x, x < 0.0, "found a negative number")
-
-    assert evaluated(function)(np.array(1.0)) == 2.0
+    function = evaluated(lambda x: eqx.error_if(2.0 * x, x < 0.0, "found a negative number"))
+    assert function(np.array(1.0)) == 2.0
     with pytest.raises(eqx.EquinoxRuntimeError, match="found a negative number"):
-        evaluated(function)(np.array(-1.0))
+        function(np.array(-1.0))
 
 
 def test_arrays_along_a_batch():
@@ -251,20 +247,19 @@ def test_equal_values_of_other_types_are_traced_anew():
 
 
 def test_threads_share_a_program():
-    def function(x):
-        for k in range(300):
-            x = jnp.sin(x) + k
-        return x
+    def call(evaluate, barrier):
+        barrier.wait()
+        return evaluate(0.5)
 
-    traced = jax.make_jaxpr(function)(0.5)
+    traced = jax.make_jaxpr(lambda x: sum(jnp.sin(k * x) for k in range(300)))(0.5)
     expected, interval = evaluation(traced)(0.5), sys.getswitchinterval()
     sys.setswitchinterval(1e-7)
     try:
         for _ in range(60):
-            evaluate, barrier = evaluation(traced), Barrier(4)
+            shared = evaluation(traced), Barrier(4)
             with ThreadPoolExecutor(4) as pool:
-                calls = [pool.submit(lambda: (barrier.wait(), evaluate(0.5))) for _ in range(4)]  # noqa: B023
-            assert [call.result()[1] for call in calls] == [expected] * 4
+                results = [*pool.map(call, *zip(*[shared] * 4, strict=True))]
+            assert results == [expected] * 4
     finally:
         sys.setswitchinterval(interval)
 
