@@ -1,11 +1,13 @@
 """Rounded signals: the step is found, and a rounded current has errors that do not average out."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.units import RPM
-from gyrostat.identification import identify
+from gyrostat.identification import averaged, identify
 from gyrostat.identification.read.quantisation import held_levels, repetitions, rounding_step
 from gyrostat.telemetry import Record
 
@@ -51,7 +53,7 @@ def test_a_held_current_has_one_error_and_a_passing_one_has_independent_errors()
 def test_a_speed_that_stays_at_one_value_counts_as_one_sample():
     speed = [0.0, 0.0, 1.0, 2.0, 2.0, 3.0, 3.0, 3.0, 2.0, 1.0]
     size = repetitions(bench(np.zeros(10), speed), 1.0)
-    np.testing.assert_array_equal(size, [1, 1, 1, 1, 1, 3, 3, 3, 1, 1])
+    np.testing.assert_array_equal(size, [2, 2, 1, 1, 1, 3, 3, 3, 1, 1])
 
 
 def worst(fit, truth, values, sigma):
@@ -83,6 +85,43 @@ def test_the_error_of_a_rounded_current_is_in_sigma(record, changed, truth):
     np.testing.assert_allclose(stated.values, fit.values, atol=0.05 * fit.sigma.min(), rtol=1e-4)
     ignored = identify(coarse, inertia=INERTIA, current_quantum=0.0)
     assert not any(effect.name == "current_rounding" for effect in ignored.effects)
+
+
+def test_a_long_rest_without_noise_does_not_make_the_other_samples_more_accurate(
+    record, changed, truth
+):
+    """A pulse counter shows exactly zero for 20 minutes: that is one sample, not 6000."""
+    steps, quantum, count = record("stribeck", seed=14, sigma_rpm=2.5, rate=5.0), 5.0 * RPM, 6000
+    rest = np.zeros(count)
+    counted = changed(
+        steps,
+        time=np.arange(count + len(steps.time)) / 5.0,
+        current=np.append(rest, steps.current),
+        speed=np.append(rest, quantum * np.round(steps.speed / quantum)),
+        valid=np.append(rest == 0.0, steps.valid),
+    )
+    fit = identify(counted, inertia=INERTIA)
+    wheel = {"motor_constant": 0.0228, **truth["stribeck"]}
+    assert fit.impossible == ()
+    assert worst(fit, wheel, fit.values, fit.sigma) < 3.0
+    assert not any(effect.likely for effect in fit.effects if effect.name == "torque_walk")
+
+
+@pytest.mark.parametrize("claim", [0.1, 0.5])
+def test_a_correction_that_explains_the_record_worse_is_refused(record, monkeypatch, claim):
+    """The averages claim a constant torque, fraction of the rms current, that is not there."""
+    average = averaged.average
+
+    def astray(*arguments, **options):
+        mixture = average(*arguments, **options)
+        effects = [replace(e, probability=1.0) for e in mixture.effects]
+        wrong = np.zeros_like(mixture.coefficients)
+        wrong[0] = claim
+        return replace(mixture, coefficients=wrong, effects=tuple(effects))
+
+    monkeypatch.setattr("gyrostat.identification.averaged.average", astray)
+    fit = identify(record("stribeck", seed=12, sigma_rpm=1.0), inertia=INERTIA)
+    assert any("does not follow the record" in reason for reason in fit.impossible)
 
 
 def test_a_step_is_not_negative(record):

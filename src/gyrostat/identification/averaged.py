@@ -33,6 +33,9 @@ SHOWN = 0.95
 """Probability of an error of the current above which the current is corrected."""
 SETTLED = 0.02
 """Change of a correction, in prior standard deviations, that is ignored."""
+WORSE = 1.5
+"""Factor on the sum of squared residuals above which a corrected current explains a record worse
+than the recorded one. The linearisation that gave the correction does not hold then."""
 
 
 @dataclass(frozen=True)
@@ -102,10 +105,18 @@ def averaged(
     beside = [effect for effect in further if effect.name not in problem.include]
     segments = []
     parts = zip(
-        prediction.records, linear, sigmas, unknowns.rounding, unknowns.repeated, strict=True
+        prediction.records,
+        linear,
+        sigmas,
+        unknowns.rounding,
+        unknowns.repeated,
+        unknowns.speed_sigmas,
+        strict=True,
     )
-    for record, each, sigma, rounding, repeated in parts:
+    for record, each, sigma, rounding, repeated, smallest in parts:
         residual = np.where(record.valid, record.speed - each.speed, np.nan)
+        # a wheel at rest has no error
+        shared = np.where(record.speed == 0.0, 1.0, repeated)
         segments.append(
             Segment(
                 residual=residual,
@@ -113,7 +124,9 @@ def averaged(
                 linear=each,
                 noise=torque_noise(prediction, record, each, parameters, rounding),
                 sigma=sigma,
-                weight=loss.weight(np.nan_to_num(residual) / sigma) / repeated,
+                weight=loss.weight(np.nan_to_num(residual) / sigma) / shared,
+                samples=float(np.sum(1.0 / repeated[record.valid])),
+                smallest=smallest,
             )
         )
     x = plain.values[index]
@@ -210,6 +223,12 @@ def at_residual_level(
     return (measure, outcome) if last is None else (final, last)
 
 
+def _explains_no_worse(corrected: Outcome, recorded: Outcome) -> bool:
+    """Whether a fit with corrected currents is valid, and as good as that before."""
+    fit = corrected.solution
+    return fit.converged and fit.cost <= WORSE * recorded.solution.cost
+
+
 def average_with_corrections(
     problem: Problem,
     selection: Selection,
@@ -256,8 +275,9 @@ def average_with_corrections(
         )
         measure = Measurements(prediction, measure.sigmas)
         again = refine(selection, measure, best.values, loss, limit, 0)
-        if again is None or not again.solution.converged:
-            return result
+        if again is None or not _explains_no_worse(again, outcome):
+            shown = {"effects": best.effects, "findings": best.findings, "scores": best.scores}
+            return replace(result, best=replace(plain, **shown))
         outcome = again
         if problem.speed_sigma is None:
             measure, outcome = at_residual_level(selection, measure, again, loss, limit, smallest)

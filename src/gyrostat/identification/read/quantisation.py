@@ -133,7 +133,6 @@ def repetitions(record: Record, step: float) -> Vector:
     index = np.flatnonzero(record.valid)
     levels = np.round(record.speed[index] / step)
     for first, last in _runs(levels):
-        # a wheel at rest has no error
-        if levels[first] != 0.0 and not _passed(levels, first, last):
+        if not _passed(levels, first, last):
             size[index[first:last]] = last - first
     return size

@@ -11,11 +11,7 @@ from numpy.typing import NDArray
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.fit.prediction import Linearisation
-from gyrostat.identification.uncertainty.effects import (
-    LARGEST_RIPPLE_ODDS,
-    RIPPLES,
-    Nuisance,
-)
+from gyrostat.identification.uncertainty.effects import LARGEST_RIPPLE_ODDS, RIPPLES, Nuisance
 from gyrostat.identification.uncertainty.innovations import Innovations, innovations
 from gyrostat.identification.uncertainty.torque_noise import TorqueNoise
 
@@ -43,7 +39,10 @@ class Segment:
         linear: Linearisation over all parameters.
         noise: Random torque at level one.
         sigma: Noise of the measured speed, stated or a first estimate, rad/s.
-        weight: Weight of each sample under the loss of the fit, (N,).
+        weight: Weight of each sample under the loss of the fit, over the number of samples that
+            share one error, (N,).
+        samples: Number of independent errors of the speed; None: one for each sample.
+        smallest: Smallest noise of the measured speed, rad/s.
     """
 
     residual: Vector
@@ -52,6 +51,8 @@ class Segment:
     noise: TorqueNoise
     sigma: float
     weight: Vector
+    samples: float | None = None
+    smallest: float = 0.0
 
 
 @dataclass(frozen=True)
@@ -90,15 +91,16 @@ def whitened(
         columns = [np.where(valid, segment.residual, 0.0)[:, None], segment.rows * scale]
         columns += [effect.columns[k] for effect in effects]
         variance = segment.sigma**2 / np.maximum(segment.weight, np.finfo(float).tiny)
-        results.append(
-            innovations(
-                columns,
-                np.where(valid, variance, np.inf),
-                segment.linear.transition,
-                segment.noise,
-                levels,
-            )
+        found = innovations(
+            columns,
+            np.where(valid, variance, np.inf),
+            segment.linear.transition,
+            segment.noise,
+            levels,
         )
+        least = (segment.smallest / segment.sigma) ** 2
+        samples = found.samples if segment.samples is None else segment.samples
+        results.append(found._replace(samples=samples, least=least))
     return results
 
 
@@ -117,7 +119,7 @@ def _variance_ratio(record: Innovations, stated: bool) -> Vector:
         solution = np.linalg.lstsq(each[1:, 1:], each[1:, 0], rcond=1e-10)[0]
         misfit.append(length**2 * max(1.0 - float(each[0, 1:] @ solution), 1e-12))
     freedom = max(record.samples - (record.products.shape[1] - 1), 1)
-    ratio = np.array(misfit) / freedom
+    ratio = np.maximum(np.array(misfit) / freedom, record.least)
     if not stated:
         return ratio
     return np.where(ratio > 1.0 + CLEARLY_MORE * np.sqrt(2.0 / freedom), ratio, 1.0)

@@ -31,12 +31,14 @@ class Innovations(NamedTuple):
     Attributes:
         products: Sums of products of the whitened columns, (g, c, c).
         log_variance: Sum of the logarithms of the variances of the prediction errors, (g,).
-        samples: Number of samples used.
+        samples: Number of samples used, each with an error of its own.
+        least: Smallest variance of the measured speed over the assumed one.
     """
 
     products: Vector
     log_variance: Vector
-    samples: int
+    samples: float
+    least: float = 0.0
 
     def leading(self, count: int) -> "Innovations":
         """Innovations of the first columns only."""
