@@ -35,8 +35,7 @@ def test_a_prior_of_the_inertia_does_not_hide_what_the_record_shows(record):
     for name in held.names:
         seen, reference = known.observability[name], held.observability[name]
         assert seen.observable == reference.observable
-        # what effects outside the model add to sigma is small beside the prior of the inertia
-        assert seen.significance == pytest.approx(reference.significance, rel=0.1)
+        assert seen.significance == pytest.approx(reference.significance, rel=0.02)
 
 
 def test_the_ratios_are_as_certain_as_with_the_inertia_held(record, given):

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from gyrostat.core.types import Matrix
 from gyrostat.identification.averaged import Averaged
 from gyrostat.identification.fit.loss import Loss
 from gyrostat.identification.fit.problem import Problem
@@ -23,21 +22,6 @@ UNJUDGED = (
     "effects outside the friction model could not be estimated (the wheel corrected for them does "
     "not follow the record): sigma is that of white noise alone and may be far too small"
 )
-
-
-def _widening(model, names: Sequence[str], honest: Matrix, formal: Matrix) -> dict[str, float]:
-    """Name -> standard deviation of its effect, relative to that in white noise alone."""
-    factors = {}
-    for k, name in enumerate(names):
-        contrast = np.eye(len(names))[k]
-        reference = model.vanishing_at.get(name)
-        if reference in names:
-            contrast = contrast - np.eye(len(names))[names.index(reference)]
-        ratio = (contrast @ honest @ contrast) / max(
-            contrast @ formal @ contrast, np.finfo(float).tiny
-        )
-        factors[name] = float(np.sqrt(max(ratio, 1.0)))
-    return factors
 
 
 def conclude(
@@ -88,7 +72,8 @@ def conclude(
             parameters,
             solution,
             deterministic,
-            _widening(prediction.model, selection.free, wider, formal),
+            wider,
+            formal,
         ),
         converged=solution.converged,
         iterations=solution.iterations,

@@ -101,12 +101,9 @@ def _measured_root(solution: Solution, selection: Selection, posterior_sigma: Ve
     other parameters is evaluated at the given inertia.
     """
     root = _root(solution.jacobian, selection.scale)
-    if "inertia" not in selection.free:
+    if not _inertia_from_prior(root, selection, posterior_sigma):
         return root
     index = selection.free.index("inertia")
-    has_prior = selection.prior.sigma[index] < selection.scale[index]
-    if not (has_prior and np.linalg.norm(root[index]) > DECIDED * posterior_sigma[index]):
-        return root
     others = [k for k in range(len(selection.free)) if k != index]
     root[others] = 0.0
     root[np.ix_(others, range(len(others)))] = _root(
@@ -115,13 +112,55 @@ def _measured_root(solution: Solution, selection: Selection, posterior_sigma: Ve
     return root
 
 
+def _inertia_from_prior(root: Matrix, selection: Selection, posterior_sigma: Vector) -> bool:
+    """Whether the inertia has a sigma a priori, and the record does not determine it."""
+    if "inertia" not in selection.free:
+        return False
+    index = selection.free.index("inertia")
+    has_prior = selection.prior.sigma[index] < selection.scale[index]
+    return bool(has_prior and np.linalg.norm(root[index]) > DECIDED * posterior_sigma[index])
+
+
+def _widening(
+    model: type[Friction], names: Sequence[str], honest: Matrix, formal: Matrix
+) -> dict[str, float]:
+    """Name -> standard deviation of its effect, relative to that in white noise alone.
+
+    Args:
+        model: Friction model.
+        names: Names of the n estimates.
+        honest: Covariance of the estimates, (n, n), SI.
+        formal: The same in white noise.
+    """
+    factors = {}
+    for k, name in enumerate(names):
+        contrast = np.eye(len(names))[k]
+        reference = model.vanishing_at.get(name)
+        if reference in names:
+            contrast = contrast - np.eye(len(names))[names.index(reference)]
+        ratio = (contrast @ honest @ contrast) / max(
+            contrast @ formal @ contrast, np.finfo(float).tiny
+        )
+        factors[name] = float(np.sqrt(max(ratio, 1.0)))
+    return factors
+
+
+def _at_given(covariance: Matrix, index: int) -> Matrix:
+    """Covariance at a given value of one estimate, whose own variance stays, (n, n)."""
+    row = covariance[index]
+    conditional = covariance - np.outer(row, row) / row[index]
+    conditional[index, index] = row[index]
+    return conditional
+
+
 def observability(
     prediction: SpeedPrediction,
     selection: Selection,
     values: Mapping[str, float],
     solution: Solution,
     deterministic: StartValues,
-    widening: Mapping[str, float],
+    honest: Matrix,
+    formal: Matrix,
 ) -> dict[str, Observability]:
     """Observability of every estimated parameter from the measurements alone.
 
@@ -133,7 +172,8 @@ def observability(
         values: Name -> value of all parameters, SI.
         solution: Solution for the estimated parameters.
         deterministic: Levels of the signals.
-        widening: Name -> standard deviation of its effect, relative to that in white noise alone.
+        honest: Covariance of the n estimates with effects outside the model, (n, n), SI.
+        formal: The same in white noise alone.
 
     Returns:
         Name -> observability.
@@ -162,4 +202,9 @@ def observability(
         for name, dimension in prediction.dimensions.items()
         if name == "current_bias" or name in prediction.initial_speeds
     }
+    if _inertia_from_prior(_root(solution.jacobian, selection.scale), selection, posterior_sigma):
+        # the prior of the inertia is in both, and would hide what the effects add
+        index = selection.free.index("inertia")
+        honest, formal = _at_given(honest, index), _at_given(formal, index)
+    widening = _widening(prediction.model, selection.free, honest, formal)
     return judge(prediction.model, values, selection.free, root, cure, sizes, widening)
