@@ -13,7 +13,9 @@ from gyrostat.core.errors import InputError
 Hold = Literal["zero-order", "linear"]
 Columns = Annotated[
     str | None,
-    typer.Option(help="Columns by role: time=t,current=m1cur,speed=m1vel (also temperature, ...)."),
+    typer.Option(
+        help="Columns by role, time=t,current=m1cur,speed=m1vel, or a .toml file of them."
+    ),
 ]
 Units = Annotated[
     str | None, typer.Option(help="Units by role, if the file has none: speed=rpm,time=ms.")
@@ -25,7 +27,9 @@ CurrentHold = Annotated[Hold, typer.Option(help="Interpolation of the current.")
 
 
 def identify(
-    records: Annotated[list[Path], typer.Argument(help="Records of one wheel: CSV, Parquet, MAT.")],
+    records: Annotated[
+        list[Path], typer.Argument(help="Records of one wheel: CSV, TDMS, HDF5, ...")
+    ],
     out: Out,
     inertia: Annotated[
         str | None,

@@ -17,6 +17,8 @@ ROLES: dict[str, Role] = {
     **{name: role for name, role in COLUMNS.items() if role.required},
     # alternative to the speed
     "angle": Role("angle", ("angle", "position", "encoder"), "angle"),
+    # added to the time: the fraction of a second in telemetry packets
+    "time_fine": Role("time_fine", ("time_fine",), "time"),
     **{name: COLUMNS[name] for name in CHANNELS},
     "valid": Role("valid", ("valid",), None),
 }
@@ -60,6 +62,7 @@ def choose_columns(
     units: Mapping[str, str] | None,
     *,
     motion: bool = True,
+    timed: bool = True,
 ) -> dict[str, Chosen]:
     """Find the column and the unit of each role.
 
@@ -68,6 +71,7 @@ def choose_columns(
         columns: Role -> column name, for roles that are not found by their usual names.
         units: Role -> unit, which takes precedence over the header.
         motion: Whether the file measures speed or angle.
+        timed: Whether the file has times.
 
     Returns:
         Role -> column, for the roles that the file provides.
@@ -84,8 +88,9 @@ def choose_columns(
     if len(claimed) < len(matches):
         raise fault(header.file, "one column for two roles", "a column of its own for each role")
     measured = _motion(header, matches, claimed) if motion else ""
+    unused = {"speed", "angle"} - {measured} | (set() if timed else {"time", "time_fine"})
     for role in ROLES.values():
-        if role.name not in matches and role.name not in {"speed", "angle"} - {measured}:
+        if role.name not in matches and role.name not in unused:
             hit = _usual(header, role, claimed)
             if hit is not None:
                 matches[role.name] = hit
@@ -190,7 +195,7 @@ def _only(header: Header, role: str, hits: list[tuple[Column, str]]) -> tuple[Co
     """Only column among the matches (its long and its short name may both match)."""
     if len({column.index for column, _ in hits}) == 1:
         return hits[0]
-    names = [name for _, name in hits]
+    names = [column.names[0] for column, _ in hits]
     if len(set(names)) == 1:
         raise fault(header.file, f"column {shown(names[0])} twice", f"one for {role}", header.row)
     expected = f"one for {role}, or an assignment in columns"
@@ -207,9 +212,10 @@ def _unit(header: Header, role: Role, column: Column, option: str | None) -> Uni
         in_names = [(text, row) for text, row in in_names if known_unit(text, role.dimension)]
     stated = [(column.unit, header.units_row), *in_names]
     if option is not None:
-        counts = re.fullmatch(r"rev/(\d+)", option.strip())
-        if role.dimension == "angle" and counts and int(counts[1]) > 0:
-            return Unit(option.strip(), 2.0 * math.pi / int(counts[1]))
+        counts = re.fullmatch(r"(rev|s)/(\d+)", option.strip())
+        whole = {("rev", "angle"): 2.0 * math.pi, ("s", "time"): 1.0}
+        if counts and int(counts[2]) > 0 and (counts[1], role.dimension) in whole:
+            return Unit(option.strip(), whole[counts[1], role.dimension] / int(counts[2]))
         stated = [(option, None)]
     name = column.names[0]
     units: list[Unit] = []

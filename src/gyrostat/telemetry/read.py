@@ -10,26 +10,23 @@ from typing import Literal
 
 import numpy as np
 
+from gyrostat.core.classes_of import classes_of
 from gyrostat.core.units import Unit
+from gyrostat.telemetry import formats
 from gyrostat.telemetry.assemble import Measured, assemble
 from gyrostat.telemetry.columns import Chosen, choose_columns
 from gyrostat.telemetry.edges import angle_at, read_edges
 from gyrostat.telemetry.fault import fault
-from gyrostat.telemetry.matlab import read_mat
-from gyrostat.telemetry.parquet import read_parquet
+from gyrostat.telemetry.mapping import column_map
 from gyrostat.telemetry.record import Record
-from gyrostat.telemetry.text import read_text
+from gyrostat.telemetry.record_format import RecordFormat, Request
 
-_READERS = {
-    **dict.fromkeys((".csv", ".txt", ".tsv", ".dat"), read_text),
-    ".parquet": read_parquet,
-    ".mat": read_mat,
-}
+_FORMATS = {suffix: kind for kind in classes_of(formats, RecordFormat) for suffix in kind.suffixes}
 
 
 def read_record(
     path: str | os.PathLike[str],
-    columns: Mapping[str, str] | None = None,
+    columns: Mapping[str, str] | str | os.PathLike[str] | None = None,
     units: Mapping[str, str] | None = None,
     unsigned_current: bool = False,
     max_samples: int = 2_000_000,
@@ -37,8 +34,9 @@ def read_record(
     edges: str | os.PathLike[str] | None = None,
     pulses: int = 1,
 ) -> Record:
-    """Read a bench record from delimited text, Parquet or a MATLAB file; the suffix decides.
+    """Read a bench record from a file; its suffix decides on the format.
 
+    Columns in groups are called 'GROUP/CHANNEL', or 'CHANNEL' if no other group has it.
     Text may have any delimiter, one to three header rows (names, units, short names), comments
     before them, and a decimal comma if the comma is not the delimiter. Units are given in the names
     ('speed [rpm]', 'speed (rpm)', 'speed_rpm'), in the row of units, or by the argument `units`.
@@ -47,10 +45,10 @@ def read_record(
     empty cell of another column repeats its previous value; elsewhere it is an error.
 
     Args:
-        path: File with the suffix .csv, .txt, .tsv, .dat, .parquet or .mat.
-        columns: Role -> column name. Roles are time, current, speed (or angle instead), and
-            optionally temperature, setpoint (or direction) and valid. A role that is not given is
-            found by its name.
+        path: File with the suffix of one of `gyrostat.telemetry.formats`.
+        columns: Role -> column name, or a file of them (`gyrostat.telemetry.mapping`). Roles are
+            time, current, speed (or angle instead), and optionally time_fine, temperature, setpoint
+            (or direction) and valid. A role that is not given is found by its name.
         units: Role -> unit, which takes precedence over the header; "rev/4096" for encoder counts.
         unsigned_current: Whether the current is a magnitude. Its sign is that of the setpoint, or
             of the speed if there is no setpoint or it is 0; if both are 0, the previous sign.
@@ -70,21 +68,43 @@ def read_record(
     """
     file = Path(path)
     drop = missing == "drop"
-    reader = _READERS.get(file.suffix.lower())
-    if reader is None:
+    kind = _FORMATS.get(file.suffix.lower())
+    if kind is None:
         found = f"the suffix {file.suffix!r}" if file.suffix else "no suffix"
-        raise fault(file, found, f"one of {', '.join(_READERS)}")
+        raise fault(file, found, f"one of {', '.join(_FORMATS)}")
     _require_readable(file)
-    if reader is read_text:
-        reader = partial(read_text, tolerant=drop)
-    choose = partial(choose_columns, columns=columns, units=units, motion=edges is None)
+    given = column_map(columns, units)
+    choose = partial(
+        choose_columns,
+        columns=given.columns,
+        units=given.units,
+        motion=edges is None,
+        timed=given.interval is None,
+    )
     try:
-        measured = reader(file, choose, max_samples)
+        measured = kind.read(file, Request(choose, max_samples, drop, given.packets))
     except OSError as error:
         raise fault(file, f"an unreadable file ({error.strerror})", "a record") from None
+    measured = _with_time(measured, given.interval)
     if edges is not None:
         measured = _with_edges(measured, edges, pulses)
     return assemble(measured, unsigned_current, drop)
+
+
+def _with_time(measured: Measured, interval: float | None) -> Measured:
+    """Columns of a file with times at equal intervals, s, or with the fine part of its times."""
+    chosen = {**measured.chosen}
+    values = {**measured.values}
+    empty = {**measured.empty}
+    if interval is not None:
+        chosen["time"] = Chosen(-1, "interval", Unit("s"))
+        values["time"] = interval * np.arange(measured.rows.size, dtype=np.float64)
+        empty["time"] = np.zeros(measured.rows.size, np.bool_)
+    elif "time_fine" in chosen:
+        fine = chosen.pop("time_fine").unit.to_si(values.pop("time_fine"))
+        values["time"] = values["time"] + fine / chosen["time"].unit.factor
+        empty["time"] = empty["time"] | empty.pop("time_fine")
+    return replace(measured, chosen=chosen, values=values, empty=empty)
 
 
 def _with_edges(measured: Measured, edges: str | os.PathLike[str], pulses: int) -> Measured:

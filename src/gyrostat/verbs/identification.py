@@ -57,7 +57,7 @@ def identify(
     current_hold: str | None = None,
     compare: bool = False,
     held_out: "Records | None" = None,
-    columns: Mapping[str, str] | str | None = None,
+    columns: Mapping[str, str] | str | Path | None = None,
     units: Mapping[str, str] | str | None = None,
     unsigned_current: bool = False,
     unsigned_speed: bool = False,
@@ -97,7 +97,7 @@ def identify(
         current_hold: Current between samples: "zero-order" (default) or "linear".
         compare: Whether to rank the other friction models too.
         held_out: Records used only for the ranking, never for the fit.
-        columns: Role -> column, such as {"current": "m1cur"}.
+        columns: Role -> column, such as {"current": "m1cur"}, or a .toml file of them.
         units: Role -> unit, if the file has none.
         unsigned_current: Whether the current is a magnitude; the sign is taken from setpoint or
             speed.

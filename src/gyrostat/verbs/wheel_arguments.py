@@ -35,7 +35,7 @@ def load_records(
         missing: "refuse" or "drop"; see `gyrostat.telemetry.read_record`.
         unsigned_speed: Whether the speed is a magnitude; the sign changes where it touches zero.
         reading: Further options of `gyrostat.telemetry.read_record`; columns and units also as
-            text.
+            text, or columns as the path of a TOML file.
 
     Raises:
         InputError: A file cannot be read, or an unsigned speed never touches zero.
@@ -43,8 +43,9 @@ def load_records(
     from gyrostat.telemetry import Record, cut, read_record
 
     one_of(missing, MISSING, "--missing")
-    for name in ("columns", "units"):
-        reading[name] = named(reading[name], f"--{name}") or None
+    reading["units"] = named(reading["units"], "--units") or None
+    if not _is_toml_file(reading["columns"]):
+        reading["columns"] = named(reading["columns"], "--columns") or None
     items = [records] if isinstance(records, Record | str | Path) else list(records)
     results = []
     for item in items:
@@ -57,6 +58,12 @@ def load_records(
             say(f"{record.name}: {note}")
         results.append(record)
     return results
+
+
+def _is_toml_file(value: object) -> bool:
+    """Whether a value is the path of a TOML file, not a text NAME=VALUE."""
+    text = str(value) if isinstance(value, str | Path) else ""
+    return text.endswith(".toml") and "=" not in text
 
 
 def _signed(record: "Record") -> "Record":

@@ -37,7 +37,7 @@ def validate(
     sheet: "WheelSheet | str | Path | None" = None,
     hold: Named = None,
     current_hold: str = "zero-order",
-    columns: Mapping[str, str] | str | None = None,
+    columns: Mapping[str, str] | str | Path | None = None,
     units: Mapping[str, str] | str | None = None,
     unsigned_current: bool = False,
     unsigned_speed: bool = False,
@@ -56,7 +56,7 @@ def validate(
             package.
         hold: {"current_bias": value}, offset of the drive, A.
         current_hold: Current between samples: "zero-order" or "linear".
-        columns: Role -> column of the file.
+        columns: Role -> column of the file, or a .toml file of them.
         units: Role -> unit, if the file has none.
         unsigned_current: Whether the current is a magnitude.
         unsigned_speed: Whether the speed is a magnitude; the sign changes where it touches zero.

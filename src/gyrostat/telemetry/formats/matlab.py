@@ -1,4 +1,4 @@
-"""Read MATLAB files of version 5 to 7.
+"""MATLAB files of version 5 to 7.
 
 A parser of our own, because scipy.io.loadmat crashes the process on some damaged files. The format
 is described in "MAT-File Format" (MathWorks), chapter 1.
@@ -6,17 +6,19 @@ is described in "MAT-File Format" (MathWorks), chapter 1.
 
 import struct
 import zlib
-from collections.abc import Callable, Iterator, Mapping
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass
+from functools import partial
 from pathlib import Path
-from typing import BinaryIO, NamedTuple
+from typing import BinaryIO, ClassVar, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.telemetry.assemble import Measured
-from gyrostat.telemetry.columns import Chosen, Column, Header
-from gyrostat.telemetry.fault import counted, damaged, fault, shown, too_many
+from gyrostat.telemetry.channels import Channel, read_channels
+from gyrostat.telemetry.fault import damaged, fault
+from gyrostat.telemetry.record_format import RecordFormat, Request
 
 _WANTED = "a MATLAB file of version 5 to 7"
 _FILE_HEADER = 128  # bytes
@@ -69,50 +71,30 @@ class _Variable:
     """Returns the first bytes of the variable's uncompressed content; argument: their number."""
 
 
-def read_mat(
-    file: Path, choose: Callable[[Header], Mapping[str, Chosen]], max_samples: int
-) -> Measured:
-    """Read the vectors of a MATLAB file of version 5 to 7.
+class Matlab(RecordFormat):
+    """Vectors of numbers in a file of version 5 to 7."""
 
-    Args:
-        file: A regular file.
-        choose: Function from the header to role -> variable.
-        max_samples: Largest number of samples that is accepted.
+    suffixes: ClassVar[tuple[str, ...]] = (".mat",)
 
-    Returns:
-        The chosen variables; they have no empty cells.
-
-    Raises:
-        InputError: Not such a MATLAB file, too many samples, or a variable that is not a real
-            vector.
-        OSError: The file cannot be read.
-    """
-    with file.open("rb") as stream:
-        order = _byte_order(file, stream.read(_FILE_HEADER))
-        try:
-            variables = list(_variables(stream, order))
-        except _VIOLATIONS as error:
-            raise damaged(file, _WANTED, error) from None
-        columns = (Column(index, (entry.name,)) for index, entry in enumerate(variables))
-        chosen = choose(Header(file, tuple(columns)))
-        values = {}
-        for role, column in chosen.items():
-            variable = variables[column.index]
-            _require_real_vector(file, variable)
-            if max(variable.shape) > max_samples:
-                raise too_many(file, max_samples)
+    @staticmethod
+    def read(file: Path, request: Request) -> Measured:
+        """See `RecordFormat.read`."""
+        with file.open("rb") as stream:
+            order = _byte_order(file, stream.read(_FILE_HEADER))
             try:
-                values[role] = _vector(variable, order)
+                variables = list(_variables(stream, order))
             except _VIOLATIONS as error:
                 raise damaged(file, _WANTED, error) from None
-    count = values["time"].size
-    for role, column in chosen.items():
-        if values[role].size != count:
-            expected = f"{count} as in {shown(chosen['time'].name)}"
-            found = counted(values[role].size, "value")
-            raise fault(file, found, expected, column=column.name)
-    empty = {role: np.zeros(count, np.bool_) for role in values}
-    return Measured(file, chosen, values, empty, np.arange(1, count + 1))
+            channels = [
+                Channel(
+                    name=variable.name,
+                    count=max(variable.shape, default=0),
+                    read=partial(_vector, variable, order),
+                    content=_content_if_no_vector(variable),
+                )
+                for variable in variables
+            ]
+            return read_channels(file, channels, request, _WANTED)
 
 
 def _byte_order(file: Path, header: bytes) -> str:
@@ -185,13 +167,13 @@ def _describe(content: Callable[[int], bytes], order: str) -> _Variable:
     )
 
 
-def _require_real_vector(file: Path, variable: _Variable) -> None:
+def _content_if_no_vector(variable: _Variable) -> str:
+    """Content of a variable that is not a vector of real numbers; empty for such a vector."""
     kind, shape = variable.kind, variable.shape
     if kind in _NUMBERS and not variable.is_complex and len(shape) == 2 and min(shape) == 1:
-        return
+        return ""
     description = "complex numbers" if variable.is_complex else _OTHERS.get(kind, "numbers")
-    found = f"{'x'.join(map(str, shape))} of {description}"
-    raise fault(file, found, "a vector of real numbers", column=variable.name)
+    return f"{'x'.join(map(str, shape))} of {description}"
 
 
 def _vector(variable: _Variable, order: str) -> NDArray[np.float64]:

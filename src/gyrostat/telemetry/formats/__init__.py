@@ -1,0 +1,1 @@
+"""Formats of records: one file each, found by its place."""
