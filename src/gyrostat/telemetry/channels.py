@@ -86,11 +86,14 @@ def read_channels(
 def _numbers(file: Path, channel: Channel, wanted: str) -> NDArray[np.float64]:
     """Values of a channel, (N,)."""
     try:
-        return np.asarray(channel.read()).astype(np.float64)
+        values = np.asarray(channel.read())
     except (InputError, OSError):
         raise
     except Exception as error:  # a damaged file makes the libraries raise errors of many classes
         raise damaged(file, wanted, error) from None
+    if content := content_of(values.dtype):
+        raise fault(file, content, "a vector of real numbers", column=channel.name)
+    return values.astype(np.float64)
 
 
 def content_of(dtype: np.dtype) -> str:

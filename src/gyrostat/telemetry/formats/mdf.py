@@ -1,0 +1,79 @@
+"""MDF files of ASAM (MF4), read by asammdf."""
+
+import gc
+import sys
+from functools import partial
+from pathlib import Path
+from typing import Any, ClassVar
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.extras import missing
+from gyrostat.telemetry.assemble import Measured
+from gyrostat.telemetry.channels import Channel, read_channels
+from gyrostat.telemetry.fault import damaged
+from gyrostat.telemetry.record_format import RecordFormat, Request
+
+_WANTED = "an MDF file"
+
+
+class Mdf(RecordFormat):
+    """Channels of all groups, with their physical values. Each group has its own times.
+
+    A group is named by its acquisition, or 'group N' from 0 if it has no such name.
+    """
+
+    suffixes: ClassVar[tuple[str, ...]] = (".mf4", ".mdf")
+
+    @staticmethod
+    def read(file: Path, request: Request) -> Measured:
+        """See `RecordFormat.read`."""
+        try:
+            from asammdf import MDF  # pyright: ignore[reportMissingImports]
+        except ImportError:
+            raise missing(str(file), "asammdf", "bench") from None
+        hook = sys.unraisablehook
+        sys.unraisablehook = lambda _: None
+        try:
+            with file.open("rb") as stream, MDF(stream) as source:
+                return read_channels(file, _channels(source), request, _WANTED)
+        except InputError:
+            raise
+        except Exception as error:  # asammdf raises errors of many classes on damaged files
+            reason = ValueError(str(error) or type(error).__name__)
+        finally:
+            # a file that could not be opened leaves an object whose destructor fails
+            gc.collect()
+            sys.unraisablehook = hook
+        raise damaged(file, _WANTED, reason)
+
+
+def _channels(source: Any) -> list[Channel]:
+    channels = []
+    names: set[str] = set()
+    for index, group in enumerate(source.groups):
+        name = str(getattr(group.channel_group, "acq_name", "") or "")
+        if not name or name in names:
+            name = f"group {index}"
+        names.add(name)
+        count = int(group.channel_group.cycles_nr)
+        for position, channel in enumerate(group.channels):
+            channels.append(
+                Channel(
+                    name=f"{name}/{channel.name}",
+                    count=count,
+                    read=partial(_values, source, index, position),
+                    unit=_unit(channel),
+                    base=index,
+                )
+            )
+    return channels
+
+
+def _values(source: Any, group: int, position: int) -> Any:
+    """Physical values of a channel, (N,)."""
+    return source.get(group=group, index=position).samples
+
+
+def _unit(channel: Any) -> str:
+    """Unit of a channel: its own, or that of its conversion, where files of version 3 have it."""
+    return channel.unit or str(getattr(channel.conversion, "unit", "") or "")
