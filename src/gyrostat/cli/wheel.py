@@ -87,6 +87,12 @@ def identify(
         Path | None, typer.Option(help="File of a tachometer's edge times, s, instead of speeds.")
     ] = None,
     pulses: Annotated[int, typer.Option(help="Edges per revolution, with --edges.")] = 1,
+    speed_from: Annotated[
+        Path | None, typer.Option(help="File of the speed, of a logger with its own clock.")
+    ] = None,
+    speed_columns: Annotated[
+        str | None, typer.Option(help="Columns of the file of --speed-from, as --columns.")
+    ] = None,
     posterior: Annotated[
         bool, typer.Option(help="Sample the posterior too (needs the package blackjax).")
     ] = False,

@@ -3,7 +3,7 @@
 import difflib
 import math
 import re
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -61,8 +61,7 @@ def choose_columns(
     columns: Mapping[str, str] | None,
     units: Mapping[str, str] | None,
     *,
-    motion: bool = True,
-    timed: bool = True,
+    absent: Collection[str] = (),
 ) -> dict[str, Chosen]:
     """Find the column and the unit of each role.
 
@@ -70,8 +69,7 @@ def choose_columns(
         header: The columns of the file.
         columns: Role -> column name, for roles that are not found by their usual names.
         units: Role -> unit, which takes precedence over the header.
-        motion: Whether the file measures speed or angle.
-        timed: Whether the file has times.
+        absent: Roles that the file need not have, and that are not found by their names.
 
     Returns:
         Role -> column, for the roles that the file provides.
@@ -87,8 +85,8 @@ def choose_columns(
     claimed = {column.index: role for role, (column, _) in matches.items()}
     if len(claimed) < len(matches):
         raise fault(header.file, "one column for two roles", "a column of its own for each role")
-    measured = _motion(header, matches, claimed) if motion else ""
-    unused = {"speed", "angle"} - {measured} | (set() if timed else {"time", "time_fine"})
+    measured = _motion(header, matches, claimed)
+    unused = {"speed", "angle"} - {measured} | {*absent}
     for role in ROLES.values():
         if role.name not in matches and role.name not in unused:
             hit = _usual(header, role, claimed)

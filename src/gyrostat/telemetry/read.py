@@ -11,16 +11,19 @@ from typing import Literal
 import numpy as np
 
 from gyrostat.core.classes_of import classes_of
-from gyrostat.core.units import Unit
+from gyrostat.core.units import SI_UNIT, Unit
 from gyrostat.telemetry import formats
 from gyrostat.telemetry.assemble import Measured, assemble
 from gyrostat.telemetry.columns import Chosen, choose_columns
 from gyrostat.telemetry.edges import angle_at, read_edges
 from gyrostat.telemetry.fault import fault
-from gyrostat.telemetry.mapping import column_map
+from gyrostat.telemetry.mapping import ColumnMap, column_map
 from gyrostat.telemetry.record import Record
 from gyrostat.telemetry.record_format import RecordFormat, Request
+from gyrostat.telemetry.two_logs import combine
 
+_MOTION = ("speed", "angle")
+"""Roles of which a record has one."""
 _FORMATS = {suffix: kind for kind in classes_of(formats, RecordFormat) for suffix in kind.suffixes}
 
 
@@ -33,6 +36,8 @@ def read_record(
     missing: Literal["refuse", "drop"] = "refuse",
     edges: str | os.PathLike[str] | None = None,
     pulses: int = 1,
+    speed_from: str | os.PathLike[str] | None = None,
+    speed_columns: Mapping[str, str] | str | os.PathLike[str] | None = None,
 ) -> Record:
     """Read a bench record from a file; its suffix decides on the format.
 
@@ -57,6 +62,10 @@ def read_record(
         edges: File with the times of a tachometer's edges, s, one per line, on the clock of the
             record; the record then needs no speed.
         pulses: Edges per revolution.
+        speed_from: File with the speed or angle, of a logger with its own clock; `path` then needs
+            no speed (`gyrostat.telemetry.two_logs`). `units` of speed and angle are those of this
+            file.
+        speed_columns: Columns of this file; as `columns`.
         max_samples: Largest number of samples; a longer file is refused.
 
     Returns:
@@ -66,29 +75,60 @@ def read_record(
         InputError: The file cannot be read or its content cannot be used. The one-line message
             names the file, the row and the column, what was found and what was expected.
     """
-    file = Path(path)
     drop = missing == "drop"
+    absent = () if edges is None and speed_from is None else _MOTION
+    measured = _measured(Path(path), column_map(columns, units), max_samples, drop, absent)
+    if speed_from is None:
+        if edges is not None:
+            measured = _with_edges(measured, edges, pulses)
+        return assemble(measured, unsigned_current, drop)
+    if edges is not None:
+        raise fault(Path(path), "edges and speed_from", "one of the two")
+    if unsigned_current and "setpoint" not in measured.values:
+        raise fault(
+            Path(path), "an unsigned current", "a setpoint, or a signed current: speed_from"
+        )
+    stated = {role: unit for role, unit in (units or {}).items() if role in _MOTION}
+    tacho = _measured(
+        Path(speed_from), column_map(speed_columns, stated), max_samples, drop, ("current",)
+    )
+    current = _blank(measured, "speed", np.nan)
+    speed = _blank(tacho, "current", 0.0)
+    return combine(
+        replace(assemble(current, unsigned_current, drop), notes=measured.notes),
+        assemble(speed, False, drop),
+    )
+
+
+def _blank(measured: Measured, role: str, value: float) -> Measured:
+    """Columns of a file with a column that another file has."""
+    count = measured.rows.size
+    column = np.full(count, value)
+    return replace(
+        measured,
+        chosen={**measured.chosen, role: Chosen(-1, role, Unit(SI_UNIT[role]))},
+        values={**measured.values, role: column},
+        empty={**measured.empty, role: np.isnan(column)},
+    )
+
+
+def _measured(
+    file: Path, given: ColumnMap, max_samples: int, drop: bool, absent: tuple[str, ...]
+) -> Measured:
+    """Columns of a file."""
     kind = _FORMATS.get(file.suffix.lower())
     if kind is None:
         found = f"the suffix {file.suffix!r}" if file.suffix else "no suffix"
         raise fault(file, found, f"one of {', '.join(_FORMATS)}")
     _require_readable(file)
-    given = column_map(columns, units)
-    choose = partial(
-        choose_columns,
-        columns=given.columns,
-        units=given.units,
-        motion=edges is None,
-        timed=given.interval is None,
-    )
+    if given.interval is not None:
+        absent = (*absent, "time", "time_fine")
+    choose = partial(choose_columns, columns=given.columns, units=given.units, absent=absent)
     try:
         measured = kind.read(file, Request(choose, max_samples, drop, given.packets))
     except OSError as error:
         raise fault(file, f"an unreadable file ({error.strerror})", "a record") from None
-    measured = _with_time(measured, given.interval)
-    if edges is not None:
-        measured = _with_edges(measured, edges, pulses)
-    return assemble(measured, unsigned_current, drop)
+    return _with_time(measured, given.interval)
 
 
 def _with_time(measured: Measured, interval: float | None) -> Measured:

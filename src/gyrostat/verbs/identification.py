@@ -64,6 +64,8 @@ def identify(
     missing: str = "refuse",
     edges: "str | Path | None" = None,
     pulses: int = 1,
+    speed_from: "str | Path | None" = None,
+    speed_columns: Mapping[str, str] | str | Path | None = None,
     posterior: bool = False,
     force: bool = False,
     say: Say = silent,
@@ -106,6 +108,8 @@ def identify(
             rows.
         edges: File with the times of a tachometer's edges, s, in place of a speed.
         pulses: Edges per revolution, with `edges`.
+        speed_from: File with the speed, of a logger with its own clock; the lag is found.
+        speed_columns: Columns of this file; as `columns`.
         posterior: Whether to sample the posterior too, for parameters whose uncertainty is not
             Gaussian (extra `posterior`).
         force: Whether to replace files that gyrostat did not write.
@@ -153,6 +157,8 @@ def identify(
         "missing": missing,
         "edges": edges,
         "pulses": pulses,
+        "speed_from": speed_from,
+        "speed_columns": speed_columns,
     }
     if ripple is not None and not 0.0 <= ripple <= 1.0:
         raise InputError(

@@ -44,8 +44,9 @@ def load_records(
 
     one_of(missing, MISSING, "--missing")
     reading["units"] = named(reading["units"], "--units") or None
-    if not _is_toml_file(reading["columns"]):
-        reading["columns"] = named(reading["columns"], "--columns") or None
+    for name in ("columns", "speed_columns"):
+        if not _is_toml_file(reading.get(name)):
+            reading[name] = named(reading.get(name), f"--{name.replace('_', '-')}") or None
     items = [records] if isinstance(records, Record | str | Path) else list(records)
     results = []
     for item in items:
