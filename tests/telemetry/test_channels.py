@@ -195,6 +195,19 @@ def test_damaged_files_are_refused_in_one_line(tmp_path, suffix, write):
     assert "found damaged or other content" in refused(path)
 
 
+def test_tdms_file_that_was_cut_off_is_refused(tmp_path, capsys):
+    """npTDMS itself only warns, and reads what is left."""
+    path = tmp_path / "bench.tdms"
+    write_tdms(path, GOOD)
+    content = path.read_bytes()
+    path.write_bytes(content[:-8])
+    message = refused(path)
+    assert "found damaged or other content ('Last segment of file" in message or (
+        "found damaged or other content ('Data size" in message
+    )
+    assert capsys.readouterr() == ("", "")
+
+
 def test_text_values_and_matrices_are_refused(tmp_path):
     path = tmp_path / "bench.h5"
     for values, found in ((np.zeros((6, 2)), "an array of shape 6x2"), (["a"] * 6, "of type")):

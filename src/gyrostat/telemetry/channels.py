@@ -1,6 +1,8 @@
 """Columns of files that consist of named channels, in groups."""
 
-from collections.abc import Callable, Hashable, Sequence
+import logging
+from collections.abc import Callable, Hashable, Iterator, Sequence
+from contextlib import contextmanager
 from dataclasses import dataclass
 from pathlib import Path
 
@@ -94,6 +96,34 @@ def _numbers(file: Path, channel: Channel, wanted: str) -> NDArray[np.float64]:
     if content := content_of(values.dtype):
         raise fault(file, content, "a vector of real numbers", column=channel.name)
     return values.astype(np.float64)
+
+
+@contextmanager
+def logged_damage(package: str, damage: Callable[[logging.LogRecord], bool]) -> Iterator[None]:
+    """Raise an error where a package only logs damage; its other messages are dropped.
+
+    Args:
+        package: Name of the package.
+        damage: Whether a message says that the file is damaged.
+
+    Raises:
+        ValueError: Within the context, at such a message.
+    """
+
+    def check(record: logging.LogRecord) -> bool:
+        if damage(record):
+            raise ValueError(record.getMessage())
+        return False
+
+    names = [name for name in logging.root.manager.loggerDict if name.startswith(package)]
+    loggers = [logging.getLogger(name) for name in names]
+    for each in loggers:
+        each.addFilter(check)
+    try:
+        yield
+    finally:
+        for each in loggers:
+            each.removeFilter(check)
 
 
 def content_of(dtype: np.dtype) -> str:

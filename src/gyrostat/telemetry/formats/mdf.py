@@ -1,6 +1,7 @@
 """MDF files of ASAM (MF4), read by asammdf."""
 
 import gc
+import logging
 import sys
 from functools import partial
 from pathlib import Path
@@ -9,7 +10,7 @@ from typing import Any, ClassVar
 from gyrostat.core.errors import InputError
 from gyrostat.core.extras import missing
 from gyrostat.telemetry.assemble import Measured
-from gyrostat.telemetry.channels import Channel, read_channels
+from gyrostat.telemetry.channels import Channel, logged_damage, read_channels
 from gyrostat.telemetry.fault import damaged
 from gyrostat.telemetry.record_format import RecordFormat, Request
 
@@ -34,7 +35,11 @@ class Mdf(RecordFormat):
         hook = sys.unraisablehook
         sys.unraisablehook = lambda _: None
         try:
-            with file.open("rb") as stream, MDF(stream) as source:
+            with (
+                logged_damage("asammdf", lambda record: record.levelno >= logging.ERROR),
+                file.open("rb") as stream,
+                MDF(stream) as source,
+            ):
                 return read_channels(file, _channels(source), request, _WANTED)
         except InputError:
             raise

@@ -1,5 +1,6 @@
 """TDMS files of LabVIEW, read by npTDMS."""
 
+import logging
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -8,7 +9,7 @@ import numpy as np
 from gyrostat.core.errors import InputError
 from gyrostat.core.extras import missing
 from gyrostat.telemetry.assemble import Measured
-from gyrostat.telemetry.channels import Channel, content_of, read_channels, seconds
+from gyrostat.telemetry.channels import Channel, content_of, logged_damage, read_channels, seconds
 from gyrostat.telemetry.fault import damaged
 from gyrostat.telemetry.record_format import RecordFormat, Request
 
@@ -31,12 +32,17 @@ class Tdms(RecordFormat):
         except ImportError:
             raise missing(str(file), "npTDMS", "bench") from None
         try:
-            with TdmsFile.open(file) as source:
+            with logged_damage("nptdms", _is_damage), TdmsFile.open(file) as source:
                 return read_channels(file, _channels(source), request, _WANTED)
         except InputError:
             raise
         except Exception as error:  # npTDMS raises errors of many classes on damaged files
             raise damaged(file, _WANTED, error) from None
+
+
+def _is_damage(record: logging.LogRecord) -> bool:
+    """Whether a message is not only about the encoding of a text."""
+    return record.levelno >= logging.WARNING and record.name != "nptdms.types"
 
 
 def _channels(source: Any) -> list[Channel]:
