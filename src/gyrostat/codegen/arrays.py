@@ -13,10 +13,9 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.codegen.primitives import Scalars, one_by_one
-from gyrostat.codegen.program import Kind, Name, Number, Operand, Table
+from gyrostat.codegen.program import ZERO, Kind, Name, Operand, Table
 from gyrostat.codegen.source import Source
 
-ZERO = Number("real", 0.0)
 SMALL = 64
 """Largest number of elements of an input or a constant that is always one of scalars."""
 

@@ -11,7 +11,7 @@ from gyrostat.codegen import whole
 from gyrostat.codegen.arrays import SMALL, Array, Data, Deferred, Element, is_plain, spread
 from gyrostat.codegen.constants import TooManyError, constant_table, with_zero
 from gyrostat.codegen.primitives import FOLDED, LOGICAL_ONLY, TEST, WRAPPED, Scalars, one_by_one
-from gyrostat.codegen.program import Assign, Block, Fill, Kind, Name, Number, Operand, Table
+from gyrostat.codegen.program import ONE, Assign, Block, Fill, Kind, Name, Number, Operand, Table
 from gyrostat.codegen.scope import Scope
 from gyrostat.codegen.source import Source, refusal, refused
 from gyrostat.core.errors import InputError
@@ -88,7 +88,7 @@ class Builder:
             return Number(target.kind, WRAPPED.get(target.kind, lambda v: v)(value))
         if operation == "mul":
             for first, second in (operands, operands[::-1]):
-                if first == Number("real", 1.0):
+                if first == ONE:
                     return second
         if operation == "select":
             test, yes, no = operands

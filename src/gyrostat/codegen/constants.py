@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from gyrostat.codegen.program import Kind, Number, Operand, Table
+from gyrostat.codegen.program import ZERO, Kind, Operand, Table
 
 
 class TooManyError(Exception):
@@ -26,12 +26,11 @@ def constant_table(tables: dict[Any, Table], kind: Kind, values: Sequence[Any]) 
 
 def with_zero(operation: str, operands: tuple[Operand, ...]) -> Operand | None:
     """Result of an operation one operand of which is the constant 0; None for other operations."""
-    zero = Number("real", 0.0)
-    if zero not in operands:
+    if ZERO not in operands:
         return None
-    if operation == "mul" or (operation == "div" and operands[0] == zero):
-        return zero
-    if operation in ("add", "sub") and operands[1] == zero:
+    if operation == "mul" or (operation == "div" and operands[0] == ZERO):
+        return ZERO
+    if operation in ("add", "sub") and operands[1] == ZERO:
         return operands[0]
     if operation == "add":
         return operands[1]

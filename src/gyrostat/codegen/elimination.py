@@ -14,11 +14,10 @@ from gyrostat.codegen.arrays import Array, Data, moved
 from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.loops import accumulated, nest, spanned
 from gyrostat.codegen.nests import declared, filled, put, reader, settled
-from gyrostat.codegen.program import Kind, Name, Number, Operand
+from gyrostat.codegen.program import ONE, ZERO, Kind, Name, Number, Operand
 from gyrostat.codegen.views import View, view_of
 
 TRUE, NAN = Number("logical", True), Number("real", np.nan)
-ONE, ZERO = Number("real", 1.0), Number("real", 0.0)
 
 
 @dataclass(frozen=True)

@@ -8,6 +8,7 @@ outcome is known where a branch was taken.
 from collections.abc import Iterable, Sequence
 
 from gyrostat.codegen.program import (
+    ZERO,
     Assign,
     Block,
     Branch,
@@ -110,10 +111,10 @@ class _Facts:
                     if ALWAYS[name](ranges[0], ranges[1]):
                         return Number("logical", value)
         # NaN compares as false too
-        is_below_zero = operation == "lt" and operands[1] == Number("real", 0.0)
+        is_below_zero = operation == "lt" and operands[1] == ZERO
         if is_below_zero and self._has_no_sign(operands[0]):
             return Number("logical", False)
-        if operation == "sub" and repr(operands[1]) == repr(Number("real", 0.0)):
+        if operation == "sub" and repr(operands[1]) == repr(ZERO):
             return operands[0]
         if operation in UNCHANGED and within(self._range(operands[0]), UNCHANGED[operation]):
             return operands[0]
@@ -160,7 +161,7 @@ class _Facts:
         return (
             below is not None
             and negative is not None
-            and (below.operation, below.operands) == ("lt", (no, Number("real", 0.0)))
+            and (below.operation, below.operands) == ("lt", (no, ZERO))
             and (negative.operation, negative.operands) == ("neg", (no,))
         )
 

@@ -7,15 +7,14 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.codegen.arrays import ZERO, Array, Data, joined, moved, runs_of
+from gyrostat.codegen.arrays import Array, Data, joined, moved, runs_of
 from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.loops import accumulated, nest
 from gyrostat.codegen.nests import declared, objects, put, reader, store
 from gyrostat.codegen.primitives import Scalars
-from gyrostat.codegen.program import Number, Operand
+from gyrostat.codegen.program import ONE, ZERO, Operand
 from gyrostat.codegen.views import view_of
 
-ONE = Number("real", 1.0)
 LONGEST_SUM = 16
 """Largest number of products of a sum that is written out in loops over rows and columns."""
 NARROW = 4

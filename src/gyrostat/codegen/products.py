@@ -7,7 +7,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.codegen.arrays import (
-    ZERO,
     Array,
     Data,
     Deferred,
@@ -20,7 +19,6 @@ from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.nests import filled, objects, settled
 from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.product_loops import (
-    ONE,
     Factor,
     looped,
     over_columns,
@@ -29,6 +27,7 @@ from gyrostat.codegen.product_loops import (
     transposed,
     turned,
 )
+from gyrostat.codegen.program import ONE, ZERO
 
 LONGEST = 1000
 """Largest number of products of scalars that are written out."""

@@ -24,6 +24,9 @@ class Number:
     value: float | int | bool
 
 
+ZERO, ONE = Number("real", 0.0), Number("real", 1.0)
+
+
 @dataclass(eq=False)
 class Name:
     """A scalar variable.

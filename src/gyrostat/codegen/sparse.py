@@ -11,7 +11,6 @@ from gyrostat.codegen.arrays import (
     Deferred,
     is_plain,
     joined,
-    moved,
     runs_of,
     used,
 )
@@ -20,6 +19,7 @@ from gyrostat.codegen.constants import with_zero
 from gyrostat.codegen.loops import nest
 from gyrostat.codegen.nests import filled, objects, put, reader
 from gyrostat.codegen.primitives import Scalars
+from gyrostat.codegen.product_loops import turned
 from gyrostat.codegen.program import Operand
 from gyrostat.codegen.views import view_of
 
@@ -69,7 +69,7 @@ def _in_part(
     rows, columns = halves[0].shape
     # the used columns one after the other: they are the rows that a product adds up
     if columns < rows:
-        halves = [_turned(each) for each in halves]
+        halves = [turned(each) for each in halves]
     made = sparse_sum(build, operation, *halves)
     if made is None:
         made = build.elementwise(operation, "real", halves[0].shape, *halves)
@@ -85,10 +85,6 @@ def _in_part(
             result = build.compute(operation, *operands, group=group)
         results[place] = result
     return results
-
-
-def _turned(array: Array) -> Array:
-    return moved(lambda _, each: [each.T], {}, array)[0]
 
 
 def _combine(build: Builder, operation: str, data: Data, terms: Any) -> None:

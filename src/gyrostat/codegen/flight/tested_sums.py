@@ -18,6 +18,7 @@ import numpy as np
 
 from gyrostat.codegen.dependencies import uses
 from gyrostat.codegen.program import (
+    ZERO,
     Assign,
     Block,
     Branch,
@@ -174,7 +175,7 @@ def _of_loop(test: Assign, loop: Loop) -> Assign:
 def _in_parts(test: Assign, terms: Sequence[Operand]) -> list[Assign]:
     """Sums of some of the terms each, their tests, and the conjunction of these."""
     if len(terms) < 2:  # one addition at least, which has the annotations
-        terms = [*terms, Number("real", 0.0), Number("real", 0.0)][:2]
+        terms = [*terms, ZERO, ZERO][:2]
     assignments: list[Assign] = []
 
     def assign(kind: Kind, operation: str, *operands: Operand) -> Operand:

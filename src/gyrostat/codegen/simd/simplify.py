@@ -14,6 +14,7 @@ from collections.abc import Sequence
 
 from gyrostat.codegen.dependencies import dependencies, reached
 from gyrostat.codegen.program import (
+    ONE,
     Assign,
     Block,
     Branch,
@@ -208,7 +209,7 @@ class _Values:
             scope = self._scopes[-1]
         else:
             return None
-        return self._compute(of, "div", (Number("real", 1.0), divisor), scope)
+        return self._compute(of, "div", (ONE, divisor), scope)
 
     def _compute(
         self, of: Assign, operation: str, operands: Sequence[Operand], scope: _Scope | None = None
