@@ -9,8 +9,8 @@ import pytest
 
 import gyrostat as gs
 from gyrostat.campaigns.draws import noise_keys
-from gyrostat.codegen.simd.batch_scope import random_keys
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.random_keys import random_keys
 from gyrostat.exports import scenario_controller
 from gyrostat.exports.cfs import application
 from gyrostat.runs.build import build

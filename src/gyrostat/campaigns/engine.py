@@ -20,9 +20,9 @@ from gyrostat.campaigns.draws import draw, noise_keys
 from gyrostat.campaigns.native import Program, program_of
 from gyrostat.campaigns.pointing.campaign import PointingBudget
 from gyrostat.codegen.jax_versions import require_supported
-from gyrostat.codegen.simd.batch_scope import random_keys
 from gyrostat.codegen.simd.compiler import require_compiler
 from gyrostat.core.jax64 import jax
+from gyrostat.core.random_keys import random_keys
 from gyrostat.core.threefry import Words
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.validation import check_seed

@@ -11,7 +11,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from gyrostat.core.jax64 import Tracer, jax, jnp
+from gyrostat.core.jax64 import Tracer, jax
+from gyrostat.core.random_keys import is_random_key
 
 
 class Difference(NamedTuple):
@@ -169,7 +170,7 @@ def _value(value: Any, same_run: bool) -> _Value:
     if isinstance(value, Tracer):
         return _Value(str(value.aval), id(value) if same_run else None, "a value of the run")
     dtype = getattr(value, "dtype", None)
-    if dtype is not None and jnp.issubdtype(dtype, jax.dtypes.prng_key):
+    if is_random_key(value):
         value = jax.random.key_data(value)
     array = np.asarray(value)
     text = np.array2string(array.ravel()[:3], separator=", ", precision=17)

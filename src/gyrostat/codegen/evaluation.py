@@ -16,6 +16,7 @@ from gyrostat.codegen.jax_versions import closed, scan_counts
 from gyrostat.codegen.numpy_rules import RULES
 from gyrostat.codegen.tracing import CALLS
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.random_keys import is_random_key
 
 Function = Callable[..., Sequence[Any]]
 """Function of numbers and arrays of NumPy that returns some; random keys are arrays of JAX."""
@@ -66,7 +67,7 @@ def evaluation(traced: Any) -> Function:
     def call(*values: Any) -> list[Any]:
         with np.errstate(all="ignore"):
             results = evaluate(*map(_number, values))
-        return [each if _is_key(each) else np.asarray(each) for each in results]
+        return [each if is_random_key(each) else np.asarray(each) for each in results]
 
     return call
 
@@ -77,11 +78,7 @@ def _type(leaf: Any) -> Any:
 
 
 def _number(value: Any) -> Any:
-    return value if _is_key(value) else np.asarray(value)[()]
-
-
-def _is_key(value: Any) -> bool:
-    return jnp.issubdtype(getattr(value, "dtype", np.float64), jax.dtypes.prng_key)
+    return value if is_random_key(value) else np.asarray(value)[()]
 
 
 class _Programs:
@@ -153,7 +150,7 @@ class _Program:
         if name in CALLS:
             return of(closed(params[CALLS[name]], ()))
         atoms = (*equation.invars, *equation.outvars)
-        has_keys = name != "random_bits" and any(_is_key(atom.aval) for atom in atoms)
+        has_keys = name != "random_bits" and any(is_random_key(atom.aval) for atom in atoms)
         rule = None if has_keys else RULES.get(name)
         function = None if rule is None else rule(equation)
         return _by_jax(equation) if function is None else lambda *values: (function(*values),)
@@ -204,7 +201,7 @@ def _while(params: Any, of: Callable[[Any], Function]) -> Function:
 def _chosen(which: Any, yes: Any, no: Any) -> Any:
     """Rows of one of two arrays; the first axes are those of the choice."""
     which = np.reshape(which, (*which.shape, *[1] * (yes.ndim - which.ndim)))
-    return (jnp if _is_key(yes) else np).where(which, yes, no)
+    return (jnp if is_random_key(yes) else np).where(which, yes, no)
 
 
 def _scan(params: Any, of: Callable[[Any], Function]) -> Function:
@@ -216,7 +213,7 @@ def _scan(params: Any, of: Callable[[Any], Function]) -> Function:
     def scan(*values: Any) -> Sequence[Any]:
         carry: Sequence[Any] = values[counts.constants : start]
         tables: list[Any] = [
-            [None] * length if _is_key(row) else np.empty((length, *row.shape), row.dtype)
+            [None] * length if is_random_key(row) else np.empty((length, *row.shape), row.dtype)
             for row in rows
         ]
         for k in order:

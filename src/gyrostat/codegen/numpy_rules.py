@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 
 from gyrostat.core.jax64 import jax
+from gyrostat.core.random_keys import words_of
 from gyrostat.core.threefry import threefry
 
 Rule = Callable[[Any], Callable[..., Any] | None]
@@ -193,8 +194,7 @@ def _random_words(equation: Any) -> Callable[..., Any] | None:
     counters = np.arange(math.prod(shape)).reshape(shape)
 
     def draw(key: Any) -> Any:
-        high, low = np.asarray(jax.random.key_data(key)).astype(np.uint64)
-        return threefry((high << np.uint64(32)) | low, counters)[()]
+        return threefry(words_of(key), counters)[()]
 
     return draw
 

@@ -12,7 +12,8 @@ from typing import Any
 import equinox as eqx
 import numpy as np
 
-from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.jax64 import jax
+from gyrostat.core.random_keys import is_random_key
 from gyrostat.core.stored_function import stored_function
 
 _MOST = 32
@@ -44,7 +45,7 @@ def stored_tree_function(function: Callable[..., Any]) -> Callable[..., Any]:
             if len(programs) >= _MOST:
                 del programs[next(iter(programs))]
             static = [None if _is_array(leaf) else leaf for leaf in leaves]
-            kinds = [jax.random.key_impl(leaf) if _is_key(leaf) else None for leaf in leaves]
+            kinds = [jax.random.key_impl(leaf) if is_random_key(leaf) else None for leaf in leaves]
 
             def flat(*arrays: Any) -> Any:
                 data, values = iter(arrays), []
@@ -56,7 +57,7 @@ def stored_tree_function(function: Callable[..., Any]) -> Callable[..., Any]:
 
             programs[about] = stored_function(flat, name, about)
         arrays = (leaf for leaf in leaves if _is_array(leaf))
-        return programs[about](*(jax.random.key_data(a) if _is_key(a) else a for a in arrays))
+        return programs[about](*(jax.random.key_data(a) if is_random_key(a) else a for a in arrays))
 
     return call
 
@@ -88,7 +89,7 @@ def _describe(value: Any, is_data: bool) -> str:
     if value is None or kind in (bool, int, float, str):
         return f"{kind.__name__} {value!r}"
     if is_data and _is_array(value):
-        return f"key {jax.random.key_impl(value)}" if _is_key(value) else "array"
+        return f"key {jax.random.key_impl(value)}" if is_random_key(value) else "array"
     if kind in (tuple, list):
         return f"{kind.__name__} [{', '.join(_describe(each, is_data) for each in value)}]"
     if kind is dict:
@@ -128,7 +129,3 @@ def _qualified_name(value: Any) -> str:
 
 def _is_array(leaf: Any) -> bool:
     return isinstance(leaf, jax.Array | np.ndarray | np.generic)
-
-
-def _is_key(leaf: Any) -> bool:
-    return isinstance(leaf, jax.Array) and jnp.issubdtype(leaf.dtype, jax.dtypes.prng_key)

@@ -11,6 +11,7 @@ from typing import Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.random_keys import is_random_key
 from gyrostat.core.undeclared_reads import UndeclaredReadError, watched_reads
 from gyrostat.core.user_modules import PREFIX
 
@@ -112,12 +113,6 @@ def _location(part: str, error: BaseException) -> tuple[str, str]:
             file = "" if f" {path}:" in part else f" {path}"
             return f",{file} line {frame.lineno}", code[:80]
     return "", ""
-
-
-def is_random_key(value: Any) -> bool:
-    """Whether a value is a key of jax.random with the type of keys."""
-    dtype = getattr(value, "dtype", None)
-    return dtype is not None and jnp.issubdtype(dtype, jax.dtypes.prng_key)
 
 
 def numbers(part: str, what: str, value: Any, shape: tuple[int, ...] | None = None) -> Any:

@@ -11,7 +11,7 @@ from gyrostat.codegen.lower import Lowering
 from gyrostat.codegen.program import Function, Operand, Table
 from gyrostat.codegen.prune import prune
 from gyrostat.codegen.sharing import share_tables
-from gyrostat.codegen.simd.batch_scope import BATCH, numbers, random_keys
+from gyrostat.codegen.simd.batch_scope import BATCH, numbers
 from gyrostat.codegen.simd.call import KEY, Compiled, Layout, Place, Type
 from gyrostat.codegen.simd.compiler import library
 from gyrostat.codegen.simd.inputs import inputs_of, parameters_of
@@ -20,6 +20,7 @@ from gyrostat.codegen.simd.rarely_taken import branch_rarely_taken
 from gyrostat.codegen.simd.simplify import simplify
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
+from gyrostat.core.random_keys import random_keys
 
 
 @dataclass(frozen=True)

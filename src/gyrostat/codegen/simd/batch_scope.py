@@ -11,7 +11,8 @@ from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.primitives import Scalars, one_by_one
 from gyrostat.codegen.program import Kind, Number
 from gyrostat.codegen.scope import NARROW, Scope, kind_of
-from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.jax64 import jax
+from gyrostat.core.random_keys import is_random_key, words_of
 
 LARGEST = 4096
 LONGEST = 64
@@ -31,16 +32,7 @@ def batch_kind(dtype: Any) -> Kind | None:
 
 def numbers(array: Any) -> NDArray[Any]:
     """Array of numbers; the two words of a random key become one of 64 bits."""
-    if jnp.issubdtype(getattr(array, "dtype", np.float64), jax.dtypes.prng_key):
-        pair = np.asarray(jax.random.key_data(array)).astype(np.uint64)
-        return (pair[..., 0] << np.uint64(32)) | pair[..., 1]
-    return np.asarray(array)
-
-
-def random_keys(words: NDArray[np.uint64]) -> Any:
-    """Random keys of words of 64 bits; the inverse of `numbers`."""
-    pair = np.stack([words >> np.uint64(32), words], axis=-1).astype(np.uint32)
-    return jax.random.wrap_key_data(jnp.asarray(pair))
+    return words_of(array) if is_random_key(array) else np.asarray(array)
 
 
 def _draw(build: Builder, keys: Scalars) -> Scalars:

@@ -9,8 +9,9 @@ from typing import Any, Protocol
 
 import numpy as np
 
-from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.jax64 import jax
 from gyrostat.core.local_modules import is_local
+from gyrostat.core.random_keys import is_random_key
 from gyrostat.scenario_files.python.difference import DifferentError, Place, shown
 from gyrostat.scenario_files.python.literals import LARGEST
 
@@ -63,7 +64,7 @@ def _path(comparer: Comparer, place: Place, live: PurePath, loaded: PurePath) ->
 
 
 def _array(comparer: Comparer, place: Place, live: Any, loaded: Any) -> None:
-    if jnp.issubdtype(live.dtype, jax.dtypes.prng_key):
+    if is_random_key(live):
         live, loaded = jax.random.key_data(live), jax.random.key_data(loaded)
     alike = (live.dtype, live.shape) == (loaded.dtype, loaded.shape)
     alike &= getattr(live, "weak_type", False) == getattr(loaded, "weak_type", False)
