@@ -17,8 +17,8 @@ from gyrostat.scenario.kinds.orbits import nominal_orbit
 from gyrostat.scenario.kinds.registry import chosen
 from gyrostat.scenario.reference_kind import POSITION_ERROR
 from gyrostat.scenario.scenario import Scenario
-from gyrostat.scenario.sensing import first_measurement, options_of
-from gyrostat.scenario.structure import measured_names
+from gyrostat.scenario.sensing import first_measurement, limits_of
+from gyrostat.scenario.structure import measured_names, structure_of
 
 MARGIN = 1.1
 """Limit of a measured value over the largest that its sensor gives."""
@@ -40,7 +40,6 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     Raises:
         InputError: A part refuses its parameters.
     """
-    options = options_of(scenario.values, "guard")
     # the error of the position belongs to the run, not to the controller
     prefixes = (POSITION_ERROR, *(f"event.{event.name}." for event in scenario.events))
     nominal = replace(
@@ -55,17 +54,11 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     setup = setup_of(nominal, plans)
     period = scenario.values["run.control_period"]
     sample = _first_measurement(setup.sensor, setup.start, period)
-    limits, largest = {}, _largest(scenario)
-    for name in measured_names(scenario):
-        if not jnp.issubdtype(getattr(sample, name).dtype, jnp.floating):
-            continue
-        rate = options.get(f"{name}_change", np.inf)
-        lower, upper = (options.get(f"{name}_{end}", np.inf) for end in ("lower", "upper"))
-        limit = MARGIN * largest.get(name, UNLIMITED / MARGIN)
+    limits, largest = limits_of(structure_of(scenario), scenario.values, sample), _largest(scenario)
+    for name, (lower, upper, rate) in limits.items():
+        size = MARGIN * largest[name] if name in largest else UNLIMITED
         limits[name] = FieldLimits(
-            lower if np.isfinite(lower) else -limit,
-            upper if np.isfinite(upper) else limit,
-            rate if np.isfinite(rate) else None,
+            lower if np.isfinite(lower) else -size, upper if np.isfinite(upper) else size, rate
         )
     guard = MeasurementGuard.of(sample, limits, scenario.guard or on_bad)
     wrappers = (scenario.estimator, scenario.unloading, scenario.compensator)

@@ -1,6 +1,7 @@
 """Sensor faults of a scenario, and validation of its measurements."""
 
 from collections.abc import Mapping
+from math import inf
 from typing import Any
 
 from gyrostat.control import FieldLimits, Guarded, MeasurementGuard
@@ -64,6 +65,23 @@ def first_measurement(sensor: Any, start: Any, period: Scalar) -> Any:
     return sensor(sensor.start(start, period), start, jax.random.key(0))[1]
 
 
+def limits_of(structure: Structure, values: Values, sample: Any) -> dict[str, FieldLimits]:
+    """Limits of each real measured field, as the scenario gives them; infinite where it does not.
+
+    Args:
+        structure: Structure of the scenario.
+        values: Values of this run.
+        sample: A measurement, or its shapes.
+    """
+    options, limits = options_of(values, "guard"), {}
+    for name in measured_names(structure):
+        if jnp.issubdtype(getattr(sample, name).dtype, jnp.floating):
+            lower, upper = options.get(f"{name}_lower", -inf), options.get(f"{name}_upper", inf)
+            rate = options[f"{name}_change"] if name in structure.limited else None
+            limits[name] = FieldLimits(lower, upper, rate)
+    return limits
+
+
 def guarded(structure: Structure, values: Values, controller: Any, sensor: Any, start: Any) -> Any:
     """Add the measurement guard of a scenario; without guard, the controller is unchanged.
 
@@ -76,14 +94,7 @@ def guarded(structure: Structure, values: Values, controller: Any, sensor: Any, 
     """
     if structure.guard is None:
         return controller
-    options = options_of(values, "guard")
     shapes = jax.eval_shape(lambda: first_measurement(sensor, start, values["run.control_period"]))
-    limits = {}
-    for name in measured_names(structure):
-        if not jnp.issubdtype(getattr(shapes, name).dtype, jnp.floating):
-            continue
-        rate = options[f"{name}_change"] if name in structure.limited else None
-        limits[name] = FieldLimits(options[f"{name}_lower"], options[f"{name}_upper"], rate)
-    guard = MeasurementGuard.of(shapes, limits, structure.guard)
+    guard = MeasurementGuard.of(shapes, limits_of(structure, values, shapes), structure.guard)
     actuators = tuple(part.name for part in structure.parts if part.section == "actuator")
     return Guarded(controller, guard, actuators)
