@@ -57,15 +57,25 @@ def test_an_own_controller_compiles_and_its_test_passes(guarded, tmp_path, tools
     assert limit in source
 
 
-def test_limits_come_from_the_sensors_where_the_scenario_gives_none(guarded, tmp_path):
-    """A gyro that measures up to 0.02 rad/s, a quaternion, tachometers without a limit."""
+@pytest.fixture
+def with_gyro(tmp_path):
+    """Scenario with a gyro that measures up to 0.02 rad/s, and more text."""
     for path in EXAMPLES.glob("cubesat*.toml"):
         (tmp_path / path.name).write_text(path.read_text(encoding="utf-8"), encoding="utf-8")
     text = (EXAMPLES / "wheel_array.toml").read_text(encoding="utf-8")
-    scenario = tmp_path / "wheel_array.toml"
-    changed = text.replace("[sensors]", '[sensors]\nrate_limit = "0.02 rad/s"', 1)
-    scenario.write_text(changed, encoding="utf-8")
-    limits = _limits(gs.read_scenario(scenario))
+    text = text.replace("[sensors]", '[sensors]\nrate_limit = "0.02 rad/s"', 1)
+
+    def read(more):
+        scenario = tmp_path / "wheel_array.toml"
+        scenario.write_text(text + more, encoding="utf-8")
+        return gs.read_scenario(scenario)
+
+    return read
+
+
+def test_limits_come_from_the_sensors_where_the_scenario_gives_none(guarded, with_gyro):
+    """Of a gyro, a quaternion, and tachometers without a limit."""
+    limits = _limits(with_gyro(""))
     found = {name: (float(each.lower), float(each.upper)) for name, each in limits.items()}
     assert found == {
         "attitude": (-1.1, 1.1),
@@ -73,6 +83,13 @@ def test_limits_come_from_the_sensors_where_the_scenario_gives_none(guarded, tmp
         "wheel_speed": (-UNLIMITED, UNLIMITED),
     }
     assert float(_limits(guarded)["rate"].upper) == np.radians(1.0)
+
+
+def test_the_readme_names_the_limits_that_come_from_the_sensors(with_gyro):
+    attitude, rate = "`attitude` ±1.1", "`rate` ±0.022"
+    for more, expected in [("", (attitude, rate)), (GUARD, (attitude,))]:
+        ranges = scenario_controller(with_gyro(more), "hold").ranges
+        assert tuple(text.partition(" (")[0] for text in ranges) == expected
 
 
 def _limits(scenario):

@@ -55,8 +55,11 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     period = scenario.values["run.control_period"]
     sample = _first_measurement(setup.sensor, setup.start, period)
     limits, largest = limits_of(structure_of(scenario), scenario.values, sample), _largest(scenario)
+    ranges = []
     for name, (lower, upper, rate) in limits.items():
         size = MARGIN * largest[name] if name in largest else UNLIMITED
+        if name in largest and not np.isfinite([lower, upper]).all():
+            ranges.append(f"`{name}` ±{size:g} ({MARGIN:g} times its largest size)")
         limits[name] = FieldLimits(
             lower if np.isfinite(lower) else -size, upper if np.isfinite(upper) else size, rate
         )
@@ -75,10 +78,7 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     return replace(
         target,
         digests={"scenario": f"SHA-256 {scenario.digest()}"},
-        ranges=tuple(
-            f"`{name}` ±{MARGIN * size:g} ({MARGIN:g} times its largest size)"
-            for name, size in largest.items()
-        ),
+        ranges=tuple(ranges),
     )
 
 
