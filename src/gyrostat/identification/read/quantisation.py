@@ -103,20 +103,21 @@ def held_levels(
     """
     lengths: dict[float, int] = {}
     levels = [np.round(record.current / step) for record in records]
-    every = [[(a, b) for a, b in _runs(each[:-1])] for each in levels]
-    for each, runs in zip(levels, every, strict=True):
-        for first, last in runs:
-            if last - first >= HELD and not _passed(each, first, last):
-                lengths[each[first]] = lengths.get(each[first], 0) + last - first
+    every = [
+        [run for run in _runs(each[:-1]) if run[1] - run[0] >= HELD and not _passed(each, *run)]
+        for each in levels
+    ]
+    for each, held in zip(levels, every, strict=True):
+        for first, last in held:
+            lengths[each[first]] = lengths.get(each[first], 0) + last - first
     order = sorted(lengths, key=lambda level: -lengths[level])[:MOST_LEVELS]
     number = {level: k for k, level in enumerate(order)}
     numbers, common = [], []
-    for each, runs in zip(levels, every, strict=True):
+    for each, held in zip(levels, every, strict=True):
         index, size = np.full(len(each) - 1, -1), np.ones(len(each) - 1)
-        for first, last in runs:
-            if last - first >= HELD and not _passed(each, first, last):
-                index[first:last] = number.get(each[first], -1)
-                size[first:last] = last - first
+        for first, last in held:
+            index[first:last] = number.get(each[first], -1)
+            size[first:last] = last - first
         numbers.append(index)
         common.append(np.where(index < 0, size, 0.0))
     return numbers, common, len(order)
