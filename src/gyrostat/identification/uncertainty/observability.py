@@ -94,22 +94,20 @@ def _root(jacobian: Matrix, scale: Vector) -> Matrix:
     return scale[:, None] * directions.T / np.hypot(singular, SILENT)
 
 
-def _measured_root(solution: Solution, selection: Selection, posterior_sigma: Vector) -> Matrix:
-    """Square root of the covariance of the parameters without their a-priori, (n, n).
+def _root_at_given(root: Matrix, index: int, jacobian: Matrix, scale: Vector) -> Matrix:
+    """Square root of the covariance at a given value of one estimate, whose own row stays, (n, n).
 
-    A-priori knowledge of the inertia only sets the scale of all torques. The observability of the
-    other parameters is evaluated at the given inertia.
+    Args:
+        root: Square root of the covariance without a-priori, (n, n).
+        index: Index of the estimate.
+        jacobian: Derivatives of the residuals, (m, n).
+        scale: Scales of the parameters, (n,).
     """
-    root = _root(solution.jacobian, selection.scale)
-    if not _inertia_from_prior(root, selection, posterior_sigma):
-        return root
-    index = selection.free.index("inertia")
-    others = [k for k in range(len(selection.free)) if k != index]
-    root[others] = 0.0
-    root[np.ix_(others, range(len(others)))] = _root(
-        solution.jacobian[:, others], selection.scale[others]
-    )
-    return root
+    others = [k for k in range(len(scale)) if k != index]
+    given = np.zeros_like(root)
+    given[index] = root[index]
+    given[np.ix_(others, range(len(others)))] = _root(jacobian[:, others], scale[others])
+    return given
 
 
 def _inertia_from_prior(root: Matrix, selection: Selection, posterior_sigma: Vector) -> bool:
@@ -164,7 +162,9 @@ def observability(
 ) -> dict[str, Observability]:
     """Observability of every estimated parameter from the measurements alone.
 
-    An initial speed or a current bias is compared with the level of the signal.
+    An initial speed or a current bias is compared with the level of the signal. A-priori knowledge
+    of the inertia only sets the scale of all torques: then the observability of the other
+    parameters is evaluated at the given inertia.
 
     Args:
         prediction: Records and friction model.
@@ -179,7 +179,12 @@ def observability(
         Name -> observability.
     """
     posterior_sigma = np.sqrt(np.diag(solution.covariance()))
-    root = _measured_root(solution, selection, posterior_sigma)
+    root = _root(solution.jacobian, selection.scale)
+    if _inertia_from_prior(root, selection, posterior_sigma):
+        index = selection.free.index("inertia")
+        root = _root_at_given(root, index, solution.jacobian, selection.scale)
+        # the prior of the inertia is in both, and would hide what the effects add
+        honest, formal = _at_given(honest, index), _at_given(formal, index)
     alone = np.linalg.norm(root, axis=1)
 
     has_prior = bool(np.any(selection.prior.sigma < selection.scale))
@@ -202,9 +207,5 @@ def observability(
         for name, dimension in prediction.dimensions.items()
         if name == "current_bias" or name in prediction.initial_speeds
     }
-    if _inertia_from_prior(_root(solution.jacobian, selection.scale), selection, posterior_sigma):
-        # the prior of the inertia is in both, and would hide what the effects add
-        index = selection.free.index("inertia")
-        honest, formal = _at_given(honest, index), _at_given(formal, index)
     widening = _widening(prediction.model, selection.free, honest, formal)
     return judge(prediction.model, values, selection.free, root, cure, sizes, widening)
