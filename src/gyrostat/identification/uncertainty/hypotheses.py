@@ -208,7 +208,7 @@ def posteriors(
     prior: tuple[Matrix, Vector],
     levels: Matrix,
     stated: bool,
-    odds: Vector | float = 0.0,
+    odds: Vector,
 ) -> Posteriors:
     """Posterior of every hypothesis that matters: each choice of scales at each pair of levels.
 
@@ -240,11 +240,10 @@ def posteriors(
     counted = [e.beside is None and e.odds is None for e in effects]
     sizes = np.array([len(effect.scales) for effect in effects])[counted]
     sizes = np.append(sizes, (len(RIPPLES), len(RIPPLES)))
-    odds = np.broadcast_to(odds, len(levels))
     sampled = (choices > 0.0) @ [np.log(e.odds / len(e.scales)) if e.odds else 0.0 for e in effects]
+    systems = [_System(each, base, spread, pulls, each[0, 0] + apart) for each in total]
     weights = []
-    for level, products, log, further in zip(levels, total, logs, odds, strict=True):
-        system = _System(products, base, spread, pulls, products[0, 0] + apart)
+    for level, system, log, further in zip(levels, systems, logs, odds, strict=True):
         rows = np.broadcast_to(level, (len(choices), 2))
         present = np.column_stack([choices[:, counted], rows]) > 0.0
         chance = _presence(present) - present @ np.log(sizes)
@@ -253,9 +252,8 @@ def posteriors(
         weights.append(chance + sampled + further - 0.5 * (log + system.deviance()))
     best = max(float(np.max(weight)) for weight in weights)
     parts = []
-    for level, products, weight in zip(levels, total, weights, strict=True):
+    for level, system, weight in zip(levels, systems, weights, strict=True):
         which = np.flatnonzero(weight > best - NEGLIGIBLE)
-        system = _System(products, base, spread, pulls, products[0, 0] + apart)
         rows = np.broadcast_to(level, (len(which), 2))
         parts.append((*system.moments(which), weight[which], choices[which], rows))
     return Posteriors(*(np.concatenate(column) for column in zip(*parts, strict=True)))
