@@ -153,9 +153,9 @@ def candidates(
     """
     make = _Candidates(prediction, linear, values)
 
-    def scale_by(names: Sequence[str], share: Callable[[Record], Vector | None]) -> Shape:
+    def over_temperature(names: Sequence[str]) -> Shape:
         def shape(record: Record, linear: Linearisation) -> Matrix | None:
-            shares = share(record)
+            shares = _share_of_temperature(record)
             return None if shares is None else (shares * make.torque(linear, names))[:, None]
 
         return shape
@@ -186,7 +186,7 @@ def candidates(
         (make.dry, "coulomb_over_temperature", "dry"),
     ):
         title = f"change of the {kind} friction over half the range of temperature"
-        make.add(name, title, "1", scale_by(names, _share_of_temperature))
+        make.add(name, title, "1", over_temperature(names))
     level = dry_friction(prediction.model, values) or abs(values["motor_constant"])
 
     def ripple(order: int) -> Shape:
