@@ -82,7 +82,7 @@ def best_set(rule: str, parameter: str, draws: Matrix, size: int) -> BestSet:
         size: Number of wheels of the set, less than n.
     """
     sets = np.sort(_best(rule, draws, size), axis=1)
-    estimate = _chosen(rule, draws, size)
+    estimate = _chosen(rule, draws, sets)
     probability = float(np.mean(np.all(sets == estimate, axis=1)))
     each = tuple(float(np.mean(np.any(sets == wheel, axis=1))) for wheel in estimate)
     rows = np.arange(len(draws))[:, None]
@@ -98,16 +98,22 @@ def _cost(rule: str, values: Matrix) -> Vector:
     return np.mean(values, axis=-1) * (1.0 if rule == "lowest" else -1.0)
 
 
-def _chosen(rule: str, draws: Matrix, size: int) -> Places:
+def _chosen(rule: str, draws: Matrix, sets: Places) -> Places:
     """Set with the least mean of sum or variance, sorted, (size,).
 
     The mean of the variance of a set is that of its means, plus the mean variance of its wheels.
+
+    Args:
+        rule: One of `RULES`.
+        draws: Draws of the true parameter of each wheel, (draws, n).
+        sets: Best set of each draw, sorted, (draws, size).
     """
+    of_means = _best(rule, draws.mean(axis=0)[None], sets.shape[1])
     if rule != "matched":
-        return np.sort(_best(rule, draws.mean(axis=0)[None], size)[0])
-    sets, counts = np.unique(np.sort(_best(rule, draws, size), axis=1), axis=0, return_counts=True)
-    frequent = sets[np.argsort(-counts, kind="stable")[:CANDIDATES]]
-    candidates = np.vstack([frequent, _best(rule, draws.mean(axis=0)[None], size)])
+        return np.sort(of_means[0])
+    unique, counts = np.unique(sets, axis=0, return_counts=True)
+    frequent = unique[np.argsort(-counts, kind="stable")[:CANDIDATES]]
+    candidates = np.vstack([frequent, of_means])
     means = [np.mean(np.var(draws[:, wheels], axis=1)) for wheels in candidates]
     return np.sort(candidates[int(np.argmin(means))])
 
