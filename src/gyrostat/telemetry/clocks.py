@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 
 from gyrostat.core.errors import InputError
 from gyrostat.telemetry.record import Record
-from gyrostat.telemetry.signals import scatter
+from gyrostat.telemetry.signals import held_integral, scatter, trapezoidal
 
 COARSE = 1500
 """Intervals of the longer log in the search for the lag."""
@@ -96,8 +96,7 @@ def _unknown(current: Record, speed: Record, found: str) -> InputError:
 
 def charge(record: Record, times: NDArray[np.float64]) -> NDArray[np.float64]:
     """Integral of the held current from the start of a record, (N,), A·s."""
-    total = np.append(0.0, np.cumsum(record.current[:-1] * np.diff(record.time)))
-    return np.interp(times, record.time, total)
+    return np.interp(times, record.time, held_integral(record.current, record.time))
 
 
 def _coarse_lag(current: Record, speed: Record) -> tuple[float, float]:
@@ -197,11 +196,7 @@ def _friction(speed: Record) -> list[NDArray[np.float64]]:
     values = np.interp(speed.time, speed.time[present], speed.speed[present])
     largest = float(np.max(np.abs(values)))
     falling = [np.sign(values) * np.exp(-np.abs(values) / (a * largest)) for a in SCALES]
-    steps = np.diff(speed.time)
-    return [
-        np.append(0.0, np.cumsum(0.5 * (each[1:] + each[:-1]) * steps))
-        for each in (values / largest, *falling)
-    ]
+    return [trapezoidal(each, speed.time) for each in (values / largest, *falling)]
 
 
 @dataclass(frozen=True)

@@ -16,10 +16,10 @@ from gyrostat.identification.bench.bench_methods import (
 )
 from gyrostat.identification.bench.segments import fit_stretches
 from gyrostat.identification.read.checks import as_records, check_sigma, check_signals, place
-from gyrostat.identification.read.statistics import noise_level, quantum, trapezoidal
+from gyrostat.identification.read.statistics import noise_level, quantum
 from gyrostat.identification.result.fit import Fit
 from gyrostat.telemetry import Record
-from gyrostat.telemetry.signals import runs, scatter
+from gyrostat.telemetry.signals import runs, scatter, trapezoidal
 from gyrostat.wheel.friction import ViscousCoulomb
 
 MIN_SAMPLES = 10

@@ -14,8 +14,9 @@ from gyrostat.core.si_dimensions import speed_power
 from gyrostat.core.types import Vector
 from gyrostat.core.units import si_unit
 from gyrostat.identification.fit.prediction import SpeedPrediction
-from gyrostat.identification.read.statistics import noise_level, trapezoidal
+from gyrostat.identification.read.statistics import noise_level
 from gyrostat.telemetry import Record
+from gyrostat.telemetry.signals import held_integral, trapezoidal
 
 SMOOTHING = 9
 """Samples in the running mean that determines the sense of rotation."""
@@ -138,7 +139,7 @@ def integral_regression(records: Sequence[Record]) -> StartValues:
         time = record.time - record.time[0]
         speed = np.interp(time, time[record.valid], record.speed[record.valid])
         noise = noise_level(record.speed[record.valid])
-        charge = np.concatenate([[0.0], np.cumsum(record.current[:-1] * np.diff(time))])
+        charge = held_integral(record.current, time)
         integrals = np.column_stack([charge, -trapezoidal(speed, time)])
         stretches = _stretches(record, speed, noise)
         firsts.append((len(blocks), stretches[0][0]))

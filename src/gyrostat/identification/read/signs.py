@@ -13,7 +13,7 @@ from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.read.findings import Finding, fault_finding
 from gyrostat.identification.read.statistics import noise_level
 from gyrostat.telemetry import Record
-from gyrostat.telemetry.signals import runs
+from gyrostat.telemetry.signals import held_integral, runs
 
 WINDOWS = 150
 """Number of windows of a record."""
@@ -65,7 +65,7 @@ def motion_regression(
     smooth = _smooth(speed)
 
     def change(rates: Vector) -> Vector:
-        return np.diff(np.concatenate([[0.0], np.cumsum(rates[:-1] * np.diff(time))])[edges])
+        return np.diff(held_integral(rates, time)[edges])
 
     rows = np.column_stack(
         [

@@ -73,12 +73,6 @@ class Whiteness:
         }
 
 
-def trapezoidal(values: Vector, time: Vector) -> Vector:
-    """Cumulative trapezoidal integral, (N,). Importing SciPy's would take half a second."""
-    areas = 0.5 * (values[1:] + values[:-1]) * np.diff(time)
-    return np.concatenate([[0.0], np.cumsum(areas)])
-
-
 def autocorrelation(residual: Vector, lags: int) -> Vector:
     """Autocorrelation of a residual series at lags 1 to `lags`, (lags,)."""
     centred = residual - residual.mean()

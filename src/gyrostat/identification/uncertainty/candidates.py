@@ -11,7 +11,6 @@ import numpy as np
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.fit.friction_torques import friction_torques
 from gyrostat.identification.fit.prediction import Linearisation, SpeedPrediction
-from gyrostat.identification.read.statistics import trapezoidal
 from gyrostat.identification.uncertainty.effects import (
     Nuisance,
     accumulated,
@@ -19,6 +18,7 @@ from gyrostat.identification.uncertainty.effects import (
     share_of_range,
 )
 from gyrostat.telemetry import Record
+from gyrostat.telemetry.signals import trapezoidal
 from gyrostat.wheel.friction.stribeck import DEFAULT_STRIBECK_SPEED
 
 SHARES = (0.01, 0.03, 0.1, 0.3)
