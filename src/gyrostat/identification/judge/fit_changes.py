@@ -188,3 +188,14 @@ def days(fits: Sequence[StoredFit]) -> Vector | None:
     if len(dates) < len(fits):
         return None
     return np.array([(date - min(dates)).total_seconds() / DAY for date in dates])
+
+
+def in_order_of_date(
+    fits: Sequence[StoredFit], labels: Sequence[str]
+) -> tuple[Sequence[StoredFit], Sequence[str]]:
+    """Fits and their labels in the order of their dates; as they are if a date is unknown."""
+    times = days(fits)
+    if times is None:
+        return fits, labels
+    order: list[int] = np.argsort(times, kind="stable").tolist()
+    return [fits[k] for k in order], [labels[k] for k in order]

@@ -25,6 +25,7 @@ from gyrostat.identification.judge.fit_changes import (
     Trend,
     common_parameters,
     days,
+    in_order_of_date,
 )
 from gyrostat.identification.judge.spread import between, from_others, holm, line, two_sided
 from gyrostat.identification.result.stored_fit import StoredFit
@@ -173,11 +174,7 @@ def compare_fits(
         raise InputError(f"compare: found {len(fits)} fit, expected at least 2")
     if not common_parameters(fits):
         raise InputError("compare: found no parameter that two fits have in common, expected one")
-    times = days(fits)
-    if times is not None:
-        order: list[int] = np.argsort(times, kind="stable").tolist()
-        fits = [fits[k] for k in order]
-        labels = [labels[k] for k in order]
+    fits, labels = in_order_of_date(fits, labels)
     tolerances = [*(["inertia"] if same_wheel else []), *(BENCH if same_bench else [])]
     joint = _Joint(fits, tolerances)
     trends, spreads = [], []

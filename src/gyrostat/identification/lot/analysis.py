@@ -8,7 +8,7 @@ import numpy as np
 from gyrostat.core.errors import InputError
 from gyrostat.core.skewed_normal import deviation
 from gyrostat.core.types import Vector
-from gyrostat.identification.judge.fit_changes import days
+from gyrostat.identification.judge.fit_changes import days, in_order_of_date
 from gyrostat.identification.judge.fit_comparison import BENCH
 from gyrostat.identification.judge.spread import holm
 from gyrostat.identification.lot.best_set import SEED, best_set, true_values
@@ -59,10 +59,7 @@ def analyse_lot(
         InputError: There are too few wheels, or they do not belong together.
     """
     _check(fits, labels, shape, best[1])
-    times = days(fits)
-    if times is not None:
-        order: list[int] = np.argsort(times, kind="stable").tolist()
-        fits, labels = [fits[k] for k in order], [labels[k] for k in order]
+    fits, labels = in_order_of_date(fits, labels)
     times = days(fits)
     common = _common_errors(fits) if same_bench else np.zeros(len(fits[0].names))
     values = np.array([fit.values for fit in fits])
