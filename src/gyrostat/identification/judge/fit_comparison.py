@@ -127,6 +127,17 @@ def _of_batch(joint: _Joint, labels: Sequence[str]) -> tuple[list[Change], list[
     return changes, spreads
 
 
+def temperature_note(fits: Sequence[StoredFit]) -> list[str]:
+    """Remark on temperatures at which friction may differ; none if they are alike."""
+    warm = [fit.temperature for fit in fits if fit.temperature is not None]
+    if not (warm and max(warm) - min(warm) > SAME_TEMPERATURE):
+        return []
+    return [
+        f"the temperatures differ, from {min(warm):.3g} to {max(warm):.3g} °C: friction changes "
+        "with temperature"
+    ]
+
+
 def _notes(fits: Sequence[StoredFit], same_wheel: bool, tolerances: Sequence[str]) -> list[str]:
     """Remarks on data that make a comparison less certain."""
     notes = []
@@ -140,12 +151,7 @@ def _notes(fits: Sequence[StoredFit], same_wheel: bool, tolerances: Sequence[str
             "the given inertias differ: motor constant, torques and viscous friction scale with "
             "them"
         )
-    warm = [fit.temperature for fit in fits if fit.temperature is not None]
-    if warm and max(warm) - min(warm) > SAME_TEMPERATURE:
-        notes.append(
-            f"the temperatures differ, from {min(warm):.3g} to {max(warm):.3g} °C: friction "
-            "changes with temperature"
-        )
+    notes += temperature_note(fits)
     if same_wheel and days(fits) is None:
         notes.append("no trend: a date is unknown (comment '# date: 2026-03-01' in each record)")
     for name in tolerances:

@@ -3,7 +3,7 @@
 from collections.abc import Mapping, Sequence
 
 from gyrostat.core.types import Vector
-from gyrostat.identification.judge.fit_comparison import SAME_TEMPERATURE
+from gyrostat.identification.judge.fit_comparison import temperature_note
 from gyrostat.identification.lot.posterior import LARGEST_SHAPE
 from gyrostat.identification.lot.result import LotParameter
 from gyrostat.identification.result.stored_fit import StoredFit
@@ -25,13 +25,7 @@ def notes(
         parameters: Name -> distribution.
         shape: Shape that the analysis was told.
     """
-    remarks = []
-    warm = [fit.temperature for fit in fits if fit.temperature is not None]
-    if warm and max(warm) - min(warm) > SAME_TEMPERATURE:
-        remarks.append(
-            f"the temperatures differ, from {min(warm):.3g} to {max(warm):.3g} °C: friction "
-            "changes with temperature, which is part of the spread here"
-        )
+    remarks = [f"{text}, which is part of the spread here" for text in temperature_note(fits)]
     if any(fit.date is None for fit in fits):
         remarks.append(
             "no drift, and control charts in the order of the files: a date is unknown (comment "
