@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.core.annotations import notes_of
-from gyrostat.core.orthonormal import Family, family_of
+from gyrostat.core.orthonormal import HERMITE, Family, family_of
 from gyrostat.core.types import Matrix, Vector
 
 VALUE, DEVIATION, RATIO = "value", "deviation", "ratio"
@@ -119,3 +119,30 @@ class Limited(Distribution):
     def bounds(self) -> tuple[Vector, Vector]:
         """See `Distribution.bounds`."""
         return self.low, self.high
+
+
+class Correlated(Distribution):
+    """Distribution of values that depend on each other by normal numbers.
+
+    Attributes:
+        root: Matrix from independent standard normal numbers to those of the values, (keys, keys).
+    """
+
+    family = HERMITE
+    root: Matrix
+
+    def normal(self, share: Matrix) -> Matrix:
+        """Normal numbers of the values, (n, keys), from uniform numbers; see `quantile`."""
+        from scipy.special import ndtri  # slow to import
+
+        independent = ndtri(share)
+        numbers = np.zeros_like(share)
+        # fixed order of summation: the rounding of a matrix product may depend on the number of
+        # rows
+        for k, column in enumerate(self.root.T):
+            numbers += independent[:, k, None] * column
+        return numbers
+
+    def is_joint(self) -> bool:
+        """See `Distribution.is_joint`."""
+        return bool(np.any(self.root != np.diag(np.diag(self.root))))

@@ -6,13 +6,12 @@ from typing import Self
 
 import numpy as np
 
-from gyrostat.core.orthonormal import HERMITE
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.scenario.distribution import Distribution
+from gyrostat.scenario.distribution import Correlated
 
 
 @dataclass(frozen=True, eq=False)
-class Covariance(Distribution):
+class Covariance(Correlated):
     """Normal about the nominal values, with the covariance of an identification.
 
     Attributes:
@@ -21,7 +20,6 @@ class Covariance(Distribution):
     """
 
     name = "covariance"
-    family = HERMITE
     root: Matrix
 
     @classmethod
@@ -31,13 +29,7 @@ class Covariance(Distribution):
 
     def quantile(self, share: Matrix) -> Matrix:
         """See `Distribution.quantile`."""
-        from scipy.special import ndtri  # slow to import
-
-        normal = ndtri(share)
-        # fixed order of summation: the rounding of a matrix product may depend on the number of
-        # rows
-        parts = (normal[:, k, None] * column for k, column in enumerate(self.root.T))
-        return self.nominal + sum(parts)
+        return self.nominal + self.normal(share)
 
     def faults(self) -> Iterator[tuple[str, str]]:
         """See `Distribution.faults`."""
@@ -52,7 +44,3 @@ class Covariance(Distribution):
         """See `Distribution.extremes`."""
         deviation = sigmas * self.deviation()
         return self.nominal - deviation, self.nominal + deviation
-
-    def is_joint(self) -> bool:
-        """See `Distribution.is_joint`."""
-        return bool(np.any(self.root != np.diag(np.diag(self.root))))

@@ -4,16 +4,13 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Self
 
-import numpy as np
-
-from gyrostat.core.orthonormal import HERMITE
 from gyrostat.core.skewed_normal import value_at
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.scenario.distribution import Distribution
+from gyrostat.scenario.distribution import Correlated
 
 
 @dataclass(frozen=True, eq=False)
-class WheelLot(Distribution):
+class WheelLot(Correlated):
     """A wheel drawn from a lot, whatever the nominal values are.
 
     Attributes:
@@ -24,7 +21,6 @@ class WheelLot(Distribution):
     """
 
     name = "lot"
-    family = HERMITE
     location: Vector
     scale: Vector
     shape: Vector
@@ -38,12 +34,7 @@ class WheelLot(Distribution):
 
     def quantile(self, share: Matrix) -> Matrix:
         """See `Distribution.quantile`."""
-        from scipy.special import ndtri  # slow to import
-
-        normal = ndtri(share)
-        # fixed order of summation, as in the distribution `covariance`
-        parts = (normal[:, k, None] * column for k, column in enumerate(self.root.T))
-        return value_at(sum(parts), self.location, self.scale, self.shape)
+        return value_at(self.normal(share), self.location, self.scale, self.shape)
 
     def faults(self) -> Iterator[tuple[str, str]]:
         """See `Distribution.faults`."""
@@ -60,7 +51,3 @@ class WheelLot(Distribution):
             value_at(sign * sigmas, self.location, self.scale, self.shape) for sign in (-1.0, 1.0)
         )
         return low, high
-
-    def is_joint(self) -> bool:
-        """See `Distribution.is_joint`."""
-        return bool(np.any(self.root != np.diag(np.diag(self.root))))
