@@ -4,9 +4,9 @@ import numpy as np
 import pytest
 
 from gyrostat.codegen.flight import Entry, emit
+from gyrostat.codegen.flight.module import ports_of
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.exports.target import Target
-from gyrostat.exports.vectors.fields import ports_of
 from gyrostat.exports.vectors.machine import Machine
 
 LANES = 64

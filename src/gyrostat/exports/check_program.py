@@ -6,12 +6,12 @@ import numpy as np
 
 from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.codegen.flight.header import declaration
-from gyrostat.codegen.flight.module import Entry, Module, Port, Precision, call
+from gyrostat.codegen.flight.module import Entry, Module, Port, Precision, call, ports_of
 from gyrostat.codegen.flight.structs import Struct
 from gyrostat.codegen.program import Kind, Number
 from gyrostat.exports.target import STEPS, Target
 from gyrostat.exports.template import filled
-from gyrostat.exports.vectors.fields import Field, ports_of
+from gyrostat.exports.vectors.fields import Field
 from gyrostat.exports.vectors.vectors import Vectors
 
 TOLERANCE = {"double": 1e-12, "float": 1e-3}

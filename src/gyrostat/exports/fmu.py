@@ -19,7 +19,7 @@ from gyrostat.codegen.flight.c import emit
 from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.codegen.flight.header import declaration
 from gyrostat.codegen.flight.measure import FLAGS, compiler
-from gyrostat.codegen.flight.module import Module, Port, call
+from gyrostat.codegen.flight.module import Module, Port, call, ports_of
 from gyrostat.codegen.flight.structs import Leaf, Struct
 from gyrostat.codegen.program import Kind, Number
 from gyrostat.codegen.simd import run_compiler
@@ -52,7 +52,7 @@ def write_fmu(target: Target, path: Path) -> str | None:
     """
     name = target.name
     module = emit(name, target.entries)
-    ports = {port.name: port for every in module.ports.values() for port in every}
+    ports = ports_of(module)
     variables = list(_variables(target, ports))
     key = hashlib.sha256((module.header + module.source).encode()).hexdigest()
     guid = f"{{{key[:8]}-{key[8:12]}-{key[12:16]}-{key[16:20]}-{key[20:32]}}}"

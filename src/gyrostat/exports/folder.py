@@ -6,7 +6,7 @@ from gyrostat.codegen.flight.c import emit
 from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.codegen.flight.header import declaration, prototype
 from gyrostat.codegen.flight.measure import FLAGS, OPTIMISATION, Compiled, measure
-from gyrostat.codegen.flight.module import Entry, Module, Precision, call
+from gyrostat.codegen.flight.module import Entry, Module, Precision, call, ports_of
 from gyrostat.codegen.flight.operation_count import CLASSES, ELEMENTARY, operations
 from gyrostat.codegen.flight.reader.tokens import UnreadableError
 from gyrostat.codegen.program import Assign, Call, Function, statements
@@ -134,9 +134,8 @@ def _exception(target: Target) -> str:
 
 
 def _declarations(target: Target, module: Module, dialect: Dialect) -> list[str]:
-    ports = {port.name: port for every in module.ports.values() for port in every}
     lines = []
-    for port in ports.values():
+    for port in ports_of(module).values():
         value = target.constants.get(port.name)
         text = declaration(port.content, port.name, dialect)
         lines.append(f"{text}{'' if value is None else f' = {value!r}'};")

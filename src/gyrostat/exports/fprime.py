@@ -5,7 +5,7 @@ from collections.abc import Iterable, Sequence
 
 from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.codegen.flight.identifiers import comment
-from gyrostat.codegen.flight.module import Port, Precision, call
+from gyrostat.codegen.flight.module import Port, Precision, call, ports_of
 from gyrostat.codegen.flight.structs import Leaf
 from gyrostat.codegen.program import Number
 from gyrostat.control import SampleStatus
@@ -34,7 +34,7 @@ def component(
     """
     require_controller(target, "fprime")
     module = emitted(target, precision)
-    ports = {port.name: port for every in module.ports.values() for port in every}
+    ports = ports_of(module)
     name = "".join(word.capitalize() for word in target.name.split("_"))
     dialect = Dialect(precision)
     sensed, commanded = (

@@ -11,7 +11,7 @@ import numpy as np
 from gyrostat.codegen.flight import Entry, emit
 from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.codegen.flight.header import declaration
-from gyrostat.codegen.flight.module import call
+from gyrostat.codegen.flight.module import call, ports_of
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.exports.cfs.interface import COMMAND_HEAD, COUNTERS, SENSOR_HEAD, STATE, STATUSES
 from gyrostat.exports.cfs.messages import Payload, read_lines, written_lines
@@ -160,7 +160,7 @@ class Flight:
 
     def flyer(self):
         """Files of the test application."""
-        ports = {p.name: p for every in self.module.ports.values() for p in every}
+        ports = ports_of(self.module)
         payloads = {
             name: Payload.of(ports[name].content, name, head, "double")
             for name, head in (("measurement", SENSOR_HEAD), ("command", COMMAND_HEAD))

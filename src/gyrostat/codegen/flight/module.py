@@ -66,6 +66,11 @@ class Module:
     functions: tuple[Function, ...]
 
 
+def ports_of(module: Module) -> dict[str, Port]:
+    """Arguments of all functions of a module, by name, in the order of the header."""
+    return {port.name: port for ports in module.ports.values() for port in ports}
+
+
 def by_address(port: Port) -> bool:
     """Whether an argument is passed by address: a struct, or a number that C sets."""
     return isinstance(port.content, Struct) or (not port.content.shape and port.set)

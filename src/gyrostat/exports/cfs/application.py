@@ -8,7 +8,7 @@ from typing import Any
 from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.codegen.flight.header import declaration
 from gyrostat.codegen.flight.identifiers import comment
-from gyrostat.codegen.flight.module import Module, Port, Precision, call
+from gyrostat.codegen.flight.module import Module, Port, Precision, call, ports_of
 from gyrostat.codegen.program import Number
 from gyrostat.control import SampleStatus
 from gyrostat.core.errors import InputError
@@ -57,7 +57,7 @@ def application(
             f"--to cfs: found the name {target.name}, expected at most {LONGEST_NAME} characters"
         )
     module = emitted(target, precision)
-    ports = {port.name: port for every in module.ports.values() for port in every}
+    ports = ports_of(module)
     dialect, app = Dialect(precision), target.name
     payloads = {
         name: Payload.of(ports[name].content, name, head, dialect.real)

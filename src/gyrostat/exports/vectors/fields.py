@@ -7,7 +7,7 @@ from typing import Any, Literal
 
 import numpy as np
 
-from gyrostat.codegen.flight.module import Module, Port
+from gyrostat.codegen.flight.module import Module, Port, ports_of
 from gyrostat.codegen.flight.structs import scalars
 from gyrostat.codegen.program import Kind
 from gyrostat.core.jax64 import jax
@@ -37,11 +37,6 @@ class Field:
     indices: tuple[int, ...]
     kind: Kind
     role: Role
-
-
-def ports_of(module: Module) -> dict[str, Port]:
-    """Arguments of all functions of a module, by name, in the order of the header."""
-    return {port.name: port for ports in module.ports.values() for port in ports}
 
 
 def fields_of(target: Target, module: Module) -> tuple[Field, ...]:

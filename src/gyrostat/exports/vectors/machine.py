@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gyrostat.codegen.flight.module import Module, Precision, by_address
+from gyrostat.codegen.flight.module import Module, Precision, by_address, ports_of
 from gyrostat.codegen.flight.reader.arithmetic import PLAIN
 from gyrostat.codegen.flight.reader.functions import functions
 from gyrostat.codegen.flight.reader.margins import MARGINS, Comparisons, logic, value_of
@@ -20,7 +20,7 @@ from gyrostat.codegen.flight.reader.syntax import (
 from gyrostat.codegen.flight.reader.translate import Translation, translate
 from gyrostat.codegen.flight.structs import Struct
 from gyrostat.exports.target import Target
-from gyrostat.exports.vectors.fields import Field, fields_of, ports_of, whole
+from gyrostat.exports.vectors.fields import Field, fields_of, whole
 
 PASSES = 8
 """Number of passes of a loop that may end early after which a lane is given up, at first."""

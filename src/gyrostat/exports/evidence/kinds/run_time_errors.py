@@ -5,7 +5,7 @@ from typing import ClassVar
 
 from gyrostat.codegen.flight.expressions import HELPERS, Dialect
 from gyrostat.codegen.flight.header import prototype
-from gyrostat.codegen.flight.module import Entry, Port, call
+from gyrostat.codegen.flight.module import Entry, Port, call, ports_of
 from gyrostat.codegen.flight.structs import Leaf, scalars
 from gyrostat.codegen.flight.tested_sums import TESTED_ADD
 from gyrostat.exports.check_program import definition
@@ -41,7 +41,7 @@ class RunTimeErrors(EvidenceKind):
     def files(cls, subject: Subject) -> dict[str, str]:
         """See `EvidenceKind.files`."""
         target, module, dialect = subject.target, subject.module, Dialect(subject.precision)
-        ports = {port.name: port for every in module.ports.values() for port in every}
+        ports = ports_of(module)
         contracts = []
         if target.on_bad is not None:
             contracts = [
