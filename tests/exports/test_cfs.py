@@ -188,7 +188,7 @@ def test_the_safe_command_of_a_failed_step_is_that_of_the_guard(folder):
 def test_the_ranges_of_the_parameters_are_those_of_their_kind():
     target = damper()
     ports = {port.name: port for port in module_ports(target)}
-    values = dict(zip(target.begin[0].results, target.begin[0].function(), strict=True))
+    values = target.designed()
     ranges = {p.name: (p.lower, p.upper, p.above) for p in parameters_of(ports, values)}
     assert ranges == {
         "controller.gain": (-2.0, 2.0, ""),  # of both signs: ten times the largest

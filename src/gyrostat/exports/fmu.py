@@ -20,12 +20,13 @@ from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.codegen.flight.header import declaration
 from gyrostat.codegen.flight.measure import FLAGS, compiler
 from gyrostat.codegen.flight.module import Module, Port, call, ports_of
-from gyrostat.codegen.flight.structs import Leaf, Struct
+from gyrostat.codegen.flight.structs import Struct
 from gyrostat.codegen.program import Kind, Number
 from gyrostat.codegen.simd import run_compiler
 from gyrostat.core.errors import InputError
 from gyrostat.core.files import whole_file, write_texts
 from gyrostat.core.jax64 import jax
+from gyrostat.exports.message_fields import leaves
 from gyrostat.exports.model_description import Variable, model_description
 from gyrostat.exports.target import Target
 from gyrostat.exports.template import filled
@@ -84,7 +85,7 @@ def _variables(target: Target, ports: dict[str, Port]) -> Iterator[Variable]:
         role, exact = _role(target, port)
         values = [float(x) for leaf in start_values.get(port.name, ()) for x in np.ravel(leaf)]
         unit = target.units.get(port.name, "")
-        for number, (name, kind, meaning) in enumerate(_leaves(port.content, port.name, "")):
+        for number, (name, kind, meaning) in enumerate(_numbers(port)):
             start = values[number] if values else 0.0
             si_unit = unit or unit_of(meaning)
             reference, tunable = counts[kind], port.name in read_names - {"period"}
@@ -111,18 +112,14 @@ def _role(target: Target, port: Port) -> tuple[str, bool]:
 def _start_values(target: Target) -> dict[str, list[Any]]:
     """Leaves of the arguments with a start value: the parameters and the period."""
     fixed = {name: [value] for name, value in target.constants.items() if name in ("period",)}
-    entry = target.begin[0]
-    trees = entry.function() if len(entry.results) > 1 else (entry.function(),)
-    return fixed | {n: jax.tree.leaves(tree) for n, tree in zip(entry.results, trees, strict=True)}
+    return fixed | {name: jax.tree.leaves(tree) for name, tree in target.designed().items()}
 
 
-def _leaves(content: Leaf | Struct, path: str, meaning: str) -> Iterator[tuple[str, Kind, str]]:
-    if isinstance(content, Struct):
-        for member in content.members:
-            yield from _leaves(member.content, f"{path}.{member.name}", member.meaning)
-        return
-    for index in np.ndindex(content.shape):
-        yield path + "".join(f"[{k}]" for k in index), content.kind, meaning
+def _numbers(port: Port) -> Iterator[tuple[str, Kind, str]]:
+    """Name, kind and description of each number of an argument."""
+    for path, leaf, meaning in leaves(port.content, port.name):
+        for index in np.ndindex(leaf.shape):
+            yield path + "".join(f"[{k}]" for k in index), leaf.kind, meaning
 
 
 def _wrapper(

@@ -62,6 +62,11 @@ class Target:
         """All functions of the module."""
         return (*self.begin, *self.steps)
 
+    def designed(self) -> dict[str, Any]:
+        """Name -> designed value of each parameter."""
+        first = self.begin[0]
+        return first.named(first.function())
+
 
 def renamed(target: Target, name: str) -> Target:
     """Flight module with another name, which is the prefix of its functions too."""

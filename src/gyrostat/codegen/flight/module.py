@@ -27,6 +27,11 @@ class Entry:
     arguments: Mapping[str, Any]
     results: tuple[str, ...]
 
+    def named(self, returned: Any) -> dict[str, Any]:
+        """Name -> result, of what the function returns: the result, or a tuple of several."""
+        several = returned if len(self.results) > 1 else (returned,)
+        return dict(zip(self.results, several, strict=True))
+
 
 @dataclass(frozen=True)
 class Port:

@@ -3,7 +3,6 @@
 import re
 import textwrap
 from collections.abc import Iterable, Mapping
-from typing import Any
 
 from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.codegen.flight.header import declaration
@@ -63,7 +62,7 @@ def application(
         name: Payload.of(ports[name].content, name, head, dialect.real)
         for name, head in HEADS.items()
     }
-    values = _designed(target)
+    values = target.designed()
     table = {port.name: port for port in module.ports[target.begin[0].name]}
     parameters = parameters_of(table, values)
     names = {"app": app, "APP": app.upper(), "title": _one_line(target.title)}
@@ -93,13 +92,6 @@ def application(
     return {f"{app}/{name.replace('@app@', app)}": content for name, content in texts.items()} | {
         f"{app}/flight/{name}": content for name, content in flight.items()
     }
-
-
-def _designed(target: Target) -> dict[str, Any]:
-    """Name -> designed value of each parameter."""
-    entry = target.begin[0]
-    trees = entry.function() if len(entry.results) > 1 else (entry.function(),)
-    return dict(zip(entry.results, trees, strict=True))
 
 
 def _one_line(title: str) -> str:

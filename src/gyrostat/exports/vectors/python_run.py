@@ -49,8 +49,7 @@ class PythonRun:
         for entry in self._target.entries:
             arguments = {name: as_arrays(tree) for name, tree in entry.arguments.items()}
             results = jax.eval_shape(entry.function, *arguments.values())
-            several = results if len(entry.results) > 1 else (results,)
-            for name, tree in (*arguments.items(), *zip(entry.results, several, strict=True)):
+            for name, tree in (*arguments.items(), *entry.named(results).items()):
                 zeros = jax.tree.map(lambda x: np.zeros(x.shape, x.dtype), tree)
                 every.setdefault(name, zeros)
         return every
@@ -79,8 +78,7 @@ class PythonRun:
 
     def _call(self, entry: Entry, trees: dict[str, Any]) -> None:
         results = self._functions[entry.name](*(trees[name] for name in entry.arguments))
-        several = results if len(entry.results) > 1 else (results,)
-        trees.update(zip(entry.results, several, strict=True))
+        trees.update(entry.named(results))
 
     def step(self, values: np.ndarray, *, begins: bool) -> np.ndarray:
         """Values of all fields after a step.
