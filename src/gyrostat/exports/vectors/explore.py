@@ -1,17 +1,16 @@
 """Search for test vectors by random changes of a run."""
 
-import sys
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Sequence
 from typing import Any
 
 import numpy as np
 
 from gyrostat.exports.vectors.agreement import Agreement
 from gyrostat.exports.vectors.coverage import Coverage, Goal
-from gyrostat.exports.vectors.machine import Machine
+from gyrostat.exports.vectors.machine import ALL_PASSES, Machine
 from gyrostat.exports.vectors.proposals import Proposals
 from gyrostat.exports.vectors.python_run import PythonRun
-from gyrostat.exports.vectors.rows import Candidate, Situation
+from gyrostat.exports.vectors.rows import Candidate, Situation, groups
 
 LONG_PASSES = 64
 """Number of passes of a loop for a second run of steps that were given up."""
@@ -78,7 +77,7 @@ class Explorer:
         """
         after = np.full((len(self.tuned), len(candidates)), np.nan)
         self.margins = {}
-        for begins, group in _groups(candidates):
+        for begins, group in groups(candidates):
             self.coverage.begin(self.machine.need)
             results = self.machine.run(
                 np.stack([candidates[k].values for k in group], axis=1),
@@ -109,13 +108,12 @@ class Explorer:
 
     def _run_long(self, candidates: Sequence[Candidate], *, begins: bool) -> None:
         """Run steps that were given up: further, and a few of them to the end of their loops."""
-        most = self.machine.most_passes
-        for passes, lanes in ((LONG_PASSES, None), (sys.maxsize, LONG_LANES)):
+        for passes, lanes in ((LONG_PASSES, None), (ALL_PASSES, LONG_LANES)):
             candidates = candidates[:lanes]
-            self.machine.most_passes = passes
             self.coverage.begin(self.machine.need)
             values = np.stack([c.values for c in candidates], axis=1)
-            self.machine.run(values, self.coverage.record, begins=begins)
+            with self.machine.up_to(passes):
+                self.machine.run(values, self.coverage.record, begins=begins)
             self.effort += self.machine.work
             self._add_hits(candidates)
             candidates = [c for c, d in zip(candidates, self.machine.dead, strict=True) if d]
@@ -123,7 +121,6 @@ class Explorer:
                 break
         else:
             self._long_runs += 1
-        self.machine.most_passes = most
 
     @property
     def candidates(self) -> list[Candidate]:
@@ -135,17 +132,16 @@ class Explorer:
         """Remove the steps since the last call whose results in Python are others."""
         fresh = [c for c in self.candidates if id(c) not in self._verified]
         wrong: set[int] = set()
-        most, self.machine.most_passes = self.machine.most_passes, sys.maxsize
-        for begins, group in _groups(fresh):
+        for begins, group in groups(fresh):
             self.machine.need[:] = [False] * len(self.machine.need)
             values = np.stack([fresh[k].values for k in group], axis=1)
-            code = self.machine.run(values, self.coverage.record, begins=begins).T
+            with self.machine.up_to(ALL_PASSES):
+                code = self.machine.run(values, self.coverage.record, begins=begins).T
             status = self.machine.status
             for lane, k in enumerate(group):
                 after = None if status[lane] else code[lane]
                 if not self._agrees(fresh[k], python, agreement, after):
                     wrong.add(id(fresh[k]))
-        self.machine.most_passes = most
         self._wrong |= wrong
         for each in self.coverage.decisions:
             each.remove(wrong)
@@ -255,11 +251,3 @@ class Explorer:
                 for _ in range(lanes)
             ]
         )
-
-
-def _groups(candidates: Sequence[Candidate]) -> Iterator[tuple[bool, list[int]]]:
-    """Whether they begin anew -> indices of the candidates; only groups that are not empty."""
-    for begins in (True, False):
-        group = [k for k, c in enumerate(candidates) if c.situation.begins == begins]
-        if group:
-            yield begins, group

@@ -1,6 +1,8 @@
 """Evaluation of a flight module for many inputs at once, as its C code computes."""
 
-from collections.abc import Callable, Mapping, Sequence
+import sys
+from collections.abc import Callable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 from functools import partial
 from typing import Any
 
@@ -24,6 +26,8 @@ from gyrostat.exports.vectors.fields import Field, fields_of, whole
 
 PASSES = 8
 """Number of passes of a loop that may end early after which a lane is given up, at first."""
+ALL_PASSES = sys.maxsize
+"""Number of passes that no loop makes."""
 Recorder = Callable[[int, np.ndarray, Any, tuple[Any, ...]], None]
 """Receives a decision's number, the lanes that reach it, the margin of the path to it (None
 without margins) and the value of each condition."""
@@ -118,6 +122,13 @@ class Machine:
             for entry in entries:
                 self._call(space, entry.name, store, lanes)
             return self._values(store, lanes)
+
+    @contextmanager
+    def up_to(self, passes: int) -> Iterator[None]:
+        """Give up a lane only after another number of passes."""
+        most, self.most_passes = self.most_passes, passes
+        yield
+        self.most_passes = most
 
     def _needs_parameters(self) -> bool:
         """Whether decisions of the function that sets the parameters are recorded."""

@@ -1,6 +1,6 @@
 """Steps of test vectors."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -72,3 +72,11 @@ class Candidate:
         taken = [*self.changed, *inputs]
         values[taken] = self.values[taken]
         return Candidate(situation, values, self.changed)
+
+
+def groups(candidates: Sequence[Candidate]) -> Iterator[tuple[bool, list[int]]]:
+    """Whether they begin anew -> indices of the candidates; only groups that are not empty."""
+    for begins in (True, False):
+        group = [k for k, c in enumerate(candidates) if c.situation.begins == begins]
+        if group:
+            yield begins, group

@@ -1,6 +1,5 @@
 """Choice of few steps that show everything that was seen."""
 
-import sys
 from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import combinations, pairwise
@@ -9,8 +8,8 @@ from typing import Any
 import numpy as np
 
 from gyrostat.codegen.flight.reader.decisions import Decision, Outcome, acts_alone
-from gyrostat.exports.vectors.machine import Machine
-from gyrostat.exports.vectors.rows import Candidate, Row
+from gyrostat.exports.vectors.machine import ALL_PASSES, Machine
+from gyrostat.exports.vectors.rows import Candidate, Row, groups
 
 Item = tuple[int, Outcome]
 """Number of a decision, and an evaluation of it."""
@@ -37,18 +36,14 @@ class _Log:
 def items_of(machine: Machine, candidates: Sequence[Candidate]) -> list[set[Item]]:
     """All evaluations in the step of each candidate."""
     items: list[set[Item]] = [set() for _ in candidates]
-    most, machine.most_passes = machine.most_passes, sys.maxsize
-    for begins in (True, False):
-        group = [k for k, c in enumerate(candidates) if c.situation.begins == begins]
-        if not group:
-            continue
+    for begins, group in groups(candidates):
         log = _Log(machine.decisions, len(group))
         machine.need[:] = [True] * len(machine.decisions)
         values = np.stack([candidates[k].values for k in group], axis=1)
-        machine.run(values, log.record, begins=begins)
+        with machine.up_to(ALL_PASSES):
+            machine.run(values, log.record, begins=begins)
         for k, found in zip(group, log.items, strict=True):
             items[k] = found
-    machine.most_passes = most
     return items
 
 
@@ -75,18 +70,17 @@ def replay(machine: Machine, tuned: np.ndarray, rows: Sequence[Row]) -> Replay:
     items: list[set[Item]] = [set() for _ in rows]
     cut_short = [False] * len(rows)
     machine.need[:] = [True] * len(machine.decisions)
-    most, machine.most_passes = machine.most_passes, sys.maxsize
     for step in range(max(map(len, sequences))):
         numbers = [sequence[step] for sequence in sequences if len(sequence) > step]
         columns = [history[k - 1].copy() if step else tuned.copy() for k in numbers]
         for column, k in zip(columns, numbers, strict=True):
             column[[*rows[k].changes]] = [*rows[k].changes.values()]
         log = _Log(machine.decisions, len(numbers))
-        history[numbers] = machine.run(np.array(columns).T, log.record, begins=step == 0).T
+        with machine.up_to(ALL_PASSES):
+            history[numbers] = machine.run(np.array(columns).T, log.record, begins=step == 0).T
         for lane, k in enumerate(numbers):
             items[k] = log.items[lane]
             cut_short[k] = bool(machine.status[lane])
-    machine.most_passes = most
     return Replay(history, tuple(items), tuple(cut_short))
 
 
