@@ -1,6 +1,6 @@
 """Translation of expressions of emitted C to Python on arrays of lanes."""
 
-from collections.abc import Collection, Iterator, Sequence
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import replace
 from typing import Any
@@ -207,21 +207,25 @@ class ExpressionWriter:
         test = self.decision(choice.test, "?:", choice.at)
         sides = []
         for side, name in ((choice.yes, "and"), (choice.no, "and_not")):
-            with self._within(side, name, test):
+            with self._within([side], name, test):
                 sides.append(self.text(side))
         return f"choose({test}, {sides[0]}, {sides[1]})", test
 
     @contextmanager
-    def _within(self, expression: Expression, name: str, test: str) -> Iterator[None]:
-        """Lanes for which an operand is evaluated that depends on a test."""
+    def _within(self, operands: Iterable[Expression], name: str, test: str) -> Iterator[None]:
+        """Lanes for which operands are evaluated that depend on a test."""
         outer = self._lanes, self._path
-        if self._has_decisions(expression):
-            lanes, path = self.free("m"), self.free("p")
-            self.line(f"{lanes} = lanes_{name}({self._lanes}, {test})")
-            self.line(f"{path} = path_{name}({self._path}, {test})")
-            self._lanes, self._path = lanes, path
+        if any(map(self._has_decisions, operands)):
+            self._lanes, self._path = self.narrowed(*outer, name, test)
         yield
         self._lanes, self._path = outer
+
+    def narrowed(self, lanes: str, path: str, name: str, test: str) -> tuple[str, str]:
+        """Variables with the lanes and the path of a side of a test: "and" or "and_not"."""
+        inner = self.free("m"), self.free("p")
+        self.line(f"{inner[0]} = lanes_{name}({lanes}, {test})")
+        self.line(f"{inner[1]} = path_{name}({path}, {test})")
+        return inner
 
     def _has_decisions(self, expression: Expression) -> bool:
         return any(
@@ -255,15 +259,9 @@ class ExpressionWriter:
             return result
         is_and = tree[0] == "&&"
         right_tree = tree[2]
-        outer = self._lanes, self._path
-        if any(self._has_decisions(leaves[k]) for k in _leaves(right_tree)):
-            lanes, path = self.free("m"), self.free("p")
-            name = "and" if is_and else "and_not"
-            self.line(f"{lanes} = lanes_{name}({self._lanes}, {left})")
-            self.line(f"{path} = path_{name}({self._path}, {left})")
-            self._lanes, self._path = lanes, path
-        right = self._conditions(right_tree, leaves, names)
-        self._lanes, self._path = outer
+        operands = [leaves[k] for k in _leaves(right_tree)]
+        with self._within(operands, "and" if is_and else "and_not", left):
+            right = self._conditions(right_tree, leaves, names)
         self.line(f"{result} = {'both' if is_and else 'either'}({left}, {right})")
         return result
 

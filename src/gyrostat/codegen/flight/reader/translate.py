@@ -188,10 +188,8 @@ class _FunctionWriter(ExpressionWriter):
         test = self.decision(branch.test, "if", branch.at)
         sides = []
         for statements, name in ((branch.yes, "and"), (branch.no, "and_not")):
-            inner = _Block(self.free("m"), self.free("p"), block)
-            self.line(f"{inner.lanes} = lanes_{name}({block.lanes}, {test})")
-            self.line(f"{inner.path} = path_{name}({block.path}, {test})")
-            sides.append((statements, inner))
+            inner = self.narrowed(block.lanes, block.path, name, test)
+            sides.append((statements, _Block(*inner, block)))
         for statements, inner in sides:
             if statements:
                 self.line(f"if some({inner.lanes}):")
