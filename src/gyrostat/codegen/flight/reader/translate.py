@@ -117,7 +117,7 @@ class _FunctionWriter(ExpressionWriter):
         self._home = {p.name: "m" for p in self._function.parameters if not p.is_address}
         self._outermost = "m" if is_entry else ""
         self._may_return = any(
-            isinstance(s.statement, If) and _returns(s.statement) for s in self._function.body
+            isinstance(s.statement, If) and _leaves_by(Return, [s]) for s in self._function.body
         )
         if self._may_return:
             self.line("out = None")
@@ -199,7 +199,7 @@ class _FunctionWriter(ExpressionWriter):
     def _for(self, loop: For, block: _Block) -> None:
         counter = f"v_{loop.counter}"
         start = self.text(loop.start)
-        if self.is_uniform(loop.start) and not _breaks(loop.body):
+        if self.is_uniform(loop.start) and not _leaves_by(Break, loop.body):
             number = self.new_decision([(loop.test, loop.test.at)], 0, "for", loop.test.at)
             is_run = f"{start} < {loop.limit}"
             self.line(f"if need[{number}]: passes({number}, {block.lanes}, {block.path}, {is_run})")
@@ -272,17 +272,10 @@ def _nested(texts: Sequence[str] | None, sizes: Sequence[int], zero: str) -> str
     return f"[{', '.join(rows)}]"
 
 
-def _breaks(statements: Sequence[Statement]) -> bool:
-    """Whether a block leaves its loop."""
+def _leaves_by(kind: type[Break | Return], statements: Sequence[Statement]) -> bool:
+    """Whether a block, or a branch in it, is left by a kind of statement."""
     return any(
-        isinstance(s.statement, Break)
-        or (isinstance(s.statement, If) and (_breaks(s.statement.yes) or _breaks(s.statement.no)))
+        isinstance(s.statement, kind)
+        or (isinstance(s.statement, If) and _leaves_by(kind, (*s.statement.yes, *s.statement.no)))
         for s in statements
-    )
-
-
-def _returns(branch: If) -> bool:
-    return any(
-        isinstance(s.statement, Return) or (isinstance(s.statement, If) and _returns(s.statement))
-        for s in (*branch.yes, *branch.no)
     )
