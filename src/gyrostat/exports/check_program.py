@@ -11,7 +11,7 @@ from gyrostat.codegen.flight.structs import Struct
 from gyrostat.codegen.program import Kind, Number
 from gyrostat.exports.target import STEPS, Target
 from gyrostat.exports.template import filled
-from gyrostat.exports.vectors.fields import Field
+from gyrostat.exports.vectors.fields import Field, arrays_of
 from gyrostat.exports.vectors.vectors import Vectors
 
 TOLERANCE = {"double": 1e-12, "float": 1e-3}
@@ -63,18 +63,16 @@ def scales(vectors: Vectors, outputs: Sequence[int], precision: Precision) -> np
     tiny = float(np.finfo(np.float32).tiny)
     sizes = np.abs(vectors.values[:STEPS, outputs])
     largest = np.max(sizes, axis=0, where=np.isfinite(sizes), initial=tiny)
-    first = np.array(_arrays(vectors.fields, outputs))
-    for place in np.unique(first):
-        members = first == place
+    for members in arrays_of([vectors.fields[k] for k in outputs]):
         largest[members] = np.maximum(largest[members], share * np.max(largest[members]))
     return largest
 
 
 def _arrays(fields: Sequence[Field], outputs: Sequence[int]) -> list[int]:
     """For each output, the place of the first element of its array."""
-    places: dict[tuple[str, str], int] = {}
-    names = [(fields[k].port, fields[k].path) for k in outputs]
-    return [places.setdefault(name, place) for place, name in enumerate(names)]
+    arrays = arrays_of([fields[k] for k in outputs])
+    first = {place: members[0] for members in arrays for place in members}
+    return [first[place] for place in range(len(outputs))]
 
 
 _WHOLE = """\

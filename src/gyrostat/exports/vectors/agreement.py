@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from gyrostat.codegen.flight.module import Precision
-from gyrostat.exports.vectors.fields import Field
+from gyrostat.exports.vectors.fields import Field, arrays_of
 
 CLOSE = {"double": 1e-13, "float": 1e-4}
 """Largest relative difference; a tenth of the tolerance of the test program."""
@@ -28,10 +28,7 @@ class Agreement:
         """
         self._close = CLOSE[precision]
         self.results = [k for k, field in enumerate(fields) if field.role in ("state", "output")]
-        arrays: dict[tuple[str, str], list[int]] = {}
-        for place, k in enumerate(self.results):
-            arrays.setdefault((fields[k].port, fields[k].path), []).append(place)
-        self._arrays = list(arrays.values())
+        self._arrays = arrays_of([fields[k] for k in self.results])
         self._scale = np.zeros(len(self.results))
         self._scale = np.max(self._sizes(nominal[:, self.results]), axis=0)
 

@@ -8,9 +8,18 @@ from typing import Any
 import numpy as np
 
 from gyrostat.codegen.flight.reader.decisions import Decision, Outcome, acts_alone
+from gyrostat.codegen.flight.reader.margins import value_of
 
 GOALS = 4
 """Largest number of evaluations that are sought at once for a condition."""
+
+
+def coded(lanes: np.ndarray, values: Sequence[Any]) -> np.ndarray:
+    """Values of all conditions in each lane, bit k that of condition k."""
+    code = np.zeros(lanes.shape, np.int64)
+    for k, value in enumerate(values):
+        code |= np.asarray(value_of(value)).astype(np.int64) << k
+    return code
 
 
 @dataclass(frozen=True)
@@ -146,9 +155,7 @@ class Coverage:
         """Record a decision; see `Recorder`."""
         margins = [getattr(value, "margin", None) for value in values]
         coverage = self.decisions[number]
-        code = np.zeros(lanes.shape, np.int64)
-        for k, value in enumerate(values):
-            code |= np.asarray(getattr(value, "value", value)).astype(np.int64) << k
+        code = coded(lanes, values)
         codes, places = np.unique(code[lanes], return_index=True)
         if len(codes):
             reached = np.flatnonzero(lanes)

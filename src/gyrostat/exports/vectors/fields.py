@@ -1,7 +1,7 @@
 """Numbers that a flight module reads and writes, by their names in C."""
 
 import re
-from collections.abc import Iterator, Mapping
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
@@ -46,6 +46,14 @@ def fields_of(target: Target, module: Module) -> tuple[Field, ...]:
         for name, port in ports_of(module).items()
         for field in _fields(port, _role(target, module, name))
     )
+
+
+def arrays_of(fields: Sequence[Field]) -> list[list[int]]:
+    """Indices of the fields of each array or number."""
+    arrays: dict[tuple[str, str], list[int]] = {}
+    for k, field in enumerate(fields):
+        arrays.setdefault((field.port, field.path), []).append(k)
+    return list(arrays.values())
 
 
 def _role(target: Target, module: Module, name: str) -> Role:

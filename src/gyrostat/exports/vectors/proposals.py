@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 
 import numpy as np
 
-from gyrostat.exports.vectors.fields import Field
+from gyrostat.exports.vectors.fields import Field, arrays_of
 
 _REALS = np.array(
     [
@@ -32,10 +32,7 @@ class Proposals:
         self._limits = limits
         self.random = np.random.default_rng(0)
         self._fields = fields
-        arrays: dict[tuple[str, str], list[int]] = {}
-        for k, field in enumerate(fields):
-            arrays.setdefault((field.port, field.path), []).append(k)
-        self._array = {k: array for array in arrays.values() for k in array}
+        self._array = {k: array for array in arrays_of(fields) for k in array}
 
     def change(self, values: np.ndarray, free: Sequence[int], count: int) -> list[int]:
         """Change some fields, or whole arrays, at random.

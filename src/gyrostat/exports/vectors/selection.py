@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gyrostat.codegen.flight.reader.decisions import Decision, Outcome, acts_alone
+from gyrostat.exports.vectors.coverage import coded
 from gyrostat.exports.vectors.machine import ALL_PASSES, Machine
 from gyrostat.exports.vectors.rows import Candidate, Row, groups
 
@@ -24,9 +25,7 @@ class _Log:
 
     def record(self, number: int, lanes: Any, path: Any, values: tuple[Any, ...]) -> None:
         """See `Recorder`."""
-        code = np.zeros(lanes.shape, np.int64)
-        for k, value in enumerate(values):
-            code |= np.asarray(value).astype(np.int64) << k
+        code = coded(lanes, values)
         codes = dict.fromkeys(code[lanes].tolist())
         outcomes = {each: (number, self._decisions[number].outcome(each)) for each in codes}
         for lane, each in zip(np.flatnonzero(lanes).tolist(), code[lanes].tolist(), strict=True):
