@@ -79,7 +79,7 @@ def application(
         "fsw/mission_inc/@app@_cfg.h": text(
             "cfg.h", settings=_guarded(interface.settings(target.period))
         ),
-        "fsw/mission_inc/@app@_events.h": text("events.h", events=_defined(_events())),
+        "fsw/mission_inc/@app@_events.h": text("events.h", events=_defined(interface.ALL_EVENTS)),
         "fsw/mission_inc/@app@_msg.h": text("msg.h", **_messages(payloads)),
         "fsw/mission_inc/@app@_tbl.h": text("tbl.h", members=_declared(table, dialect)),
         "fsw/src/@app@_app.h": text("app.h", values=_declared(ports, dialect)),
@@ -117,10 +117,6 @@ def _defined(constants: Iterable[Named]) -> str:
     return "\n".join(
         f"#define @APP@_{each.name} {each.value}U /* {each.meaning} */" for each in constants
     )
-
-
-def _events() -> tuple[Named, ...]:
-    return (*interface.FILTERED, *interface.LIMITED, *interface.EVENTS)
 
 
 def _declared(ports: Mapping[str, Port], dialect: Dialect) -> str:

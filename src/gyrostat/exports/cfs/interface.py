@@ -104,6 +104,9 @@ EVENTS = (
 )
 """Events that are not filtered."""
 
+ALL_EVENTS = (*FILTERED, *LIMITED, *EVENTS)
+"""Events, in the order of their ids."""
+
 
 def settings(period: float) -> tuple[Named, ...]:
     """Settings of an application with a control period, s."""

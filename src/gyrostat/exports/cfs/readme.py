@@ -3,6 +3,7 @@
 from collections.abc import Iterable, Mapping, Sequence
 
 from gyrostat.codegen.flight.expressions import Dialect
+from gyrostat.control import SampleStatus
 from gyrostat.exports.cfs import interface
 from gyrostat.exports.cfs.interface import Named
 from gyrostat.exports.cfs.messages import Payload
@@ -95,10 +96,11 @@ def _cell(meaning: str) -> str:
 
 
 def _housekeeping() -> str:
-    counts = f"`{interface.STATUSES}[6]`", "valid sensor messages by `SampleStatus`"
+    statuses = len(SampleStatus)
+    counts = f"`{interface.STATUSES}[{statuses}]`", "valid sensor messages by `SampleStatus`"
     rows: list[Row] = [(f"`{n.name}`", n.meaning) for n in interface.COUNTERS]
     rows += [counts, *((f"`{n.name}`", n.meaning) for n in interface.STATE)]
-    sizes = [1] * len(interface.COUNTERS) + [6] + [1] * len(interface.STATE)
+    sizes = [1] * len(interface.COUNTERS) + [statuses] + [1] * len(interface.STATE)
     offsets = [4 * sum(sizes[:k]) for k in range(len(sizes))]
     placed = ((name, offset, what) for (name, what), offset in zip(rows, offsets, strict=True))
     return _table(("field", "offset", "meaning"), placed)
@@ -107,7 +109,7 @@ def _housekeeping() -> str:
 def _events(prefix: str) -> str:
     rows = [
         (f"`{prefix}_{n.name}`", n.value, "no" if n in interface.EVENTS else "yes", n.meaning)
-        for n in (*interface.FILTERED, *interface.LIMITED, *interface.EVENTS)
+        for n in interface.ALL_EVENTS
     ]
     return _table(("event", "id", "filtered", "meaning"), rows)
 
