@@ -4,9 +4,10 @@ import textwrap
 from collections.abc import Iterable, Sequence
 
 from gyrostat.codegen.flight.expressions import Dialect
+from gyrostat.codegen.flight.header import declaration
 from gyrostat.codegen.flight.identifiers import comment
 from gyrostat.codegen.flight.module import Port, Precision, call, ports_of
-from gyrostat.codegen.flight.structs import Leaf
+from gyrostat.codegen.flight.structs import Struct
 from gyrostat.codegen.program import Number
 from gyrostat.control import SampleStatus
 from gyrostat.exports.folder import Seek, emitted, files_of
@@ -105,11 +106,8 @@ def _members(fields: Sequence[Field], dialect: Dialect) -> Iterable[str]:
 
 
 def _declared(port: Port, dialect: Dialect, name: str) -> str:
-    content = port.content
-    if isinstance(content, Leaf):
-        shape = "".join(f"[{n}]" for n in content.shape)
-        return f"{dialect.type_of(content.kind)} {name}{shape}"
-    return f"::{content.name} {name}"
+    scope = "::" if isinstance(port.content, Struct) else ""  # not a name of the component
+    return scope + declaration(port.content, name, dialect)
 
 
 def _variables(target: Target, ports: Iterable[Port], dialect: Dialect) -> Iterable[str]:
