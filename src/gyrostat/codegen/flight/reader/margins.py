@@ -61,11 +61,11 @@ class Comparisons:
     """Comparisons with margins in units of the typical difference of their operands.
 
     Attributes:
-        scales: Number of a comparison -> typical difference, from the first run that evaluates it.
+        scales: Name of a comparison -> typical difference, from the first run that evaluates it.
     """
 
     def __init__(self) -> None:
-        self.scales: dict[int, float] = {}
+        self.scales: dict[str, float] = {}
 
     def operations(self) -> dict[str, Any]:
         """Name in translated code -> comparison."""
@@ -74,30 +74,30 @@ class Comparisons:
             "le": self._below(np.less_equal, lambda a, b: np.subtract(b, a, dtype=float)),
             "gt": self._below(np.greater, lambda a, b: np.subtract(a, b, dtype=float)),
             "ge": self._below(np.greater_equal, lambda a, b: np.subtract(a, b, dtype=float)),
-            "eq": lambda a, b, number: negated(self._differs(a, b, number)),
+            "eq": lambda a, b, name: negated(self._differs(a, b, name)),
             "ne": self._differs,
         }
 
     def _below(self, value: Any, margin: Any) -> Any:
-        def compare(a: Lanes, b: Lanes, number: int) -> Logic:
-            return self._signed(value(a, b), np.fmax(margin(a, b), -LARGEST), number)
+        def compare(a: Lanes, b: Lanes, name: str) -> Logic:
+            return self._signed(value(a, b), np.fmax(margin(a, b), -LARGEST), name)
 
         return compare
 
-    def _differs(self, a: Any, b: Any, number: int) -> Logic:
+    def _differs(self, a: Any, b: Any, name: str) -> Logic:
         if isinstance(a, Logic) or isinstance(b, Logic):
             a, b = as_logic(a), as_logic(b)
             return either(both(a, negated(b)), both(negated(a), b))
         margin = np.fmin(np.abs(np.subtract(a, b, dtype=float)), LARGEST)
-        return self._signed(np.not_equal(a, b), margin, number)
+        return self._signed(np.not_equal(a, b), margin, name)
 
-    def _signed(self, value: Lanes, margin: Lanes, number: int) -> Logic:
+    def _signed(self, value: Lanes, margin: Lanes, name: str) -> Logic:
         """Logical values; of equal operands with the largest margin, so that none is aimed at."""
-        if number not in self.scales:
+        if name not in self.scales:
             sizes = np.abs(np.ravel(margin))
             sizes = sizes[(sizes > 0.0) & (sizes < LARGEST)]
-            self.scales[number] = float(np.median(sizes)) if len(sizes) else 1.0
-        margin = margin / self.scales[number]
+            self.scales[name] = float(np.median(sizes)) if len(sizes) else 1.0
+        margin = margin / self.scales[name]
         return Logic(value, np.where(margin == 0.0, np.where(value, LARGEST, -LARGEST), margin))
 
 
