@@ -5,29 +5,15 @@ import subprocess
 
 import pytest
 
-from gyrostat.control import CurrentMode
 from gyrostat.core.files import write_texts
-from gyrostat.exports import files, read_results, targets
 
 needs_gcc = pytest.mark.skipif(
     any(shutil.which(tool) is None for tool in ("gcc", "g++")), reason="found no gcc or no g++"
 )
 
 
-@pytest.fixture(scope="module")
-def law(g2):
-    return files(targets.controller(CurrentMode(g2.law, 0.0228), 0.1), "double", "Made by a test.")
-
-
-def check(kind, folder, texts):
-    write_texts(folder, texts)
-    script = folder / "evidence" / "run.sh"
-    subprocess.run(["sh", script, kind], check=False, capture_output=True)
-    return next(result for result in read_results(folder) if result.name == kind)
-
-
 @needs_gcc
-def test_no_compiler_warns_and_the_header_is_cpp(law, tmp_path):
+def test_no_compiler_warns_and_the_header_is_cpp(law, check, tmp_path):
     result = check("warnings", tmp_path, law)
     assert result.outcome == "passed", result.reason
     figures = {figure.name: figure.value for figure in result.figures}
@@ -48,7 +34,7 @@ SEEDED = {
 
 @needs_gcc
 @pytest.mark.parametrize("error", SEEDED)
-def test_a_seeded_warning_is_found(error, law, tmp_path):
+def test_a_seeded_warning_is_found(error, law, check, tmp_path):
     old, new = SEEDED[error]
     changed = law["controller.c"].replace(old, new)
     assert changed != law["controller.c"]
@@ -58,7 +44,7 @@ def test_a_seeded_warning_is_found(error, law, tmp_path):
 
 
 @needs_gcc
-def test_a_header_that_cpp_refuses_is_found(law, tmp_path):
+def test_a_header_that_cpp_refuses_is_found(law, check, tmp_path):
     changed = law["controller.h"].replace(
         "const CurrentMode *controller", "const CurrentMode *class"
     )
@@ -84,7 +70,7 @@ def test_functions_are_linked_from_cpp(law, tmp_path):
 
 
 @needs_gcc
-def test_sanitizers_find_an_access_outside_an_array(law, tmp_path):
+def test_sanitizers_find_an_access_outside_an_array(law, check, tmp_path):
     result = check("sanitizers", tmp_path / "as_exported", law)
     if result.outcome == "not run":
         pytest.skip(result.reason)

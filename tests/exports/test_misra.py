@@ -1,47 +1,30 @@
 """Evidence of MISRA C:2012: a finding needs a recorded deviation, and a deviation a finding."""
 
 import shutil
-import subprocess
 
 import pytest
-
-from gyrostat.control import CurrentMode
-from gyrostat.core.files import write_texts
-from gyrostat.exports import files, read_results, targets
 
 needs_cppcheck = pytest.mark.skipif(shutil.which("cppcheck") is None, reason="found no cppcheck")
 DEVIATIONS = "evidence/misra/deviations.tsv"
 
 
-@pytest.fixture(scope="module")
-def law(g2):
-    return files(targets.controller(CurrentMode(g2.law, 0.0228), 0.1), "double", "Made by a test.")
-
-
-def check(folder, texts):
-    write_texts(folder, texts)
-    script = folder / "evidence" / "run.sh"
-    subprocess.run(["sh", script, "misra"], check=False, capture_output=True)
-    return next(result for result in read_results(folder) if result.name == "misra")
-
-
 @needs_cppcheck
-def test_exported_code_has_no_finding_without_a_deviation(law, tmp_path):
-    result = check(tmp_path, law)
+def test_exported_code_has_no_finding_without_a_deviation(law, check, tmp_path):
+    result = check("misra", tmp_path, law)
     assert result.outcome == "passed", result.reason
     figures = {figure.name: figure.value for figure in result.figures}
     assert figures == {"findings": "1", "findings without a recorded deviation": "0"}
 
 
 @needs_cppcheck
-def test_a_finding_without_a_deviation_fails(law, tmp_path):
-    result = check(tmp_path, law | {DEVIATIONS: "rule\treason\n"})
+def test_a_finding_without_a_deviation_fails(law, check, tmp_path):
+    result = check("misra", tmp_path, law | {DEVIATIONS: "rule\treason\n"})
     assert result.outcome == "failed"
     assert "rule 2.4" in result.reason
 
 
 @needs_cppcheck
-def test_a_deviation_without_a_finding_fails(law, tmp_path):
-    result = check(tmp_path, law | {DEVIATIONS: law[DEVIATIONS] + "15.1\tgoto\n"})
+def test_a_deviation_without_a_finding_fails(law, check, tmp_path):
+    result = check("misra", tmp_path, law | {DEVIATIONS: law[DEVIATIONS] + "15.1\tgoto\n"})
     assert result.outcome == "failed"
     assert result.reason == "rule 15.1: deviation without a finding"

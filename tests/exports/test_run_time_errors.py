@@ -1,37 +1,21 @@
 """Proof by Frama-C: it holds for exported code, and finds each kind of error in changed code."""
 
 import shutil
-import subprocess
 
 import pytest
 
 from gyrostat.control import CurrentMode, EstimatingCompensator
-from gyrostat.core.files import write_texts
-from gyrostat.exports import files, read_results, targets
+from gyrostat.exports import files, targets
 
 needs_frama_c = pytest.mark.skipif(shutil.which("frama-c") is None, reason="found no frama-c")
 
 
-@pytest.fixture(scope="module")
-def law(g2):
-    """Files of the flight module of an attitude law."""
-    return files(targets.controller(CurrentMode(g2.law, 0.0228), 0.1), "double", "Made by a test.")
-
-
-def prove(folder, texts):
-    write_texts(folder, texts)
-    script = folder / "evidence" / "run.sh"
-    subprocess.run(["sh", script, "run_time_errors"], check=False, capture_output=True)
-    results = read_results(folder)
-    return next(result for result in results if result.name == "run_time_errors")
-
-
 @needs_frama_c
 @pytest.mark.parametrize("precision", ["double", "float"])
-def test_the_compensator_has_no_alarm_and_finite_results(precision, g2, tmp_path):
+def test_the_compensator_has_no_alarm_and_finite_results(precision, g2, check, tmp_path):
     tuned = EstimatingCompensator.tune(g2.law, g2.wheel, 0.495, 0.5, 0.1, delay=1)
     texts = files(targets.compensator(tuned, 0.1), precision, "Made by a test.")
-    result = prove(tmp_path, texts)
+    result = check("run_time_errors", tmp_path, texts)
     assert result.outcome == "passed", result.reason
     figures = {figure.name: figure.value for figure in result.figures}
     assert figures["alarms"] == "0"
@@ -67,23 +51,23 @@ SEEDED = {
 
 @needs_frama_c
 @pytest.mark.parametrize("error", SEEDED)
-def test_a_seeded_error_is_found(error, law, tmp_path):
+def test_a_seeded_error_is_found(error, law, check, tmp_path):
     old, new, kind = SEEDED[error]
     changed = law["controller.c"].replace(old, new)
     assert changed != law["controller.c"]
-    result = prove(tmp_path, law | {"controller.c": changed})
+    result = check("run_time_errors", tmp_path, law | {"controller.c": changed})
     assert result.outcome == "failed"
     assert kind in result.reason
 
 
-def test_without_frama_c_the_proof_says_so(law, tmp_path, monkeypatch):
+def test_without_frama_c_the_proof_says_so(law, check, tmp_path, monkeypatch):
     programs = tmp_path / "bin"
     programs.mkdir()
     for name in ("sh", "mktemp", "mkdir", "rm", "cat", "sed", "dirname", "sha256sum"):
         if path := shutil.which(name):
             (programs / name).symlink_to(path)
     monkeypatch.setenv("PATH", str(programs))
-    result = prove(tmp_path / "flight", law)
+    result = check("run_time_errors", tmp_path / "flight", law)
     assert (result.outcome, result.reason) == ("not run", "frama-c is not installed")
 
 
