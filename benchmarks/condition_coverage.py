@@ -29,6 +29,7 @@ from gyrostat.control import (
     EstimatingCompensator,
     MeasurementGuard,
 )
+from gyrostat.core.files import write_texts
 from gyrostat.core.jax64 import jax
 from gyrostat.estimation import FrictionScaleFilter
 from gyrostat.exports import read_results, scenario_controller, targets
@@ -150,10 +151,7 @@ def measured(name, precision, folder):
     began = time.monotonic()
     texts = files_of(target, module, precision, "", notes.append)
     seconds = time.monotonic() - began
-    for file, text in texts.items():
-        path = folder / file
-        path.parent.mkdir(parents=True, exist_ok=True)
-        path.write_text(text, encoding="utf-8")
+    write_texts(folder, texts)
     subprocess.run(["sh", folder / "evidence" / "run.sh", "coverage"], capture_output=True)
     result = next(result for result in read_results(folder) if result.name == "coverage")
     figures = {figure.name: figure.value for figure in result.figures}

@@ -7,6 +7,7 @@ import subprocess
 import pytest
 
 from gyrostat.control import AttitudePID, CurrentMode
+from gyrostat.core.files import write_texts
 from gyrostat.exports import targets
 from gyrostat.exports.fprime import component
 from gyrostat.exports.target import renamed
@@ -127,10 +128,7 @@ def files():
 
 @pytest.fixture
 def folder(files, tmp_path):
-    for name, text in files.items():
-        (tmp_path / name).parent.mkdir(exist_ok=True)
-        (tmp_path / name).write_text(text, encoding="utf-8")
-    (tmp_path / "framework.fpp").write_text(FRAMEWORK, encoding="utf-8")
+    write_texts(tmp_path, files | {"framework.fpp": FRAMEWORK})
     return tmp_path
 
 

@@ -13,6 +13,7 @@ import pytest
 from gyrostat.codegen.flight.reader.functions import functions
 from gyrostat.codegen.flight.reader.tokens import UnreadableError
 from gyrostat.codegen.flight.reader.translate import translate
+from gyrostat.core.files import write_texts
 from gyrostat.core.jax64 import jnp
 from gyrostat.exports import files, read_results
 from gyrostat.exports.folder import emitted
@@ -139,10 +140,7 @@ def folder(target, tmp_path):
     """Write the flight folder, with a search or without; run a kind of its evidence."""
 
     def write(seek):
-        for name, text in files(target, "double", "", seek).items():
-            path = tmp_path / name
-            path.parent.mkdir(parents=True, exist_ok=True)
-            path.write_text(text, encoding="utf-8")
+        write_texts(tmp_path, files(target, "double", "", seek))
         return tmp_path
 
     return write
