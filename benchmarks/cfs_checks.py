@@ -15,14 +15,15 @@ import sys
 import tempfile
 from pathlib import Path
 
+from gyrostat.exports.cfs import interface
+
 TESTS = Path(__file__).resolve().parents[1] / "tests" / "exports" / "cfs"
 APP, INPUT, TABLE = (f"fsw/src/compensator_{part}.c" for part in ("app", "input", "table"))
 CONFIG, EVENTS = (f"fsw/mission_inc/compensator_{part}.h" for part in ("cfg", "events"))
 LAW = "flight/compensator.c"
 HAS_LENGTH = "COMPENSATOR_HasLength(Buffer, sizeof(COMPENSATOR_NoArgsCmd_t))"
 AFTER_SILENCE = "    COMPENSATOR_ReadCommands();\n    COMPENSATOR_ManageTable();\n}\n"
-LIMITED = ("LENGTH", "MESSAGE_ID", "CHECKSUM", "SAMPLE_TIME")
-LIMITED = (*LIMITED, "SAMPLE_REJECTED", "SENSOR_TIMEOUT", "TABLE", "TABLE_IN_TICK")
+LIMITED = [event.name for event in (*interface.FILTERED, *interface.LIMITED)]
 
 CHANGES = (
     ("nothing", APP, "", ""),
@@ -73,7 +74,7 @@ CHANGES = (
     ("reset of the event filters", INPUT, "(void)CFE_EVS_ResetAllFilters();", ""),
     ("reset of the controller", INPUT, "IsDone = COMPENSATOR_StartController();", ""),
     ("commands without wake-ups", APP, AFTER_SILENCE, "}\n"),
-    *((f"event {name}", EVENTS, f"{name}_EID ", f"{name}_EID 100U + ") for name in LIMITED),
+    *((f"event {name}", EVENTS, f"{name} ", f"{name} 100U + ") for name in LIMITED),
 )
 """Check, file, text of C, and the text without the check."""
 
