@@ -19,27 +19,25 @@ from typing import Any, NamedTuple
 import equinox as eqx
 import numpy as np
 from calibrating_filter import PERIOD, filtered, sensed
-from controller_programs import HORIZON, kalman_filter, motions, network, perceptron, predictive
-
-import gyrostat as gs
-from gyrostat.codegen.tracing import as_arrays
-from gyrostat.control import (
-    AttitudePID,
-    CurrentMode,
-    EstimatingCompensator,
-    MeasurementGuard,
+from controller_programs import (
+    EXAMPLES,
+    HORIZON,
+    kalman_filter,
+    motions,
+    network,
+    perceptron,
+    predictive,
 )
+from flight_modules import PARTS, of_scenario
+
+from gyrostat.codegen.tracing import as_arrays
+from gyrostat.control import MeasurementGuard
 from gyrostat.core.files import write_texts
 from gyrostat.core.jax64 import jax
-from gyrostat.estimation import FrictionScaleFilter
-from gyrostat.exports import read_results, scenario_controller, targets
-from gyrostat.exports.compensated_wheel import CompensatedWheel
+from gyrostat.exports import read_results, targets
 from gyrostat.exports.folder import emitted, files_of
 from gyrostat.exports.target import STEPS
-from gyrostat.wheel import Wheel
-from gyrostat.wheel.friction import Stribeck
 
-EXAMPLES = Path(__file__).parents[1] / "examples"
 SCENARIOS = {
     path.stem: path
     for path in (
@@ -48,8 +46,6 @@ SCENARIOS = {
     )
     if "[controller]" in path.read_text(encoding="utf-8")
 }
-WHEEL = Wheel(1.5e-3, 0.0228, Stribeck(4.83e-6, 0.8795e-3, 0.9055e-3, 0.418879))
-LAW = AttitudePID(0.0571, 0.00234, 0.3126)
 
 
 class Command(NamedTuple):
@@ -102,11 +98,6 @@ class Filter(eqx.Module):
         return estimate, Command(self.gain * measurement.rate)
 
 
-def compensated():
-    """Compensator of the scenario-free parts."""
-    return EstimatingCompensator.tune(LAW, WHEEL, 0.495, 0.5, 0.1, delay=1)
-
-
 def of_user(controller, measured, period=1.0):
     """Flight module of a user's controller."""
     measured = jax.tree.map(lambda leaf: np.asarray(leaf)[:STEPS], measured)
@@ -115,23 +106,14 @@ def of_user(controller, measured, period=1.0):
     return targets.flight_loop("controller", "User", controller, period, guard, measured)
 
 
-def of_scenario(path):
-    """Flight module of the controller of a scenario."""
-    return scenario_controller(gs.read_scenario(path), "hold")
-
-
-PARTS = {
-    "compensator": lambda: targets.compensator(compensated(), 0.1),
-    "controller": lambda: targets.controller(CurrentMode(LAW, 0.0228), 0.1),
-    "estimator": lambda: targets.estimator(FrictionScaleFilter(WHEEL, 0.5, 1e-3), 0.1),
-    "wheel": lambda: targets.wheel(WHEEL, 0.1),
-    "compensated-wheel": lambda: targets.compensated_wheel(
-        CompensatedWheel(compensated(), WHEEL), 0.1
-    ),
+MODULES = {
+    **PARTS,
     "mlp": lambda: of_user(Memoryless(network()), motions()),
     "mpc": lambda: of_user(Predictive(), motions()),
     "filter": lambda: of_user(Filter(), sensed(), PERIOD),
+    **{name: lambda path=path: of_scenario(path) for name, path in SCENARIOS.items()},
 }
+"""Name -> flight module."""
 
 
 def _figures(column):
@@ -144,8 +126,7 @@ COLUMNS = ("lines", "branches", "conditions")
 
 def measured(name, precision, folder):
     """Row of the table, and whether all is shown or justified."""
-    made = PARTS[name] if name in PARTS else lambda: of_scenario(SCENARIOS[name])
-    target = made()
+    target = MODULES[name]()
     module = emitted(target, precision)
     notes = []
     began = time.monotonic()
@@ -167,7 +148,7 @@ def measured(name, precision, folder):
 def main():
     """Print the table."""
     parser = argparse.ArgumentParser(description=__doc__.partition("\n")[0])
-    parser.add_argument("names", nargs="*", default=[*PARTS, *SCENARIOS], metavar="NAME")
+    parser.add_argument("names", nargs="*", default=[*MODULES], metavar="NAME")
     parser.add_argument("--precision", choices=["double", "float"], default="double")
     parser.add_argument("--keep", type=Path, help="folder for the flight folders")
     options = parser.parse_args()

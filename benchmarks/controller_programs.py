@@ -13,13 +13,12 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from calibrating_filter import PERIOD, SAMPLES, START, Estimate, Sensors, filtered, sensed
+from flight_modules import PARTS, of_scenario
 
 import gyrostat as gs
 from gyrostat.codegen.flight import Entry
 from gyrostat.codegen.tracing import as_arrays
 from gyrostat.control import (
-    AttitudePID,
-    EstimatingCompensator,
     MinimaxAllocation,
     OutputFeedback,
     WheelArrayControl,
@@ -27,10 +26,7 @@ from gyrostat.control import (
 from gyrostat.control.attitude.attitude_targets import AttitudeTargets
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.estimation import AttitudeFilter
-from gyrostat.exports import scenario_controller, targets
 from gyrostat.spacecraft import TrackerGyroMeasurement
-from gyrostat.wheel import Wheel
-from gyrostat.wheel.friction import Stribeck
 
 EXAMPLES = Path(__file__).parents[1] / "examples"
 
@@ -247,16 +243,12 @@ def _of_target(target):
 
 def four_wheels_scenario():
     """Exported controller of `wheel_array.toml`: null space, unloading, filter and guard."""
-    scenario = gs.read_scenario(EXAMPLES / "scenarios" / "wheel_array.toml")
-    return _of_target(scenario_controller(scenario, "hold"))
+    return _of_target(of_scenario(EXAMPLES / "scenarios" / "wheel_array.toml"))
 
 
 def compensator():
     """Exported friction compensator with its Kalman filter and guard."""
-    wheel = Wheel(1.5e-3, 0.0228, Stribeck(4.83e-6, 0.8795e-3, 0.9055e-3, 0.418879))
-    law = AttitudePID(0.0571, 0.00234, 0.3126)
-    tuned = EstimatingCompensator.tune(law, wheel, 0.495, 0.5, 0.1, delay=1)
-    return _of_target(targets.compensator(tuned, 0.1))
+    return _of_target(PARTS["compensator"]())
 
 
 PROGRAMS = {

@@ -14,20 +14,16 @@ import time
 from pathlib import Path
 
 import numpy as np
+from flight_modules import PERIOD, WHEEL, compensator
 
 from gyrostat.codegen.flight.measure import FLAGS, measure
 from gyrostat.codegen.simd import compiler
-from gyrostat.control import AttitudePID, EstimatingCompensator, Guarded
+from gyrostat.control import Guarded
 from gyrostat.core.files import write_texts
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.exports import files, targets
-from gyrostat.wheel import Wheel
-from gyrostat.wheel.friction import Stribeck
 
-PERIOD = 0.1
-WHEEL = Wheel(1.5e-3, 0.0228, Stribeck(4.83e-6, 0.8795e-3, 0.9055e-3, 0.418879))
-LAW = AttitudePID(0.0571, 0.00234, 0.3126)
-COMPENSATOR = EstimatingCompensator.tune(LAW, WHEEL, 0.495, 0.5, PERIOD, delay=1)
+COMPENSATOR = compensator()
 
 LOOP = """
 #include "{name}.h"

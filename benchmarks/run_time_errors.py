@@ -29,20 +29,14 @@ from controller_programs import (
     perceptron,
     predictive,
 )
+from flight_modules import PARTS, PERIOD, of_scenario
 
-import gyrostat as gs
-from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator, MeasurementGuard
+from gyrostat.control import MeasurementGuard
 from gyrostat.core.files import write_texts
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.estimation import FrictionScaleFilter
-from gyrostat.exports import CompensatedWheel, files, read_results, scenario_controller, targets
+from gyrostat.exports import files, read_results, targets
 from gyrostat.exports.target import STEPS
-from gyrostat.wheel import Wheel
-from gyrostat.wheel.friction import Stribeck
 
-PERIOD = 0.1
-WHEEL = Wheel(1.5e-3, 0.0228, Stribeck(4.83e-6, 0.8795e-3, 0.9055e-3, 0.418879))
-LAW = AttitudePID(0.0571, 0.00234, 0.3126)
 SCENARIOS = (
     *("own_controller", "wheel_failure", "carrara_kuga", "moreira_lopes_kuga"),
     *("endo_sekiguchi_nonaka", "zero_crossing", "wheel_array", "nadir_and_slew"),
@@ -137,33 +131,19 @@ def user(controller, measured):
     return targets.flight_loop("law", "Law of a user", controller, PERIOD, guard, measured)
 
 
-def compensator():
-    return EstimatingCompensator.tune(LAW, WHEEL, 0.495, 0.5, PERIOD, delay=1)
-
-
-def scenario(path):
-    return scenario_controller(gs.read_scenario(path), "hold")
-
-
 MODULES = {
-    "compensator": lambda: targets.compensator(compensator(), PERIOD),
-    "compensator_float": lambda: targets.compensator(compensator(), PERIOD),
-    "controller": lambda: targets.controller(CurrentMode(LAW, WHEEL.motor_constant), PERIOD),
-    "estimator": lambda: targets.estimator(FrictionScaleFilter(WHEEL, 0.5, 1e-3), PERIOD),
-    "wheel": lambda: targets.wheel(WHEEL, PERIOD),
-    "compensated_wheel": lambda: targets.compensated_wheel(
-        CompensatedWheel(compensator(), WHEEL), PERIOD
-    ),
+    **PARTS,
+    "compensator_float": PARTS["compensator"],
     "user_ring": lambda: user(Ring(0.1), Motion(*motions())),
     "user_perceptron": lambda: user(Perceptron(network()), Motion(*motions())),
     "user_filter": lambda: user(Filter(np.full(6, 1e-4)), Motion(*motions())),
     "user_predictive": lambda: user(Predictive(), Motion(*motions())),
     "user_calibrating": lambda: user(Calibrating(), Sensors(*sensed())),
     **{
-        name: lambda name=name: scenario(EXAMPLES / "scenarios" / f"{name}.toml")
+        name: lambda name=name: of_scenario(EXAMPLES / "scenarios" / f"{name}.toml")
         for name in SCENARIOS
     },
-    "mission": lambda: scenario(EXAMPLES / "missions" / "earth_observation" / "mission.toml"),
+    "mission": lambda: of_scenario(EXAMPLES / "missions" / "earth_observation" / "mission.toml"),
 }
 """Name -> flight module; in single precision if the name says so."""
 
