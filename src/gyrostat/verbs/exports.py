@@ -62,9 +62,10 @@ def export(
         model: Part, wheel, wheel model, identification, scenario, or path of model.toml or
             scenario.toml.
         out: Folder for the files.
-        to: "c" for flight, "cfs" (application for NASA's core Flight System), "fmu" (co-simulation
-            unit, FMI 2.0), "basilisk" (Python module) or "json" (data sheet).
-        what: Part to design, with "c", "cfs" and "fmu" unless `model` is a part:
+        to: "c" for flight, "cfs" (application for NASA's core Flight System), "fprime" (component
+            for F Prime), "fmu" (co-simulation unit, FMI 2.0), "basilisk" (Python module) or "json"
+            (data sheet).
+        what: Part to design, with "c", "cfs", "fprime" and "fmu" unless `model` is a part:
             "compensated-wheel", "compensator", "controller", "estimator" or "wheel".
         precision: Precision of real numbers in C: "double" or "float".
         period: Control period, s.
@@ -77,8 +78,8 @@ def export(
         range_: Accepted values of inputs: field -> (lower, upper).
         rate_limit: Largest accepted change of inputs: field -> SI unit per second.
         on_bad: Command after a rejected sample: "hold" (last accepted) or "zero".
-        name: Name of the flight module and prefix of its functions, with "c", "fmu" and "cfs"; by
-            default "compensator", "controller" and so on.
+        name: Name of the flight module and prefix of its functions, with "c", "cfs", "fprime" and
+            "fmu"; by default "compensator", "controller" and so on.
         evidence: Whether to seek test vectors that show every condition of the C code, and to check
             it with the tools that are installed, as `make evidence` in the folder does. Each
             outcome is said; `gyrostat.exports.read_results` reads them.
