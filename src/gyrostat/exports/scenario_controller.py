@@ -58,7 +58,7 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     ranges = []
     for name, (lower, upper, rate) in limits.items():
         size = MARGIN * largest[name] if name in largest else UNLIMITED
-        if name in largest and not np.isfinite([lower, upper]).all():
+        if name in largest and not (np.isfinite(lower) and np.isfinite(upper)):
             ranges.append(f"`{name}` ±{size:g} ({MARGIN:g} times its largest size)")
         limits[name] = FieldLimits(
             lower if np.isfinite(lower) else -size, upper if np.isfinite(upper) else size, rate
