@@ -30,7 +30,7 @@ def made(monkeypatch):
     """Origins of the texts that were made; they are made in no time here."""
     origins = []
 
-    def files(target, precision, origin, seek):
+    def files(target, precision, origin, search):
         origins.append(origin)
         return {"text": f"{target.title} {len(origins)}"}
 

@@ -15,10 +15,11 @@ from gyrostat.codegen.flight.reader.tokens import UnreadableError
 from gyrostat.codegen.flight.reader.translate import translate
 from gyrostat.core.files import write_texts
 from gyrostat.core.jax64 import jnp
-from gyrostat.exports import files, read_results
+from gyrostat.exports import Search, files, read_results
 from gyrostat.exports.folder import emitted
+from gyrostat.exports.reasons import Reasons
 from gyrostat.exports.target import STEPS, flight_module
-from gyrostat.exports.vectors import justifications, machine
+from gyrostat.exports.vectors import machine
 from gyrostat.exports.vectors.find import find_vectors
 from gyrostat.exports.vectors.justifications import Justification, gaps
 
@@ -139,8 +140,8 @@ def test_the_csv_has_the_rows(found):
 def folder(target, tmp_path):
     """Write the flight folder, with a search or without; run a kind of its evidence."""
 
-    def write(seek):
-        write_texts(tmp_path, files(target, "double", "", seek))
+    def write(search):
+        write_texts(tmp_path, files(target, "double", "", search))
         return tmp_path
 
     return write
@@ -166,7 +167,7 @@ def test_a_folder_without_a_search_says_so(folder):
 def test_clang_agrees_on_what_is_not_shown(folder, found):
     need_clang()
     messages = []
-    out = folder(messages.append)
+    out = folder(Search(messages.append))
     result = outcome(out)
     assert "conditions" in messages[0]
     assert result.outcome == "failed"
@@ -204,11 +205,10 @@ def reasons(found, *, is_sure):
     )
 
 
-def test_a_justification_is_checked(folder, found, monkeypatch):
+def test_a_justification_is_checked(folder, found):
     """With a reason for every gap the evidence passes; one for something shown makes it fail."""
     need_clang()
-    monkeypatch.setattr(justifications, "justifications", lambda: reasons(found, is_sure=True))
-    out = folder(lambda _: None)
+    out = folder(Search(print, Reasons("", reasons(found, is_sure=True))))
     result = outcome(out)
     assert (result.outcome, result.reason) == ("passed", "")
     reached = next(d.decision for d in found.coverage.decisions if d.is_complete)
@@ -219,10 +219,9 @@ def test_a_justification_is_checked(folder, found, monkeypatch):
     assert result.reason.startswith("justified, but shown: ")
 
 
-def test_reasons_that_a_review_must_confirm_are_counted(folder, found, monkeypatch):
+def test_reasons_that_a_review_must_confirm_are_counted(folder, found):
     need_clang()
-    monkeypatch.setattr(justifications, "justifications", lambda: reasons(found, is_sure=False))
-    out = folder(lambda _: None)
+    out = folder(Search(print, Reasons("", reasons(found, is_sure=False))))
     result = outcome(out)
     figures = {figure.name: int(figure.value) for figure in result.figures}
     assert result.outcome == "passed"
@@ -235,7 +234,7 @@ def test_reasons_that_a_review_must_confirm_are_counted(folder, found, monkeypat
 
 def test_a_decision_that_clang_does_not_count_is_noticed(folder):
     need_clang()
-    out = folder(lambda _: None)
+    out = folder(Search(print))
     script = out / "evidence" / "coverage.sh"
     text = script.read_text(encoding="utf-8")
     changed = re.sub(r"= (\d+) \]", lambda number: f"= {int(number[1]) + 2} ]", text)
@@ -253,7 +252,7 @@ def test_code_that_cannot_be_read_has_no_coverage(folder, monkeypatch):
 
     monkeypatch.setattr(machine, "functions", read)
     messages = []
-    out = folder(messages.append)
+    out = folder(Search(messages.append))
     result = outcome(out)
     assert result.outcome == "not run"
     assert "cannot be read back" in result.reason
@@ -272,7 +271,7 @@ def test_other_c_is_refused(text):
 
 def test_vectors_that_show_less_are_seen(folder, found):
     need_clang()
-    out = folder(lambda _: None)
+    out = folder(Search(print))
     vectors = out / "law_vectors.h"
     text = vectors.read_text(encoding="utf-8")
     rows = len(found.vectors.rows)

@@ -83,6 +83,13 @@ def export(
     evidence: Annotated[
         bool, typer.Option("--evidence", help="Check the C code, as make evidence does.")
     ] = False,
+    reasons: Annotated[
+        Path | None,
+        typer.Option(
+            help="TOML file: why something in your own code cannot be shown by a test vector, and "
+            "deviations from MISRA C:2012; with --evidence."
+        ),
+    ] = None,
     force: ForceModel = False,
     json_output: Json = False,
 ) -> None:

@@ -4,8 +4,9 @@ from gyrostat.exports.basilisk import basilisk
 from gyrostat.exports.compensated_wheel import CompensatedWheel
 from gyrostat.exports.evidence import read_content, read_results, results_text, run_evidence
 from gyrostat.exports.fmu import write_fmu
-from gyrostat.exports.folder import files
+from gyrostat.exports.folder import Search, files
 from gyrostat.exports.parts import Part
+from gyrostat.exports.reasons import read_reasons
 from gyrostat.exports.scenario_controller import scenario_controller
 from gyrostat.exports.sheet import sheet
 from gyrostat.exports.target import Target
@@ -13,10 +14,12 @@ from gyrostat.exports.target import Target
 __all__ = [
     "CompensatedWheel",
     "Part",
+    "Search",
     "Target",
     "basilisk",
     "files",
     "read_content",
+    "read_reasons",
     "read_results",
     "results_text",
     "run_evidence",

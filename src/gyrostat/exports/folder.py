@@ -1,6 +1,7 @@
 """Flight folder: header, source, check program, Makefile and README."""
 
 from collections.abc import Callable, Sequence
+from dataclasses import dataclass, field
 
 from gyrostat.codegen.flight.c import emit
 from gyrostat.codegen.flight.expressions import Dialect
@@ -15,24 +16,36 @@ from gyrostat.core.source_digest import source_digest
 from gyrostat.exports.check_program import TOLERANCE, check_files
 from gyrostat.exports.evidence.evidence_kind import Subject
 from gyrostat.exports.evidence.folder import evidence_files, evidence_notes
+from gyrostat.exports.reasons import Reasons
 from gyrostat.exports.target import SAFE, STEPS, Target
 from gyrostat.exports.template import filled
 from gyrostat.exports.vectors.find import find_vectors
 from gyrostat.exports.vectors.vectors import nominal_vectors
 
-Seek = Callable[[str], None] | None
-"""Function that receives a message about the search for test vectors that show every condition.
-None for no search: the vectors are then the test run of the module."""
+
+@dataclass(frozen=True)
+class Search:
+    """Search for test vectors that show every condition.
+
+    Attributes:
+        say: Function that receives a message about it.
+        reasons: Reasons of the user for what cannot be shown, and for deviations from rules.
+    """
+
+    say: Callable[[str], None]
+    reasons: Reasons = field(default_factory=Reasons)
 
 
-def files(target: Target, precision: Precision, origin: str, seek: Seek = None) -> dict[str, str]:
+def files(
+    target: Target, precision: Precision, origin: str, search: Search | None = None
+) -> dict[str, str]:
     """Emit a flight module with all its files.
 
     Args:
         target: Flight module.
         precision: Precision of real numbers.
         origin: Origin of the parameters, for the README.
-        seek: Whether test vectors are sought, and who is told.
+        search: Search for test vectors; None for those of the test run.
 
     Returns:
         File name -> text.
@@ -40,7 +53,7 @@ def files(target: Target, precision: Precision, origin: str, seek: Seek = None) 
     Raises:
         InputError: The module cannot be emitted; see `emit`.
     """
-    return files_of(target, emitted(target, precision), precision, origin, seek)
+    return files_of(target, emitted(target, precision), precision, origin, search)
 
 
 def emitted(target: Target, precision: Precision) -> Module:
@@ -49,18 +62,22 @@ def emitted(target: Target, precision: Precision) -> Module:
 
 
 def files_of(
-    target: Target, module: Module, precision: Precision, origin: str, seek: Seek = None
+    target: Target,
+    module: Module,
+    precision: Precision,
+    origin: str,
+    search: Search | None = None,
 ) -> dict[str, str]:
     """All files of a flight module that was emitted; see `files`."""
     name = target.name
     found, refusal = None, "no vectors were sought: export with --evidence"
-    if seek is not None:
+    if search is not None:
         try:
-            found = find_vectors(target, module, precision)
-            seek(found.message())
+            found = find_vectors(target, module, precision, search.reasons)
+            search.say(found.message())
         except UnreadableError as error:
             refusal = f"no vectors were sought, because the C code cannot be read back: {error}"
-            seek(refusal)
+            search.say(refusal)
     vectors = nominal_vectors(target, module) if found is None else found.vectors
     texts = {
         f"{name}.h": module.header,
@@ -68,7 +85,8 @@ def files_of(
         **check_files(target, module, precision, vectors),
         "Makefile": filled("Makefile", name=name, flags=FLAGS, optimisation=OPTIMISATION),
     }
-    subject = Subject(target, module, precision, texts, found, refusal)
+    deviations = {} if search is None else search.reasons.deviations
+    subject = Subject(target, module, precision, texts, found, refusal, deviations)
     readme = _readme(subject, origin, measure(texts, name))
     return texts | evidence_files(subject) | {"README.md": readme}
 

@@ -10,14 +10,14 @@ from gyrostat.codegen.flight.module import Port, Precision, call, ports_of
 from gyrostat.codegen.flight.structs import Struct
 from gyrostat.codegen.program import Number
 from gyrostat.control import SampleStatus
-from gyrostat.exports.folder import Seek, emitted, files_of
+from gyrostat.exports.folder import Search, emitted, files_of
 from gyrostat.exports.message_fields import Field, fields_of, missing_lines
 from gyrostat.exports.target import SAFE, Target, require_controller
 from gyrostat.exports.template import filled
 
 
 def component(
-    target: Target, precision: Precision, origin: str, seek: Seek = None
+    target: Target, precision: Precision, origin: str, search: Search | None = None
 ) -> dict[str, str]:
     """Files of an F Prime component that runs a controller.
 
@@ -25,7 +25,7 @@ def component(
         target: Flight module of a controller with validated measurements.
         precision: Precision of real numbers.
         origin: Origin of the parameters, for the README.
-        seek: Whether test vectors are sought, and who is told; see `exports.folder.Seek`.
+        search: Search for test vectors; None for those of the test run.
 
     Returns:
         File name relative to the folder of the components of a project -> text.
@@ -80,7 +80,7 @@ def component(
         f"{name}.hpp": filled("fprime/component.hpp", **code),
         f"{name}.cpp": filled("fprime/component.cpp", **code),
     }
-    flight = files_of(target, module, precision, origin, seek)
+    flight = files_of(target, module, precision, origin, search)
     files |= {f"flight/{file}": text for file, text in flight.items()}
     return {f"{name}/{file}": text for file, text in files.items()}
 

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, ClassVar
 from gyrostat.verbs.arguments import Say
 
 if TYPE_CHECKING:
-    from gyrostat.exports import Target
+    from gyrostat.exports import Search, Target
     from gyrostat.wheel import WheelModel
 
 
@@ -68,7 +68,7 @@ class CodeFormat(ExportFormat):
 
     @classmethod
     def texts(
-        cls, target: "Target", precision: str, origin: str, seek: Say | None
+        cls, target: "Target", precision: str, origin: str, search: "Search | None"
     ) -> dict[str, str]:
         """Files: name relative to the folder -> text.
 
@@ -76,8 +76,7 @@ class CodeFormat(ExportFormat):
             target: Flight module.
             precision: Precision of real numbers: "double" or "float".
             origin: Origin of the parameters, for the README.
-            seek: Function that receives a message about the search for test vectors that show every
-                condition; None for no search.
+            search: Search for test vectors; None for those of the test run.
 
         Raises:
             InputError: The module cannot be emitted.

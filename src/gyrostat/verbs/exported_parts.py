@@ -5,14 +5,14 @@ from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 from gyrostat.core.errors import InputError
-from gyrostat.verbs.arguments import Named, Quantity, Say, in_si, refuse_given
+from gyrostat.verbs.arguments import Named, Quantity, in_si, refuse_given
 from gyrostat.verbs.export_format import CodeFormat
 from gyrostat.verbs.exported_part import Given
 from gyrostat.verbs.measurement_limits import measurement_limits
 from gyrostat.verbs.part_kinds import PARTS
 
 if TYPE_CHECKING:
-    from gyrostat.exports import Target
+    from gyrostat.exports import Search, Target
     from gyrostat.wheel import WheelModel
 
 
@@ -45,7 +45,7 @@ def code_texts(
     choice: Choice,
     precision: str,
     origin: str,
-    seek: Say | None,
+    search: "Search | None",
 ) -> dict[str, str]:
     """Files of code: name -> text.
 
@@ -59,8 +59,7 @@ def code_texts(
         choice: Options.
         precision: Precision of real numbers: "double" or "float".
         origin: Origin of the parameters, for the README.
-        seek: Function that receives a message about the search for test vectors that show every
-            condition; None for no search.
+        search: Search for test vectors; None for those of the test run.
 
     Raises:
         InputError: A part or option cannot be used.
@@ -69,7 +68,7 @@ def code_texts(
     from gyrostat.core.stored_texts import stored_texts
 
     def make() -> dict[str, str]:
-        return form.texts(flight_target(part, model, choice), precision, origin, seek)
+        return form.texts(flight_target(part, model, choice), precision, origin, search)
 
     if model is None:
         return make()
@@ -78,7 +77,8 @@ def code_texts(
     except InputError:  # nothing is measured by a compiler that does not run
         return make()
     values = {name: float(value) for name, value in model.values.items()}
-    about = (form, model.friction, values, choice, precision, origin, seek is not None, tools)
+    sought = None if search is None else repr(search.reasons)
+    about = (form, model.friction, values, choice, precision, origin, sought, tools)
     return stored_texts(about, make)
 
 

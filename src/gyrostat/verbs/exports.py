@@ -17,7 +17,7 @@ from gyrostat.verbs.scenario_check import say_unlikely
 from gyrostat.verbs.wheel_arguments import wheel_model
 
 if TYPE_CHECKING:
-    from gyrostat.exports import Part
+    from gyrostat.exports import Part, Search
     from gyrostat.identification import Fit
     from gyrostat.scenario import Scenario
     from gyrostat.wheel import Wheel, WheelModel
@@ -45,6 +45,7 @@ def export(
     on_bad: str = "hold",
     name: str | None = None,
     evidence: bool = False,
+    reasons: "str | Path | None" = None,
     force: bool = False,
     say: Say = silent,
     command: str = "gyrostat.export",
@@ -83,6 +84,8 @@ def export(
         evidence: Whether to seek test vectors that show every condition of the C code, and to check
             it with the tools that are installed, as `make evidence` in the folder does. Each
             outcome is said; `gyrostat.exports.read_results` reads them.
+        reasons: Path of a TOML file with reasons for what no test vector can show of your own code,
+            and for deviations from MISRA C:2012; with `evidence`.
         force: Whether to replace files that gyrostat did not write, and to take a wheel that is
             marked as impossible.
         say: Function that receives each message for the user.
@@ -108,6 +111,7 @@ def export(
         raise InputError(f"--name: found {name!r}, expected lower-case letters, digits and _")
     if not 0 <= delay <= LONGEST_DELAY:
         raise InputError(f"--delay: found {delay}, expected 0 to {LONGEST_DELAY} control periods")
+    search = _search(say, reasons, evidence=evidence)
     design_options = {
         "--gains": gains,
         "--table-inertia": table_inertia,
@@ -120,10 +124,10 @@ def export(
     scenario = _scenario_of(model, force=force)
     kind = _kind_of(model) if scenario is None else "controller"
     target, texts, origin = None, {}, f"Made by `{command}`."
-    seek = say if evidence else None
     content = None if kind is not None else wheel_model(model, force=force)  # pyright: ignore[reportArgumentType]
     if not issubclass(form, CodeFormat):
-        code_options = {"--precision": precision == "float", "--evidence": evidence}
+        code_options: dict[str, object] = {"--precision": precision == "float"}
+        code_options |= {"--evidence": evidence, "--reasons": reasons}
         refuse_given(code_options, f"--to {to}", f"--to {CODE}")
     if scenario is not None:
         if not issubclass(form, CodeFormat):
@@ -138,7 +142,7 @@ def export(
             "a part or model.toml, and the scenario's values",
         )
         module = named(scenario_controller(scenario, on_bad), name)
-        texts = form.texts(module, precision, origin, seek)
+        texts = form.texts(module, precision, origin, search)
     elif issubclass(form, WheelFormat):
         if content is None:
             raise InputError(f"--to {to}: found {name_of(model)}, expected a wheel or its model")
@@ -155,7 +159,7 @@ def export(
         assert period is not None
         choice = Choice(what, period, design_options, range_, rate_limit, on_bad, name)
         if issubclass(form, CodeFormat):
-            texts = code_texts(form, model, content, choice, precision, origin, seek)
+            texts = code_texts(form, model, content, choice, precision, origin, search)
         else:
             target = flight_target(model, content, choice)
     names, results = [*texts], {}
@@ -176,6 +180,17 @@ def export(
         listed.append(f"{len(paths) - len(listed)} files in {proofs}")
     say(f"written: {', '.join(listed)}")
     return paths
+
+
+def _search(say: Say, reasons: "str | Path | None", *, evidence: bool) -> "Search | None":
+    """Search for test vectors, with the reasons of the user; None without evidence."""
+    if not evidence:
+        if reasons is not None:
+            raise InputError("--reasons: found without --evidence, expected with it")
+        return None
+    from gyrostat.exports import Search, read_reasons
+
+    return Search(say) if reasons is None else Search(say, read_reasons(Path(reasons)))
 
 
 def _scenario_of(model: Any, *, force: bool) -> "Scenario | None":

@@ -21,7 +21,7 @@ from gyrostat.exports.cfs.parameters import (
     parameters_of,
 )
 from gyrostat.exports.cfs.readme import readme
-from gyrostat.exports.folder import Seek, emitted, files_of
+from gyrostat.exports.folder import Search, emitted, files_of
 from gyrostat.exports.message_fields import missing_lines
 from gyrostat.exports.target import Target, require_controller
 from gyrostat.exports.template import filled
@@ -33,7 +33,7 @@ LONGEST_NAME = 14
 
 
 def application(
-    target: Target, precision: Precision, origin: str, seek: Seek = None
+    target: Target, precision: Precision, origin: str, search: Search | None = None
 ) -> dict[str, str]:
     """Files of a cFS application that runs a controller.
 
@@ -41,7 +41,7 @@ def application(
         target: Flight module of a controller with validated measurements.
         precision: Precision of real numbers.
         origin: Origin of the parameters, for the README.
-        seek: Whether test vectors are sought, and who is told; see `exports.folder.Seek`.
+        search: Search for test vectors; None for those of the test run.
 
     Returns:
         File name relative to the folder apps of a mission -> text.
@@ -88,7 +88,7 @@ def application(
         "fsw/src/@app@_table.c": text("table.c", **_table(table, parameters, dialect)),
         "fsw/tables/@app@.c": text("tables.c", values=initial_values(table, values, dialect)),
     }
-    flight = files_of(target, module, precision, origin, seek)
+    flight = files_of(target, module, precision, origin, search)
     return {f"{app}/{name.replace('@app@', app)}": content for name, content in texts.items()} | {
         f"{app}/flight/{name}": content for name, content in flight.items()
     }

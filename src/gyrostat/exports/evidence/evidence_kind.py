@@ -1,7 +1,7 @@
 """Base of the kinds of evidence, whose classes are in `kinds`."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import ClassVar
 
 from gyrostat.codegen.flight.module import Module, Precision
@@ -20,6 +20,7 @@ class Subject:
         texts: Files of the flight folder without evidence: name -> text.
         found: Test vectors that were sought, and what they show; None without a search.
         refusal: Reason why there was no search.
+        deviations: Rule of MISRA C:2012 -> reason of the user for a deviation.
     """
 
     target: Target
@@ -28,6 +29,7 @@ class Subject:
     texts: Mapping[str, str]
     found: Found | None = None
     refusal: str = ""
+    deviations: Mapping[str, str] = field(default_factory=dict)
 
 
 class EvidenceKind:

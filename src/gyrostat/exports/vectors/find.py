@@ -1,19 +1,20 @@
 """Find test vectors that show every decision and condition of emitted C."""
 
 import time
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass
 from functools import partial
 
 import numpy as np
 
 from gyrostat.codegen.flight.module import Module, Precision
+from gyrostat.exports.reasons import Reasons
 from gyrostat.exports.target import Target
 from gyrostat.exports.vectors.agreement import Agreement
 from gyrostat.exports.vectors.coverage import Coverage
 from gyrostat.exports.vectors.descend import Descents
 from gyrostat.exports.vectors.explore import Explorer
-from gyrostat.exports.vectors.justifications import justified
+from gyrostat.exports.vectors.justifications import Gap, justified
 from gyrostat.exports.vectors.machine import Machine
 from gyrostat.exports.vectors.python_run import PythonRun
 from gyrostat.exports.vectors.rows import Candidate, Row, Situation
@@ -37,12 +38,16 @@ class Found:
         coverage: Evaluations of every decision, with the rows that show them.
         share: Effort of the search over its largest one.
         seconds: Time of the search, s.
+        reasons: What cannot be shown -> the reason.
+        possible: What cannot be shown if a review confirms the reason -> the reason.
     """
 
     vectors: Vectors
     coverage: Coverage
     share: float
     seconds: float
+    reasons: Mapping[Gap, str]
+    possible: Mapping[Gap, str]
 
     def message(self) -> str:
         """One line about the search for the user."""
@@ -56,7 +61,11 @@ class Found:
 
 
 def find_vectors(
-    target: Target, module: Module, precision: Precision, most: float | None = None
+    target: Target,
+    module: Module,
+    precision: Precision,
+    own: Reasons | None = None,
+    most: float | None = None,
 ) -> Found:
     """Find test vectors for a flight module.
 
@@ -64,7 +73,12 @@ def find_vectors(
         target: Flight module.
         module: Its C code.
         precision: Precision of its real numbers.
+        own: Reasons of the user.
         most: Largest effort of the search, see `Explorer.effort`; `MOST` by default.
+
+    Raises:
+        InputError: A reason of the user is about no decision.
+        UnreadableError: The C code cannot be read back.
     """
     most = MOST if most is None else most
     began = time.monotonic()
@@ -75,8 +89,12 @@ def find_vectors(
     ]
     python = PythonRun(target, fields, is_compiled=True)
     inputs = np.array([[*row.changes.values()] for row in nominal])
-    reasons = justified(module.name, machine.decisions)
-    possible = justified(module.name, machine.decisions, is_sure=False)
+    own = own or Reasons()
+    own.check(machine.decisions)
+    reasons, possible = (
+        justified(module.name, machine.decisions, own.justified, is_sure=sure)
+        for sure in (True, False)
+    )
     unreachable = {(gap.decision, gap.condition) for gap in reasons}
     explorer = Explorer(machine, python.tuned, inputs, unreachable)
     agreement = Agreement(fields, python.run(nominal), precision)
@@ -88,7 +106,8 @@ def find_vectors(
         for decision, outcome in sorted(items):
             coverage.decisions[decision].add(outcome, number)
     vectors = Vectors(fields, tuple(rows), values, replayed.cut_short)
-    return Found(vectors, coverage, explorer.effort / max(most, 1.0), time.monotonic() - began)
+    share, seconds = explorer.effort / max(most, 1.0), time.monotonic() - began
+    return Found(vectors, coverage, share, seconds, reasons, possible)
 
 
 def _cases(target: Target, explorer: Explorer) -> list[Candidate]:

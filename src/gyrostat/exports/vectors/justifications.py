@@ -1,11 +1,11 @@
 """Recorded reasons why a condition cannot have a value, or cannot act alone."""
 
 import tomllib
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cache
 from importlib.resources import files
-from typing import Literal
+from typing import Any, Literal
 
 from gyrostat.codegen.flight.reader.decisions import Decision
 from gyrostat.codegen.flight.reader.tokens import Position
@@ -38,15 +38,14 @@ class Justification:
     reason: str
     is_sure: bool = True
 
-    def holds_for(self, module: str, decision: Decision) -> bool:
-        """Whether it is about a decision."""
+    def names(self, decision: Decision) -> bool:
+        """Whether its line is that of a decision."""
         file, _, rest = decision.source.partition(":")
-        text = rest.partition(": ")[2]
-        return (
-            file == self.file
-            and text.startswith(self.text)
-            and (not self.modules or module in self.modules)
-        )
+        return file == self.file and rest.partition(": ")[2].startswith(self.text)
+
+    def holds_for(self, module: str, decision: Decision) -> bool:
+        """Whether it is about a decision of a module."""
+        return self.names(decision) and (not self.modules or module in self.modules)
 
 
 @dataclass(frozen=True)
@@ -68,19 +67,21 @@ class Gap:
 
 @cache
 def justifications() -> tuple[Justification, ...]:
-    """All recorded reasons."""
+    """Recorded reasons for the decisions of gyrostat."""
     text = files("gyrostat.exports.vectors").joinpath("justified.toml").read_text(encoding="utf-8")
-    return tuple(
-        Justification(
-            entry["file"],
-            entry["text"],
-            entry.get("condition"),
-            tuple(entry["cannot_be"]),
-            tuple(entry.get("modules", ())),
-            " ".join(entry["reason"].split()),
-            not entry.get("confirm", False),
-        )
-        for entry in tomllib.loads(text).get("justified", ())
+    return tuple(map(justification, tomllib.loads(text).get("justified", ())))
+
+
+def justification(entry: Mapping[str, Any]) -> Justification:
+    """Reason of an entry [[justified]] of a file."""
+    return Justification(
+        entry["file"],
+        entry["text"],
+        entry.get("condition"),
+        tuple(entry["cannot_be"]),
+        tuple(entry.get("modules", ())),
+        " ".join(entry["reason"].split()),
+        not entry.get("confirm", False),
     )
 
 
@@ -99,18 +100,23 @@ def gaps(coverage: DecisionCoverage) -> Iterator[Gap]:
 
 
 def justified(
-    module: str, decisions: Sequence[Decision], *, is_sure: bool = True
+    module: str,
+    decisions: Sequence[Decision],
+    own: Sequence[Justification] = (),
+    *,
+    is_sure: bool = True,
 ) -> dict[Gap, str]:
     """Everything that cannot be shown in a module -> the reason.
 
     Args:
         module: Name of the module.
         decisions: Decisions of its C code.
+        own: Reasons of the user.
         is_sure: Whether the reasons hold in every module that they are recorded for, or may hold.
     """
     return {
         Gap(decision.number, condition, decision.positions[condition], want): each.reason
-        for each in justifications()
+        for each in (*justifications(), *own)
         if each.is_sure == is_sure
         for decision in decisions
         if each.holds_for(module, decision)

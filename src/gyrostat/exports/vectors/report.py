@@ -6,7 +6,7 @@ from gyrostat.codegen.flight.reader.decisions import independent
 from gyrostat.exports.target import STEPS
 from gyrostat.exports.vectors.coverage import DecisionCoverage
 from gyrostat.exports.vectors.find import Found
-from gyrostat.exports.vectors.justifications import Gap, gaps, justified
+from gyrostat.exports.vectors.justifications import Gap, gaps
 
 HEAD = (
     *("at", "function", "decision", "condition", "text", "true_row", "false_row"),
@@ -14,18 +14,17 @@ HEAD = (
 )
 
 
-def condition_rows(module: str, found: Found) -> Iterator[tuple[str, ...]]:
+def condition_rows(found: Found) -> Iterator[tuple[str, ...]]:
     """Table of all conditions, with a head.
 
     A row has the position in C, the function, the kind of decision, the number of the condition in
     it, its text, the first rows of the vectors in which it is true and false and the rows that show
     that it acts alone, the reason if something cannot be shown, and the line of Python.
     """
-    decisions = [each.decision for each in found.coverage.decisions]
-    reasons = justified(module, decisions)
     every = (gap for each in found.coverage.decisions for gap in gaps(each))
-    possible = justified(module, decisions, is_sure=False)
-    reasons |= {gap: f"To be confirmed: {possible[gap]}" for gap in every if gap in possible}
+    possible = found.possible
+    confirm = {gap: f"To be confirmed: {possible[gap]}" for gap in every if gap in possible}
+    reasons = {**found.reasons, **confirm}
     yield HEAD
     for each in found.coverage.decisions:
         yield from _rows(each, reasons)
@@ -50,12 +49,11 @@ def _rows(coverage: DecisionCoverage, reasons: dict[Gap, str]) -> Iterator[tuple
         )
 
 
-def shown(module: str, found: Found) -> list[str]:
+def shown(found: Found) -> list[str]:
     """Lines of Markdown: how much the vectors show, by which means, and what they do not show."""
     every = found.coverage.decisions
     conditions = sum(each.decision.size for each in every)
-    decisions = [each.decision for each in every]
-    reasons, possible = (justified(module, decisions, is_sure=sure) for sure in (True, False))
+    reasons, possible = found.reasons, found.possible
     open_gaps = [gap for each in every for gap in gaps(each) if gap not in reasons]
     confirm = [gap for gap in open_gaps if gap in possible]
     open_gaps = [gap for gap in open_gaps if gap not in possible]

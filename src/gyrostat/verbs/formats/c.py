@@ -2,11 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-from gyrostat.verbs.arguments import Say
 from gyrostat.verbs.export_format import CodeFormat
 
 if TYPE_CHECKING:
-    from gyrostat.exports import Target
+    from gyrostat.exports import Search, Target
 
 
 class FlightCode(CodeFormat):
@@ -17,9 +16,9 @@ class FlightCode(CodeFormat):
 
     @classmethod
     def texts(
-        cls, target: "Target", precision: str, origin: str, seek: Say | None
+        cls, target: "Target", precision: str, origin: str, search: "Search | None"
     ) -> dict[str, str]:
         """See `CodeFormat.texts`."""
         from gyrostat.exports import files
 
-        return files(target, precision, origin, seek)  # pyright: ignore[reportArgumentType]
+        return files(target, precision, origin, search)  # pyright: ignore[reportArgumentType]

@@ -2,11 +2,10 @@
 
 from typing import TYPE_CHECKING
 
-from gyrostat.verbs.arguments import Say
 from gyrostat.verbs.export_format import CodeFormat
 
 if TYPE_CHECKING:
-    from gyrostat.exports import Target
+    from gyrostat.exports import Search, Target
 
 
 class FlightApplication(CodeFormat):
@@ -17,9 +16,9 @@ class FlightApplication(CodeFormat):
 
     @classmethod
     def texts(
-        cls, target: "Target", precision: str, origin: str, seek: Say | None
+        cls, target: "Target", precision: str, origin: str, search: "Search | None"
     ) -> dict[str, str]:
         """See `CodeFormat.texts`."""
         from gyrostat.exports.cfs import application
 
-        return application(target, precision, origin, seek)  # pyright: ignore[reportArgumentType]
+        return application(target, precision, origin, search)  # pyright: ignore[reportArgumentType]

@@ -10,7 +10,7 @@ from gyrostat.codegen.flight.measure import FLAGS
 from gyrostat.exports.evidence.evidence_kind import EvidenceKind, Subject
 from gyrostat.exports.template import filled
 from gyrostat.exports.vectors.find import Found
-from gyrostat.exports.vectors.justifications import justified
+from gyrostat.exports.vectors.justifications import Gap
 from gyrostat.exports.vectors.report import condition_rows, shown
 
 
@@ -44,9 +44,9 @@ class Coverage(EvidenceKind):
         if found is None:
             return {}
         return {
-            "coverage/conditions.csv": _conditions(subject.module.name, found),
-            "coverage/justified.txt": _justified(subject.module.name, found, is_sure=True),
-            "coverage/confirm.txt": _justified(subject.module.name, found, is_sure=False),
+            "coverage/conditions.csv": _conditions(found),
+            "coverage/justified.txt": _as_listed_by_clang(found.reasons),
+            "coverage/confirm.txt": _as_listed_by_clang(found.possible),
             "coverage/missing.awk": filled("evidence/missing.awk"),
         }
 
@@ -56,7 +56,7 @@ class Coverage(EvidenceKind):
         found = subject.found
         if found is None:
             return [f"The test vectors are the test run only; {subject.refusal}."]
-        return shown(subject.module.name, found)
+        return shown(found)
 
 
 def _words(text: str) -> str:
@@ -64,19 +64,18 @@ def _words(text: str) -> str:
     return re.sub(r'["\\$`]', "'", text)
 
 
-def _conditions(module: str, found: Found) -> str:
+def _conditions(found: Found) -> str:
     """All conditions as CSV, with the rows of the vectors that show them."""
     text = io.StringIO()
     writer = csv.writer(text, lineterminator="\n")
-    writer.writerows(condition_rows(module, found))
+    writer.writerows(condition_rows(found))
     return text.getvalue()
 
 
-def _justified(module: str, found: Found, *, is_sure: bool) -> str:
+def _as_listed_by_clang(reasons: Mapping[Gap, str]) -> str:
     """What cannot be shown: kind and position as in the report of clang, with the reason."""
-    decisions = [each.decision for each in found.coverage.decisions]
     lines = []
-    for gap, reason in justified(module, decisions, is_sure=is_sure).items():
+    for gap, reason in reasons.items():
         kind = f"condition {gap.at}" if gap.want == "alone" else f"branch {gap.at} {gap.want}"
         lines.append(f"{kind}\t{reason}\n")
     return "".join(sorted(lines))

@@ -38,4 +38,5 @@ class Misra(EvidenceKind):
 
 def _deviations(subject: Subject) -> dict[str, str]:
     """Rule -> reason for a deviation."""
-    return {"2.4": STATUS} if "\nenum {" in subject.module.header else {}
+    own = {"2.4": STATUS} if "\nenum {" in subject.module.header else {}
+    return {**own, **subject.deviations}
