@@ -46,8 +46,9 @@ class Mdf(RecordFormat):
         except Exception as error:  # asammdf raises errors of many classes on damaged files
             reason = ValueError(str(error) or type(error).__name__)
         finally:
-            # a file that could not be opened leaves an object whose destructor fails
-            gc.collect()
+            # A file that could not be opened leaves an object whose destructor fails. It is young:
+            # a search of all objects would take seconds in a process that has many.
+            gc.collect(1)
             sys.unraisablehook = hook
         raise damaged(file, _WANTED, reason)
 
