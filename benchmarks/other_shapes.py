@@ -25,7 +25,7 @@ from gyrostat.identification import identify
 from gyrostat.telemetry import Record
 
 HALF_WIDTH = 1.959964
-TOGETHER = 20
+TOGETHER = 40
 """Records that are simulated together."""
 
 
