@@ -23,6 +23,7 @@ VECTOR, MATRIX = RANDOM.standard_normal((RUNS, 3)), RANDOM.standard_normal((RUNS
 MATRIX[3, 1, 2] = MATRIX[3, 0, 2] = VECTOR[5, 1] = np.nan
 INDEX = RANDOM.integers(-5, 6, RUNS)
 COUNT = np.append(RANDOM.integers(-9, 10, RUNS - 2), [-(2**63), 2**62])
+MANY = RANDOM.standard_normal(61)
 INSTRUCTIONS = [()]
 if platform.machine() in ("x86_64", "AMD64"):
     INSTRUCTIONS.append(("-mno-avx512f",))
@@ -72,6 +73,7 @@ def picked(x, m, k, n):
 
 def ordered(x, m, k, n):
     """The largest, sorted arrays with what belongs to them, running sums."""
+    wide = jnp.outer(x, MANY)
     return (
         jnp.sort(m, axis=0),
         jnp.argsort(x),
@@ -79,6 +81,11 @@ def ordered(x, m, k, n):
         jax.lax.sort((jnp.round(x), x), num_keys=1)[1],
         jnp.argmax(m, axis=1),
         jnp.argmin(m),
+        jnp.argmax(wide, axis=1),
+        jnp.argmin(wide, axis=0),
+        jnp.argmin(jnp.round(wide)),
+        jnp.argmax(jnp.where(wide > 0.5, jnp.nan, wide), axis=1),
+        jnp.argmax(jnp.clip(10.0 * wide, -1e3, 1e3).astype(int)),
         jnp.median(jnp.nan_to_num(x)),
         jnp.cumsum(x),
         jnp.cumprod(m, axis=0),

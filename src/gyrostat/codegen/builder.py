@@ -218,11 +218,13 @@ class Builder:
             index = self.compute("select", beyond, limit, index, hint="index")
         return index
 
+    def as_integer(self, index: Operand) -> Operand:
+        """Counter of a loop as an integer."""
+        return self.assign("to_integer", (index,), Name("integer", "index", next(self.groups)))
+
     def signed(self, index: Operand) -> Operand:
         """Index as a signed integer, which the limits of an array are."""
-        if index.kind != "bits":
-            return index
-        return self.assign("to_integer", (index,), Name("integer", "index", next(self.groups)))
+        return self.as_integer(index) if index.kind == "bits" else index
 
     def scalars(self, array: Array) -> Scalars:
         """Elements of an array as scalars.

@@ -74,15 +74,46 @@ def accumulated(
     """
     if not counts:
         return step(build, (), first)
-    loop = _loop(build, counts[0], depth)
-    loop.start = start
-    total = Name(first.kind, build.where.name, next(build.groups))
-    last = accumulated(
-        build.inside(loop.body),
-        counts[1:],
-        total,
-        lambda inside, inner, value: step(inside, (loop.counter, *inner), value),
-        depth + 1,
+    (total,) = carried(
+        build,
+        counts[0],
+        (first,),
+        lambda inside, counter, values: [
+            accumulated(
+                inside,
+                counts[1:],
+                values[0],
+                lambda within, inner, value: step(within, (counter, *inner), value),
+                depth + 1,
+            )
+        ],
+        depth,
+        start,
     )
-    loop.carried.append(Carried(total, first, last))
     return total
+
+
+def carried(
+    build: Builder,
+    count: int,
+    first: Sequence[Operand],
+    step: Callable[[Builder, Operand, tuple[Operand, ...]], Sequence[Operand]],
+    depth: int = 0,
+    start: Operand = FIRST,
+) -> tuple[Operand, ...]:
+    """Values after the passes of a loop.
+
+    Args:
+        build: Builder.
+        count: Number of passes.
+        first: Values before the first pass.
+        step: Function that appends a pass: (builder, counter, values) -> values.
+        depth: Number of loops around this one.
+        start: First number of the counter, which leaves out the passes before.
+    """
+    loop = _loop(build, count, depth)
+    loop.start = start
+    names = tuple(Name(each.kind, build.where.name, next(build.groups)) for each in first)
+    last = step(build.inside(loop.body), loop.counter, names)
+    loop.carried.extend(Carried(*each) for each in zip(names, first, last, strict=True))
+    return names

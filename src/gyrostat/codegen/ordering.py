@@ -1,4 +1,4 @@
-"""Rules for ordering operations: largest element, sorting, cumulative sums and extremes."""
+"""Rules for ordering operations: sorting, cumulative sums and extremes."""
 
 from collections.abc import Callable, Sequence
 from functools import partial
@@ -8,33 +8,7 @@ import numpy as np
 
 from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.primitives import Scalars
-from gyrostat.codegen.program import Number, Operand
-
-
-def _largest(test: str) -> Callable[..., Sequence[Scalars]]:
-    """Rule for the index of the largest or smallest element: the first if several, or a NaN."""
-
-    def rule(build: Builder, array: Scalars) -> Sequence[Scalars]:
-        axes = build.params["axes"]
-        if len(axes) != 1:
-            raise build.refused(f"{len(axes)} axes", "one")
-        rows = np.moveaxis(array, axes[0], -1)
-        new = partial(build.compute, group=next(build.groups))
-        indices = np.empty(rows.shape[:-1], dtype=object)
-        for position in np.ndindex(indices.shape):
-            row = rows[position]
-            best, index = row[0], Number("integer", 0)
-            for k in range(1, len(row)):
-                better = new(test, row[k], best)
-                if best.kind == "real":
-                    first_nan = new("and", new("ne", row[k], row[k]), new("eq", best, best))
-                    better = new("or", better, first_nan)
-                best = new("select", better, row[k], best)
-                index = new("select", better, Number("integer", k), index)
-            indices[position] = index
-        return [indices]
-
-    return rule
+from gyrostat.codegen.program import Operand
 
 
 def _sort(build: Builder, *operands: Scalars) -> Sequence[Scalars]:
@@ -87,8 +61,6 @@ def _cumulative(operation: str) -> Callable[..., Sequence[Scalars]]:
 
 
 RULES: dict[str, Callable[..., Sequence[Scalars]]] = {
-    "argmax": _largest("gt"),
-    "argmin": _largest("lt"),
     "cummax": _cumulative("max"),
     "cummin": _cumulative("min"),
     "cumprod": _cumulative("mul"),

@@ -1,19 +1,22 @@
-"""Rules for reductions along some axes, such as sums and largest elements."""
+"""Rules for reductions along some axes, such as sums, largest elements and their places."""
 
 import math
 from collections.abc import Callable, Sequence
+from functools import partial
 
 import numpy as np
 
 from gyrostat.codegen.arrays import Array, Data, is_plain, moved
 from gyrostat.codegen.builder import Builder
-from gyrostat.codegen.loops import accumulated, nest
+from gyrostat.codegen.loops import accumulated, carried, nest
 from gyrostat.codegen.nests import declared, put, reader, settled
 from gyrostat.codegen.program import Kind, Number, Operand
 from gyrostat.codegen.views import view_of
 
 LONGEST = 256
 """Largest number of scalars whose reduction is written out."""
+PLACE = 6
+"""Operations of an element where the place of the largest one is sought."""
 _START: dict[str, dict[Kind, float | int | bool]] = {
     "add": {"real": 0.0, "integer": 0, "bits": 0},
     "mul": {"real": 1.0, "integer": 1, "bits": 1},
@@ -63,18 +66,95 @@ def _looped(build: Builder, operation: str, rows: Array, start: Number) -> Array
     if math.prod(rows.shape[:-1]) == 1:
         position = (Number("index", 0),) * (rows.ndim - 1)
         return np.array(total(build, position), dtype=object).reshape(rows.shape[:-1])
-    table = declared(build, start.kind, math.prod(rows.shape[:-1]))
-    data = Data(table, np.arange(table.size).reshape(rows.shape[:-1]))
+    return _by_row(build, start.kind, rows.shape[:-1], total)
+
+
+def _by_row(
+    build: Builder,
+    kind: Kind,
+    shape: tuple[int, ...],
+    result: Callable[[Builder, tuple[Operand, ...]], Operand],
+) -> Array:
+    """Array of the results of loops: (builder, counters) -> result."""
+    table = declared(build, kind, math.prod(shape))
+    data = Data(table, np.arange(table.size).reshape(shape))
     view = view_of(data)
     nest(
         build,
         data.shape,
-        lambda inside, counters: put(inside, view, counters, total(inside, counters)),
+        lambda inside, counters: put(inside, view, counters, result(inside, counters)),
     )
     return settled(build, data)
 
 
+def _place(test: str) -> Callable[..., Array]:
+    """Rule for the index of the largest or smallest element: the first if several, or a NaN."""
+
+    def rule(build: Builder, array: Array) -> Array:
+        axes = build.params["axes"]
+        if len(axes) != 1:
+            raise build.refused(f"{len(axes)} axes", "one")
+        order = [*(k for k in range(array.ndim) if k != axes[0]), axes[0]]
+        rows = moved(lambda _, each: [each.transpose(order)], {}, array)[0]
+        longest = LONGEST if is_plain(array) else build.scope.written
+        if array.size * PLACE <= longest:
+            return _place_written(build, test, rows)
+        return _place_looped(build, test, rows)
+
+    return rule
+
+
+def _place_written(build: Builder, test: str, rows: Array) -> Array:
+    scalars, group = build.scalars(rows), next(build.groups)
+    indices = np.empty(rows.shape[:-1], dtype=object)
+    for position in np.ndindex(indices.shape):
+        row = scalars[position]
+        best, index = row[0], Number("integer", 0)
+        for k in range(1, len(row)):
+            better = _is_better(build, test, row[k], best, group)
+            best = build.compute("select", better, row[k], best, group=group)
+            index = build.compute("select", better, Number("integer", k), index, group=group)
+        indices[position] = index
+    return indices
+
+
+def _place_looped(build: Builder, test: str, rows: Array) -> Array:
+    at, one = reader(build, rows), Number("index", 1)
+
+    def place(inside: Builder, counters: tuple[Operand, ...]) -> Operand:
+        def step(
+            within: Builder, counter: Operand, found: tuple[Operand, ...]
+        ) -> tuple[Operand, ...]:
+            best, index = found
+            element, number = at(within, (*counters, counter)), within.as_integer(counter)
+            better = _is_better(within, test, element, best)
+            select = partial(within.compute, "select", better)
+            return select(element, best), select(number, index)
+
+        first = at(inside, (*counters, Number("index", 0))), Number("integer", 0)
+        return carried(inside, rows.shape[-1], first, step, len(counters), one)[1]
+
+    if math.prod(rows.shape[:-1]) == 1:
+        position = (Number("index", 0),) * (rows.ndim - 1)
+        return np.array(place(build, position), dtype=object).reshape(rows.shape[:-1])
+    return _by_row(build, "integer", rows.shape[:-1], place)
+
+
+def _is_better(
+    build: Builder, test: str, element: Operand, best: Operand, group: int | None = None
+) -> Operand:
+    """Whether an element is above, or below, the best one so far, or the first NaN."""
+    new = partial(build.compute, group=group)
+    better = new(test, element, best)
+    if best.kind != "real":
+        return better
+    first_nan = new("and", new("ne", element, element), new("eq", best, best))
+    return new("or", better, first_nan)
+
+
 RULES: dict[str, Callable[..., Array | Sequence[Array]]] = {
+    "argmax": _place("gt"),
+    "argmin": _place("lt"),
     "reduce_and": _reduction("and"),
     "reduce_max": _reduction("max"),
     "reduce_min": _reduction("min"),
