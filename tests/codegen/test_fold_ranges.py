@@ -13,11 +13,19 @@ from gyrostat.core.jax64 import jax, jnp
 LANES = 40
 RANDOM = np.random.default_rng(0)
 ROWS = np.arange(12.0).reshape(4, 3)
+MANY = RANDOM.normal(size=50)
+TALL = np.arange(600.0).reshape(200, 3)
 
 
 def chosen(x):
     """Row at the place of the largest element, which is always one of the rows."""
     return jnp.asarray(ROWS)[jnp.argmax(x)] + jnp.stack([x[:3], x[1:], x[:3]])[jnp.argmin(x[:3])]
+
+
+def sought(x):
+    """Row at the place of the largest of many elements, which a loop seeks."""
+    wide = jnp.outer(x, jnp.asarray(MANY)).ravel()
+    return jnp.asarray(TALL)[jnp.argmax(wide)]
 
 
 def counted(x):
@@ -40,11 +48,17 @@ def sizes(x):
 REALS = np.where(RANDOM.random((LANES, 4)) < 0.1, np.nan, RANDOM.normal(size=(LANES, 4)))
 CASES = {
     chosen: {"x": REALS},
+    sought: {"x": REALS},
     counted: {"x": REALS},
     anywhere: {"place": RANDOM.integers(-9, 9, LANES), "x": REALS},
     sizes: {"x": REALS},
 }
-TESTED = {chosen: r"[<>] \d+\) \?", counted: r"\w+ < 0\b", sizes: r"size\w* < 0\.0"}
+TESTED = {
+    chosen: r"[<>] \d+\) \?",
+    sought: r"\w+ [<>] (0|199)\b",
+    counted: r"\w+ < 0\b",
+    sizes: r"size\w* < 0\.0",
+}
 """Function -> test that is never true in it."""
 
 

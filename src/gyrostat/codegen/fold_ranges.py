@@ -7,13 +7,13 @@ outcome is known where a branch was taken.
 
 from collections.abc import Iterable, Sequence
 
+from gyrostat.codegen.carried_numbers import counts_passes, is_number_of_a_pass
 from gyrostat.codegen.program import (
     ZERO,
     Assign,
     Block,
     Branch,
     Call,
-    Carried,
     Fill,
     Function,
     Loop,
@@ -219,7 +219,7 @@ class _Facts:
             each.first = self._one(each.first)
         loop.start = self._one(loop.start)
         self._ranges[loop.counter] = (0, max(loop.count - 1, 0))
-        counts = {each.name: each.first for each in loop.carried if _counts(each, loop.body)}
+        counts = {each.name: each.first for each in loop.carried if counts_passes(each, loop.body)}
         ends: dict[Name, int] = {}
         for name, first in counts.items():
             if not isinstance(first, Number):
@@ -228,6 +228,11 @@ class _Facts:
             if of_kind((start, end), name.kind):
                 ends[name] = end
                 self._ranges[name] = (start, max(end - 1, start))
+        for each in loop.carried:
+            if is_number_of_a_pass(each, loop):
+                found = union([self._range(each.first), self._ranges[loop.counter]])
+                if found is not None:
+                    self._ranges[each.name] = found
         outer = dict(self._same)
         loop.test = self.block(loop.test)
         if loop.goes_on is not None:
@@ -278,16 +283,3 @@ class _Facts:
         elif statement.operation == ("and" if value else "or"):
             for each in statement.operands:
                 self._assume(each, value)
-
-
-def _counts(carried: Carried, body: Block) -> bool:
-    """Whether each pass adds 1 to a carried integer."""
-    if carried.name.kind not in ("integer", "index"):
-        return False
-    return any(
-        isinstance(s, Assign)
-        and s.target is carried.next
-        and s.operation == "add"
-        and set(s.operands) == {carried.name, Number(carried.name.kind, 1)}
-        for s in body
-    )

@@ -21,8 +21,8 @@ from gyrostat.exports.vectors.rows import Candidate, Row, Situation
 from gyrostat.exports.vectors.selection import Item, Replay, choose, items_of, replay, wanted_items
 from gyrostat.exports.vectors.vectors import Vectors, nominal_rows
 
-MOST = 1e7
-"""Largest effort of a search: one to two minutes."""
+MOST, EACH = 1e7, 5e4
+"""Largest effort of a search, and for each condition if that is more: one to two minutes."""
 DOUBTFUL = 0.3
 """Share of the largest effort for conditions that may be impossible."""
 LANES = 256
@@ -74,16 +74,17 @@ def find_vectors(
         module: Its C code.
         precision: Precision of its real numbers.
         own: Reasons of the user.
-        most: Largest effort of the search, see `Explorer.effort`; `MOST` by default.
+        most: Largest effort of the search, see `Explorer.effort`; by default `MOST` or `EACH` for
+            each condition.
 
     Raises:
         InputError: A reason of the user is about no decision.
         UnreadableError: The C code cannot be read back.
     """
-    most = MOST if most is None else most
     began = time.monotonic()
     machine = Machine(target, module, precision)
-    fields = machine.fields
+    fields, conditions = machine.fields, sum(each.size for each in machine.decisions)
+    most = max(MOST, EACH * conditions) if most is None else most
     nominal = [
         Row(row.begins, machine.rounded(row.changes)) for row in nominal_rows(target, fields)
     ]
