@@ -39,8 +39,8 @@ from gyrostat.exports.target import STEPS
 
 SCENARIOS = (
     *("own_controller", "wheel_failure", "carrara_kuga", "moreira_lopes_kuga"),
-    *("endo_sekiguchi_nonaka", "zero_crossing", "wheel_array", "nadir_and_slew"),
-    *("carvalho_fenili", "wheel_failure_found"),
+    *("endo_sekiguchi_nonaka", "zero_crossing", "zero_crossing_model", "stiff_wheel"),
+    *("wheel_array", "nadir_and_slew", "carvalho_fenili", "wheel_failure_found"),
 )
 
 
