@@ -6,6 +6,7 @@ from gyrostat.identification.bench.methods import identify_dedicated
 from gyrostat.identification.bench.steady import identify_steady
 from gyrostat.identification.bench.torque_step import identify_torque_step
 from gyrostat.identification.comparison import candidates_of, compare
+from gyrostat.identification.drive.inverse import identify_inverse
 from gyrostat.identification.experiment import design_text as design_text  # a view
 from gyrostat.identification.fit.problem import Problem
 from gyrostat.identification.judge.acceptance import accept
@@ -48,6 +49,7 @@ __all__ = [
     "identify",
     "identify_coast",
     "identify_dedicated",
+    "identify_inverse",
     "identify_problem",
     "identify_steady",
     "identify_torque_step",

@@ -35,6 +35,7 @@ def identify(
     posterior: bool = False,
     current_quantum: float | None = None,
     speed_quantum: float | None = None,
+    loop: str | None = None,
     on_draws: Callable[[int], None] = lambda count: None,
 ) -> Fit:
     """Identify a wheel from one or several records, fitted together.
@@ -79,6 +80,8 @@ def identify(
             default it is found.
         speed_quantum: Step to which the recorded speed was rounded, rad/s; 0: not rounded. By
             default it is found.
+        loop: "open" or "closed" if it is known whether the current depends on the measured speed;
+            by default the residuals are tested for feedback.
         on_draws: Called with the number of draws of the posterior so far.
 
     Returns:
@@ -106,6 +109,7 @@ def identify(
         posterior=posterior,
         current_quantum=current_quantum,
         speed_quantum=speed_quantum,
+        loop=loop,
     )
     return identify_problem(problem, on_progress=on_progress, on_draws=on_draws)
 

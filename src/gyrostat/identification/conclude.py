@@ -5,6 +5,7 @@ from dataclasses import replace
 
 import numpy as np
 
+from gyrostat.core.types import Vector
 from gyrostat.identification.averaged import Averaged
 from gyrostat.identification.fit.loss import Loss
 from gyrostat.identification.fit.problem import Problem
@@ -14,9 +15,11 @@ from gyrostat.identification.judge.faults import found_in
 from gyrostat.identification.judge.plausibility import Scatter, judged
 from gyrostat.identification.read.statistics import crossing_times, whiteness
 from gyrostat.identification.result.fit import Fit
+from gyrostat.identification.uncertainty.feedback import Feedback, feedback_in
 from gyrostat.identification.uncertainty.observability import Observability, observability
 from gyrostat.identification.uncertainty.sigmas import residual_levels, widened
 from gyrostat.identification.uncertainty.tolerances import Propagated, propagate
+from gyrostat.telemetry import Record
 
 UNJUDGED = (
     "effects outside the friction model could not be estimated (the wheel corrected for them does "
@@ -56,6 +59,7 @@ def conclude(
         len(crossing_times(r.time, speed, sigma))
         for r, speed, sigma in zip(records, plain.predicted, speed_sigmas, strict=True)
     )
+    residuals = [r.speed - speed for r, speed in zip(records, plain.predicted, strict=True)]
     fit = Fit(
         model=prediction.model,
         method="batch",
@@ -93,6 +97,7 @@ def conclude(
         effects=best.effects,
         findings=best.findings,
         scores=best.scores,
+        feedback=_feedback(problem, records, residuals),
     )
     if tolerances:
         information = selection.prior.information()
@@ -103,7 +108,6 @@ def conclude(
             ),
             tolerances,
         )
-    residuals = [r.speed - speed for r, speed in zip(records, plain.predicted, strict=True)]
     valid_residuals = [each[record.valid] for each, record in zip(residuals, records, strict=True)]
     levels = residual_levels(valid_residuals, len(selection.free), loss)
     stated_sigmas = speed_sigmas if sigma_given else [None] * len(records)
@@ -115,6 +119,15 @@ def conclude(
     ]
     reasons = () if silent else (UNJUDGED,)
     return judged(fit, solution.reason, scatter, faults=faults, refused=reasons)
+
+
+def _feedback(
+    problem: Problem, records: Sequence[Record], residuals: Sequence[Vector]
+) -> Feedback | None:
+    """Feedback in the records, as stated or found; None if white noise is assumed."""
+    if problem.loop is not None:
+        return Feedback(problem.loop == "closed", None)
+    return None if problem.white_noise else feedback_in(records, residuals)
 
 
 def with_tolerances(fit: Fit, errors: Propagated, tolerances: Mapping[str, float]) -> Fit:

@@ -28,6 +28,7 @@ class Record:
         valid: Whether the speed sample is present, (N,), bool.
         temperature: Temperature, (N,), °C, or None.
         setpoint: Commanded speed, (N,), rad/s, or only its direction if it has no unit; or None.
+        reference: Commanded angle of a drive in position control, (N,), rad, or None.
         notes: Changes that the reader made to the data, one note each.
         restart: Whether a segment with its own initial speed begins at the sample, because the
             motion since the previous sample is unknown, (N,), bool; None if the record was not
@@ -69,6 +70,10 @@ class Record:
         Role(
             "setpoint", ("setpoint", "direction"), "speed", unit_optional=True, written="setpoint"
         ),
+    ] = None
+    reference: Annotated[
+        NDArray[np.float64] | None,
+        Role("reference", ("reference_angle",), "angle", written="reference_angle_rad"),
     ] = None
     notes: tuple[str, ...] = ()
     restart: NDArray[np.bool_] | None = None

@@ -98,6 +98,7 @@ def result(
     reason: str,
     serial_sigma: Vector | None = None,
     warnings: Sequence[str] = (),
+    refused: Sequence[str] = (),
     **fields,
 ) -> Fit:
     """Result of a bench method, which does not model a whole record.
@@ -116,6 +117,7 @@ def result(
         serial_sigma: Standard deviations with correlated residuals; by default those of
             `covariance`.
         warnings: Warnings of the method, after those common to all fits.
+        refused: Reasons why the estimates are not valid.
         fields: Other fields of `Fit`.
     """
     names = tuple(estimates)
@@ -131,7 +133,7 @@ def result(
         model=model,
         method=method,
         names=names,
-        dimensions=wheel_dimensions(model),
+        dimensions={**wheel_dimensions(model), "current_bias": "current"},
         values=np.array([estimates[n] for n in names]),
         covariance=widened(covariance, formal if serial_sigma is None else serial_sigma),
         noise_sigma=formal,
@@ -150,4 +152,4 @@ def result(
         predicted_sigma=(),
         **fields,
     )
-    return judged(fit, reason, scatter, warnings=warnings)
+    return judged(fit, reason, scatter, warnings=warnings, refused=refused)

@@ -39,6 +39,7 @@ class Problem:
         posterior: Whether to sample the posterior too.
         current_quantum: Step to which the current was rounded, A; 0: not rounded; None to find it.
         speed_quantum: Step to which the speed was rounded, rad/s; 0: not rounded; None to find it.
+        loop: "open" or "closed", if stated; None to test the residuals for feedback.
     """
 
     records: tuple[Record, ...]
@@ -59,6 +60,7 @@ class Problem:
     posterior: bool = False
     current_quantum: float | None = None
     speed_quantum: float | None = None
+    loop: str | None = None
 
     @classmethod
     def of(cls, records: Record | Sequence[Record], **options: Any) -> "Problem":

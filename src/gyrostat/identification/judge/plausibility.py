@@ -171,6 +171,23 @@ def _ripple(fit: Fit) -> list[str]:
     ]
 
 
+def _feedback(fit: Fit) -> list[str]:
+    """Warning about a record in closed loop, which least squares does not allow for."""
+    if fit.feedback is None or not fit.feedback.found:
+        return []
+    probability = fit.feedback.probability
+    cause = (
+        "the record is of a closed loop, as stated"
+        if probability is None
+        else "the record is of a closed loop: the current answers earlier residuals of the speed "
+        f"(p = {probability:.1g}; --loop open, if it is not)"
+    )
+    return [
+        f"{cause}; disturbances and noise of the speed then drive the current, which biases "
+        "the parameters; --method inverse, with the column setpoint or reference, is not biased"
+    ]
+
+
 def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]:
     """List the warnings about a fit, most serious first.
 
@@ -186,6 +203,7 @@ def fit_warnings(fit: Fit, reason: str, scatter: Sequence[Scatter]) -> list[str]
     warnings += [_sentence(fit, finding) for finding in fit.findings]
     warnings += impossible(fit)
     warnings += _free_at_rest(fit)
+    warnings += _feedback(fit)
     warnings += _ripple(fit)
     if "current_bias" in fit.names:
         bias = fit.parameters["current_bias"]

@@ -14,8 +14,10 @@ from gyrostat.identification.fit.friction_torques import friction_torques
 from gyrostat.identification.fit.prediction import build_wheel, wheel_dimensions
 from gyrostat.identification.read.findings import Finding, Score
 from gyrostat.identification.read.statistics import Whiteness
+from gyrostat.identification.result.inverse_dynamics import InverseDynamics
 from gyrostat.identification.result.temperature_trend import TemperatureTrend
 from gyrostat.identification.uncertainty.averaging import Effect
+from gyrostat.identification.uncertainty.feedback import Feedback
 from gyrostat.identification.uncertainty.observability import Observability
 from gyrostat.identification.uncertainty.tolerances import Propagated
 from gyrostat.telemetry import Record
@@ -86,7 +88,7 @@ class Fit:
 
     Attributes:
         model: Friction model.
-        method: "batch", "steady", "torque-step" or "coast".
+        method: "batch", "steady", "torque-step", "coast" or "inverse".
         names: Estimated parameters.
         dimensions: Name -> dimension, for estimated and held parameters.
         values: Estimates, (n,), SI.
@@ -122,6 +124,8 @@ class Fit:
         comparison: Ranking of the friction models, best first, if requested.
         temperatures: Trends of parameters over temperature, if the records show any.
         posterior: Sampled posterior, if requested.
+        feedback: Test for feedback from the speed to the current; None of other methods.
+        inverse: Comparison of the estimators of a drive in closed loop; None of other methods.
     """
 
     model: type[Friction]
@@ -155,6 +159,8 @@ class Fit:
     comparison: tuple[Candidate, ...] = ()
     temperatures: tuple[TemperatureTrend, ...] = ()
     posterior: "Posterior | None" = None
+    feedback: Feedback | None = None
+    inverse: InverseDynamics | None = None
 
     def __repr__(self) -> str:
         """Table that the command line prints."""

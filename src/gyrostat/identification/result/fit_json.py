@@ -67,6 +67,10 @@ def content(fit: Fit) -> dict[str, object]:
         "impossible": list(fit.impossible),
         "warnings": list(fit.warnings),
     }
+    if fit.feedback is not None:
+        document["feedback"] = fit.feedback.to_dict()
+    if fit.inverse is not None:
+        document["inverse"] = fit.inverse.to_dict()
     if fit.comparison:
         document["comparison"] = [row.to_dict() for row in fit.comparison]
     if fit.temperatures:

@@ -33,6 +33,9 @@ def table(fit: Fit) -> list[str]:
     for trend in fit.temperatures:
         slope = measured(trend.slope, trend.slope_sigma)
         lines.append(f"  {trend.name} changes by {slope} {trend.unit} per °C")
+    if fit.inverse is not None:
+        lines += fit.inverse.lines()
+        lines += [f"  {line}" for line in aligned([*fit.inverse.rows()], fit.inverse.header())]
     if fit.posterior is not None:
         lines += posterior_summary(fit.posterior)
         lines += [f"  {line}" for line in aligned(list(posterior_rows(fit)), POSTERIOR_HEADER)]

@@ -1,0 +1,1 @@
+"""Identification of drives in closed loop: inverse dynamics with instruments."""

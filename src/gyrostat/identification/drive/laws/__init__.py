@@ -1,0 +1,1 @@
+"""Control laws of drives: one file each, found by its place."""

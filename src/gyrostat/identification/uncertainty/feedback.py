@@ -1,0 +1,137 @@
+"""Test for feedback: whether the current answers earlier residuals of the speed."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from scipy.special import betainc
+
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.telemetry import Record
+from gyrostat.telemetry.signals import NORMAL_MAD
+
+LAGS = 5
+"""Residuals before each current that may drive it."""
+MEMORY = 10
+"""Currents and residuals from which the next ones are predicted."""
+FEWEST = 200
+"""Smallest number of samples of a segment that is tested."""
+CLIP = 3.0
+"""Largest deviation from a prediction that counts, in its standard deviations."""
+PREDICTABLE = 1e-4
+"""Deviation of the current from its prediction, relative to its scatter, that counts as none: the
+current is a programme, such as steps or sines."""
+SHIFTS = 199
+"""Shifts between current and residuals with which the statistic is compared."""
+LEVEL = 0.01
+"""Share of all shifts that may have a larger statistic."""
+STRONG = 1e-3
+"""Largest probability of the F test."""
+
+
+@dataclass(frozen=True)
+class Feedback:
+    """Result of the test.
+
+    Attributes:
+        found: Whether the current answers earlier residuals, or the loop was stated as closed.
+        probability: Probability of the F test of the clearest segment, times their number; 1 if
+            none is tested. None if the loop was stated.
+    """
+
+    found: bool
+    probability: float | None
+
+    @property
+    def verdict(self) -> str:
+        """Result in words; a test cannot exclude feedback."""
+        if self.probability is None:
+            return "closed loop, as stated" if self.found else "open loop, as stated"
+        return "feedback found" if self.found else "feedback not excluded"
+
+    def to_dict(self) -> dict[str, object]:
+        """Content for fit.json."""
+        return {"verdict": self.verdict, "probability": self.probability}
+
+
+def _lagged(series: Vector, first: int, last: int) -> Matrix:
+    """Values `first` to `last` samples before each sample from `MEMORY` on, (n - MEMORY, lags)."""
+    count = len(series)
+    return np.column_stack([series[MEMORY - k : count - k] for k in range(first, last + 1)])
+
+
+def _remainder(target: Vector, rows: Matrix) -> Vector:
+    return target - rows @ np.linalg.lstsq(rows, target, rcond=1e-10)[0]
+
+
+def _clipped(series: Vector) -> Vector:
+    """Series without its mean, limited to `CLIP` robust standard deviations."""
+    centred = series - np.median(series)
+    level = NORMAL_MAD * float(np.median(np.abs(centred)))
+    return np.clip(centred, -CLIP * level, CLIP * level) if level > 0.0 else 0.0 * centred
+
+
+def _share(answer: Vector, causes: Matrix) -> float:
+    """Share of the power of a series that others explain."""
+    power = float(answer @ answer)
+    rest = _remainder(answer, causes)
+    return 1.0 - float(rest @ rest) / power if power > 0.0 else 0.0
+
+
+def _segment(current: Vector, residual: Vector, commands: Sequence[Vector]) -> float | None:
+    """Probability of the F test of a segment, 1 if the shifts do not confirm it; None: no test."""
+    count = len(current)
+    known = [_lagged(current, 1, MEMORY), *(_lagged(each, 0, 2) for each in commands)]
+    rows = np.column_stack([np.ones(count - MEMORY), *known])
+    answer = _remainder(current[MEMORY:], rows)
+    level = NORMAL_MAD * float(np.median(np.abs(answer)))
+    if level <= PREDICTABLE * float(np.std(current)):
+        return None
+    white = _remainder(residual[MEMORY:], _lagged(residual, 1, MEMORY))
+    series = np.concatenate([np.zeros(MEMORY), _clipped(white)])
+    answer, causes = _clipped(answer), _lagged(series, 1, LAGS)
+    share = _share(answer, causes)
+    freedom = len(answer) - rows.shape[1] - LAGS
+    probability = _f_tail(share, freedom)
+    if probability > STRONG:
+        return probability
+    apart = len(answer) // (SHIFTS + 1)
+    if apart < 1:
+        return 1.0
+    larger = 0
+    for k in range(1, SHIFTS + 1):
+        larger += _share(np.roll(answer, k * apart), causes) >= share
+        if larger > LEVEL * (SHIFTS + 1) - 1.0:
+            return 1.0
+    return probability
+
+
+def _f_tail(share: float, freedom: int) -> float:
+    """Probability of a larger share with no relation: of Beta(LAGS / 2, freedom / 2)."""
+    return float(betainc(0.5 * freedom, 0.5 * LAGS, 1.0 - min(max(share, 0.0), 1.0)))
+
+
+def feedback_in(records: Sequence[Record], residuals: Sequence[Vector]) -> Feedback:
+    """Test records for feedback.
+
+    Without feedback, the current has no part in later disturbances: what its own past (and the
+    commands of the record) do not predict is independent of earlier residuals. Both are reduced to
+    the part that their past does not predict (Haugh 1976), and the share of the current that the
+    residuals explain is tested, and compared with that of shifted residuals.
+
+    Args:
+        records: Records.
+        residuals: Measured minus modelled speed of each of them, rad/s; NaN at missing samples.
+    """
+    probabilities = []
+    for record, residual in zip(records, residuals, strict=True):
+        commands = [c for c in (record.setpoint, record.reference) if c is not None]
+        for part in record.segments:
+            if part.stop - part.start < FEWEST:
+                continue
+            rest = np.nan_to_num(residual[part])
+            probability = _segment(record.current[part], rest, [c[part] for c in commands])
+            if probability is not None:
+                probabilities.append(probability)
+    least = min(1.0, min(probabilities, default=1.0) * max(len(probabilities), 1))
+    return Feedback(least < STRONG, least)
