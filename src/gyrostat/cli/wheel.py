@@ -53,8 +53,8 @@ def identify(
         str | None, typer.Option(help="Friction model; auto: by diagnosis [default: stribeck].")
     ] = None,
     method: Annotated[
-        Literal["batch", "steady", "torque-step", "coast"],
-        typer.Option(help="Identification method."),
+        Literal["batch", "steady", "torque-step", "coast", "inverse"],
+        typer.Option(help="Identification method; inverse: a drive in closed loop."),
     ] = "batch",
     hold: Annotated[
         list[str] | None, typer.Option(help="Hold a parameter: NAME=VALUE, or NAME at its default.")
@@ -76,7 +76,8 @@ def identify(
     ] = None,
     compare: Annotated[bool, typer.Option(help="Rank the other friction models too.")] = False,
     held_out: Annotated[
-        list[Path] | None, typer.Option(help="Record for the ranking only, not for the fit.")
+        list[Path] | None,
+        typer.Option(help="Record for the ranking or torque error only, not for the fit."),
     ] = None,
     columns: Columns = None,
     units: Units = None,
@@ -96,6 +97,10 @@ def identify(
     posterior: Annotated[
         bool, typer.Option(help="Sample the posterior too (needs the package blackjax).")
     ] = False,
+    loop: Annotated[
+        str | None,
+        typer.Option(help="Loop: open, closed, or a .toml file with the control law (inverse)."),
+    ] = None,
     force: Force = False,
     json_output: Json = False,
 ) -> None:

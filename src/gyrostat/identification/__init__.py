@@ -6,6 +6,7 @@ from gyrostat.identification.bench.methods import identify_dedicated
 from gyrostat.identification.bench.steady import identify_steady
 from gyrostat.identification.bench.torque_step import identify_torque_step
 from gyrostat.identification.comparison import candidates_of, compare
+from gyrostat.identification.drive.control_law import read_control_law
 from gyrostat.identification.drive.inverse import identify_inverse
 from gyrostat.identification.experiment import design_text as design_text  # a view
 from gyrostat.identification.fit.problem import Problem
@@ -53,6 +54,7 @@ __all__ = [
     "identify_problem",
     "identify_steady",
     "identify_torque_step",
+    "read_control_law",
     "stored_fit",
     "temperature_trends",
     "trends_of",

@@ -21,6 +21,7 @@ from gyrostat.verbs.wheel_arguments import (
     factors_and_tolerances,
     inertia_and_tolerance,
     load_records,
+    loop_of,
     parameters_in_si,
     priors,
 )
@@ -32,7 +33,7 @@ if TYPE_CHECKING:
 
     Records = Record | str | Path | Sequence[Record | str | Path]
 
-METHODS = ("batch", "steady", "torque-step", "coast")
+METHODS = ("batch", "steady", "torque-step", "coast", "inverse")
 
 
 def identify(
@@ -67,6 +68,7 @@ def identify(
     speed_from: "str | Path | None" = None,
     speed_columns: Mapping[str, str] | str | Path | None = None,
     posterior: bool = False,
+    loop: "str | Path | None" = None,
     force: bool = False,
     say: Say = silent,
     command: str = "gyrostat.identify",
@@ -89,7 +91,7 @@ def identify(
             default it is found.
         model: Friction model, by default "stribeck"; a class of your own or "FILE.py:CLASS"; or
             "auto": the simplest one, with the effects that the diagnosis finds.
-        method: "batch", "steady", "torque-step" or "coast".
+        method: "batch", "steady", "torque-step", "coast" or "inverse".
         hold: Parameters that are not estimated: name -> value, or None for the default.
         free: Further parameters to estimate.
         prior: A-priori knowledge: name -> (mean, standard deviation).
@@ -98,7 +100,7 @@ def identify(
         loss: "quadratic" (default), "huber" or "student".
         current_hold: Current between samples: "zero-order" (default) or "linear".
         compare: Whether to rank the other friction models too.
-        held_out: Records used only for the ranking, never for the fit.
+        held_out: Records used only for the ranking or, with "inverse", for their torque error.
         columns: Role -> column, such as {"current": "m1cur"}, or a .toml file of them.
         units: Role -> unit, if the file has none.
         unsigned_current: Whether the current is a magnitude; the sign is taken from setpoint or
@@ -112,6 +114,8 @@ def identify(
         speed_columns: Columns of this file; as `columns`.
         posterior: Whether to sample the posterior too, for parameters whose uncertainty is not
             Gaussian (extra `posterior`).
+        loop: Whether the current depends on the measured speed: "open" or "closed"; or, with
+            "inverse", a .toml file with the control law of the drive in its table [loop].
         force: Whether to replace files that gyrostat did not write.
         say: Function that receives each message for the user.
         command: Text that the report names as its origin.
@@ -168,6 +172,7 @@ def identify(
         "current_quantum": in_si_or_none(current_quantum, "current", "--current-quantum"),
         "speed_quantum": in_si_or_none(speed_quantum, "speed", "--speed-quantum"),
     }
+    state, law_file = loop_of(loop, method)
     measured = [record.scaled(**factors) for record in load_records(records, say, **reading)]
     if method == "batch":
         title = choice if isinstance(choice, str) else choice.name
@@ -182,6 +187,7 @@ def identify(
             speed_sigma=sigmas or None,
             loss=loss,
             current_hold=current_hold,
+            loop=state,
             **{
                 name: quantum * factors.get(name.replace("quantum", "scale"), 1.0)
                 for name, quantum in quanta.items()
@@ -204,6 +210,7 @@ def identify(
             ranking = stage.candidates_of(problem, test_records, known=fit)
             fit = replace(fit, comparison=tuple(ranking))
     else:
+        inverse = method == "inverse"
         batch_only = {
             "--free": free,
             "--ripple": ripple,
@@ -212,16 +219,26 @@ def identify(
             "--prior": prior,
             "--start": start,
             "--loss": loss,
-            "--current-hold": current_hold,
+            "--current-hold": None if inverse else current_hold,
             "--compare": compare,
-            "--held-out": held_out,
+            "--held-out": None if inverse else held_out,
             "--posterior": posterior,
             "more than one --speed-sigma": sigmas[1:],
         }
         refuse_given(batch_only, f"--method {method}", "--method batch")
         common["speed_sigma"] = sigmas[0] if sigmas else None
-        kind = None if model is None else choice
-        fit = stage.identify_dedicated(method, measured, model=kind, tolerance=tolerance, **common)
+        common |= {"model": None if model is None else choice, "tolerance": tolerance}
+        if inverse:
+            others = load_records(held_out or (), say, **reading)
+            fit = stage.identify_inverse(
+                measured,
+                **common,
+                law=None if law_file is None else stage.read_control_law(law_file),
+                current_hold=current_hold or HOLDS[0],
+                held_out=[record.scaled(**factors) for record in others],
+            )
+        else:
+            fit = stage.identify_dedicated(method, measured, **common)
     if out is not None:
         write_fit(fit, Path(out), command=command, say=say, force=force)
     return fit

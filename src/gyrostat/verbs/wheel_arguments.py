@@ -67,6 +67,30 @@ def _is_toml_file(value: object) -> bool:
     return text.endswith(".toml") and "=" not in text
 
 
+def loop_of(loop: "str | Path | None", method: str) -> tuple[str | None, Path | None]:
+    """State of the loop, "open" or "closed", and the file of its control law; None if not given.
+
+    Args:
+        loop: "open", "closed", or the path of a TOML file.
+        method: Method of identification.
+
+    Raises:
+        InputError: The value is none of them, or contradicts the method.
+    """
+    if loop is None:
+        return None, None
+    if _is_toml_file(loop):
+        if method != "inverse":
+            raise InputError(
+                f"--loop: found a control law with --method {method}, expected --method inverse"
+            )
+        return "closed", Path(loop)
+    one_of(str(loop), ("open", "closed"), "--loop (or a .toml file)")
+    if method not in ("batch", "inverse") or (method, loop) == ("inverse", "open"):
+        raise InputError(f"--loop: found {loop} with --method {method}, expected another method")
+    return str(loop), None
+
+
 def _signed(record: "Record") -> "Record":
     from gyrostat.identification.read.signs import signed_speed
 

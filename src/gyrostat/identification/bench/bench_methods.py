@@ -5,6 +5,7 @@ has its own experiment, in which it dominates.
 """
 
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 
 import numpy as np
 
@@ -129,6 +130,9 @@ def result(
         square_root(covariance),
         lambda name: f"hold it at a known value, or {cures[name]}",
     )
+    if "current_bias" in observability:
+        # it may be zero
+        observability["current_bias"] = replace(observability["current_bias"], advice="")
     fit = Fit(
         model=model,
         method=method,

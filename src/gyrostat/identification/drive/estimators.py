@@ -8,40 +8,18 @@ from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.drive.control_law import ControlLaw
 from gyrostat.identification.drive.equation import Equation
-from gyrostat.identification.drive.motion import Drive, Motion
+from gyrostat.identification.drive.motion import Motion
+from gyrostat.identification.drive.parts import Part
 from gyrostat.identification.drive.regression import covariance, regress, weakest
 from gyrostat.identification.drive.simulation import simulate_loop
-from gyrostat.identification.drive.weak_form import Rows, Windows, rows_of
 
 ITERATIONS = 30
 CONVERGED, EXACT = 1e-2, 1e-5
-"""Largest change of an estimate in its last iteration: in its standard deviations, and of itself."""
-
-@dataclass(frozen=True, eq=False)
-class Part:
-    """Segment with its windows.
-
-    Attributes:
-        drive: Segment.
-        windows: Windows.
-        used: Indices of the windows that are used, (m,).
-        weight: Weight of its rows: one over the rms torque error of its record.
-    """
-
-    drive: Drive
-    windows: Windows
-    used: NDArray[np.intp]
-    weight: float = 1.0
-
-    def rows(self, equation: Equation, motion: Motion) -> Rows:
-        """Terms of the equation of motion in the windows that are used."""
-        rows = rows_of(self.drive, self.windows, motion, equation.law, equation.start())
-        return rows.at(self.used)
+"""Largest change of an estimate in its last iteration: in standard deviations, and of itself."""
 
 
 @dataclass(frozen=True, eq=False)

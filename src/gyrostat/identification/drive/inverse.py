@@ -8,73 +8,27 @@ import numpy as np
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
 from gyrostat.identification.bench.bench_methods import held_values, result
+from gyrostat.identification.conclude import with_tolerances
+from gyrostat.identification.drive.checks import refused, warnings_of
 from gyrostat.identification.drive.control_law import ControlLaw
 from gyrostat.identification.drive.equation import Equation
-from gyrostat.identification.drive.estimators import (
-    Part,
-    Regression,
-    estimate,
-    iterate,
-    relative_rms,
-)
+from gyrostat.identification.drive.estimators import Regression, estimate, iterate, relative_rms
 from gyrostat.identification.drive.filtered_reference import filtered_reference
-from gyrostat.identification.drive.motion import Drive, Motion, drives, smoothed
+from gyrostat.identification.drive.motion import Drive, Motion, drives
 from gyrostat.identification.drive.output_error import minimise_output_error
-from gyrostat.identification.drive.weak_form import CUTOFF, Windows
+from gyrostat.identification.drive.parts import Part, half_width, part_of
+from gyrostat.identification.drive.weak_form import CUTOFF
 from gyrostat.identification.read.checks import as_records, check_sigma, check_signals, place
 from gyrostat.identification.read.statistics import noise_level
 from gyrostat.identification.result.fit import Fit
 from gyrostat.identification.result.inverse_dynamics import Estimates, InverseDynamics
+from gyrostat.identification.uncertainty.tolerances import check_tolerances, propagate_dedicated
 from gyrostat.telemetry import Record
 from gyrostat.wheel.friction import ViscousCoulomb
 from gyrostat.wheel.friction_laws import Law, friction_law
 
-POWER = 0.95
-"""Share of the power of the predicted acceleration that defines its bandwidth."""
-ABOVE = 10.0
-"""Cutoff of the windows over this bandwidth."""
-SMOOTHING = 4
-"""Width of a window over that of the parabola whose speed gives the sense of rotation."""
-NARROWEST, WIDEST = 3, 0.02
-"""Half-width of a window: smallest in sample intervals, largest as a fraction of the record."""
-SLOWEST = 1e-3
-"""Speed, relative to the largest one, below which the drive may rest."""
 FEWEST = 40
 """Smallest number of windows."""
-STRONG = 10.0
-"""F statistic above which instruments are strong (Staiger and Stock 1997)."""
-FOLLOWED = 0.8
-"""Smallest share of the variance of the speed that a prediction must have."""
-EXPLAINED = 0.5
-"""Largest torque error of a valid result, relative to the rms torque."""
-
-
-def half_width(drive: Drive, predicted: Motion) -> float:
-    """Half-width of the windows, s, from the bandwidth of the predicted acceleration."""
-    interval = drive.interval
-    acceleration = np.diff(predicted.mean_speed)
-    power = np.cumsum(np.abs(np.fft.rfft(acceleration)) ** 2)
-    edge = int(np.searchsorted(power, POWER * power[-1]))
-    frequency = max(edge, 1) / (len(acceleration) * interval)
-    width = CUTOFF / (ABOVE * frequency)
-    return float(np.clip(width, NARROWEST * interval, WIDEST * np.ptp(drive.time)))
-
-
-def part_of(drive: Drive, width: float) -> Part:
-    """Segment with its windows; those with missing samples, a crossing or rest are not used.
-
-    The sense of rotation is not clear there, and the friction at rest is not that of the law.
-    """
-    samples = max(round(2.0 * width / SMOOTHING / drive.interval), 1)
-    mean_speed = drive.measured.mean_speed
-    drive = replace(drive, measured=Motion(mean_speed, smoothed(mean_speed, samples)))
-    noise = noise_level(mean_speed) * 1.5 / np.sqrt(samples)
-    edge = max(4.0 * noise, SLOWEST * float(np.max(np.abs(mean_speed))))
-    slow = np.abs(drive.measured.speed) < edge
-    unclear = slow[1:] | slow[:-1] | (drive.measured.speed[1:] * drive.measured.speed[:-1] < 0.0)
-    windows = Windows.over(drive.time, width)
-    unused = windows.touched @ (unclear | ~drive.present).astype(float)
-    return Part(drive, windows, np.flatnonzero(unused == 0.0))
 
 
 def _equation(
@@ -139,6 +93,7 @@ def identify_inverse(
     law: ControlLaw | None = None,
     current_hold: str = "zero-order",
     held_out: Sequence[Record] = (),
+    tolerance: Mapping[str, float] | None = None,
 ) -> Fit:
     """Identify a drive from a record in closed loop, by its inverse dynamics and instruments.
 
@@ -158,6 +113,7 @@ def identify_inverse(
         law: Control law; None to filter the reference.
         current_hold: Current between samples, "zero-order" or "linear".
         held_out: Records whose torque is only predicted.
+        tolerance: Name of a given quantity -> relative tolerance, one sigma, as for `identify`.
 
     Returns:
         The fit, with the estimates of all methods in `inverse`.
@@ -173,9 +129,7 @@ def identify_inverse(
     if not pairs:
         raise InputError(f"{place(records)}: found no segment of 8 speeds, expected a longer one")
     motions = [filtered_reference(drive) for _, drive in pairs]
-    width = float(
-        np.median([half_width(d, m) for (_, d), m in zip(pairs, motions, strict=True)])
-    )
+    width = float(np.median([half_width(d, m) for (_, d), m in zip(pairs, motions, strict=True)]))
     parts = [part_of(drive, width) for _, drive in pairs]
     count = sum(len(part.used) for part in parts)
     if count < FEWEST:
@@ -208,12 +162,12 @@ def identify_inverse(
         "inverse",
         dict(zip(equation.names, best.values.tolist(), strict=True)),
         equation.held,
-        {n: "record larger accelerations, and speeds over a wider range" for n in equation.names},
+        dict.fromkeys(equation.names, "record larger accelerations, and speeds over a wider range"),
         covariance=best.covariance,
         reason="" if best.converged else "the simulated loop and the estimates do not agree",
         scatter=[],
-        refused=_refused(inverse, law),
-        warnings=_warnings(inverse),
+        refused=refused(inverse, law),
+        warnings=warnings_of(inverse),
         iterations=best.iterations,
         samples=sum(int(record.valid.sum()) for record in records),
         speed_sigma=speed_sigma or noise,
@@ -221,7 +175,27 @@ def identify_inverse(
         whiteness=None,
         inverse=inverse,
     )
-    return fit
+    return _with_tolerances(fit, check_tolerances(tolerance or {}))
+
+
+def _with_tolerances(fit: Fit, tolerances: Mapping[str, float]) -> Fit:
+    """Fit with the effect of tolerances on its uncertainty.
+
+    Raises:
+        InputError: Inertia and motor constant are both held, so that no scaling law holds.
+    """
+    if not tolerances:
+        return fit
+    scales = [n for n in ("inertia", "motor_constant") if n in fit.held]
+    if len(scales) == 2:
+        raise InputError(
+            "--method inverse: found a tolerance with a held inertia and motor constant, expected "
+            "one of the two to be estimated"
+        )
+    dimensions = [fit.dimensions[name] for name in fit.names]
+    law = f"inverse at a known {scales[0]}"
+    errors = propagate_dedicated(tolerances, law, dimensions, fit.values)
+    return with_tolerances(fit, errors, tolerances)
 
 
 def _weighted(
@@ -282,41 +256,3 @@ def _held_out_error(
         part = part_of(drive, width)
         pairs.append(equation.torque_error(part.rows(equation, part.drive.measured), values))
     return record.name, relative_rms(*(np.concatenate(each) for each in zip(*pairs, strict=True)))
-
-
-def _refused(inverse: InverseDynamics, law: ControlLaw | None) -> list[str]:
-    """Reasons why the estimates are not valid."""
-    reasons = []
-    if inverse.followed < FOLLOWED:
-        what = "a linear filter of the reference" if law is None else "the stated control law"
-        reasons.append(
-            f"{what} has only {100.0 * inverse.followed:.0f} % of the variance of the measured "
-            f"speed, expected {100.0 * FOLLOWED:.0f} % or more: it is not the loop of this record"
-        )
-    if inverse.strength < STRONG:
-        reasons.append(
-            f"the reference hardly moves the drive in one direction of the parameters (F = "
-            f"{inverse.strength:.1f}, expected {STRONG:g} or more)"
-        )
-    error = inverse.methods["instruments"].torque_error
-    if error > EXPLAINED:
-        reasons.append(
-            f"{100.0 * error:.0f} % of the rms torque are not explained: the current at the "
-            "samples is not that between them, or the model is not that of this drive"
-        )
-    return reasons
-
-
-def _warnings(inverse: InverseDynamics) -> list[str]:
-    """Differences between the methods that are significant."""
-    best = inverse.methods["instruments"]
-    warnings = []
-    for name, value in best.values.items():
-        sigma = best.sigma[name]
-        least = inverse.methods["least_squares"].values[name]
-        if abs(least - value) > 3.0 * sigma and name != "current_bias":
-            warnings.append(
-                f"{name}: least squares gives {least:.4g}, {(least - value) / sigma:+.1f} sigma "
-                "from the result: disturbances in the loop or noise of the speed bias it"
-            )
-    return warnings

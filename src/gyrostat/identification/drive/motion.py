@@ -62,7 +62,7 @@ def smoothed(mean_speed: Vector, samples: int) -> Vector:
     inner = 0.5 * (mean_speed[1:] + mean_speed[:-1])
     nodes = np.concatenate([mean_speed[:1], inner, mean_speed[-1:]])
     length = min(2 * (samples // 2) + 1, 2 * ((len(nodes) - 1) // 2) + 1)
-    return savgol_filter(nodes, length, 2) if length >= 5 else nodes
+    return np.asarray(savgol_filter(nodes, length, 2)) if length >= 5 else nodes
 
 
 def commanded_speed(record: Record, part: slice) -> Vector | None:

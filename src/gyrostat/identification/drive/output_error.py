@@ -16,10 +16,10 @@ from gyrostat.identification.drive.estimators import (
     CONVERGED,
     EXACT,
     ITERATIONS,
-    Part,
     Regression,
     simulate_all,
 )
+from gyrostat.identification.drive.parts import Part
 from gyrostat.identification.drive.regression import covariance, regress
 
 STEP = 1e-4
@@ -48,9 +48,10 @@ def _sensitivities(
     for k in range(len(values)):
         step = np.zeros_like(values)
         # a bias may be zero
-        step[k] = STEP * max(abs(values[k]), 1e-3 * float(np.max(np.abs(current))) * (
-            equation.names[k] == "current_bias"
-        ))
+        step[k] = STEP * max(
+            abs(values[k]),
+            1e-3 * float(np.max(np.abs(current))) * (equation.names[k] == "current_bias"),
+        )
         moved = _currents(equation, parts, equation.named(values + step), law)
         if moved is None or step[k] == 0.0:
             return None

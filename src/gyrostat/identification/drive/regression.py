@@ -32,7 +32,7 @@ def covariance(
     error: Vector,
     places: Sequence[NDArray[np.intp]],
 ) -> Matrix:
-    """Covariance of `regress` with stationary errors that are independent of the instruments, (n, n).
+    """Covariance of `regress` with stationary errors independent of the instruments, (n, n).
 
     The autocovariance of the errors is estimated with the weights of Parzen, which keep it positive
     semi-definite. It has less variance than the covariance of the products of errors and

@@ -74,7 +74,9 @@ def simulate_loop(
     gains = np.minimum(np.array(list(law.gains().values())), UNLIMITED)
     first, bias = float(drive.measured.speed[0]), values.get("current_bias", 0.0)
     arguments = (np.array([*theta, bias]), gains, time, reference, first, len(drive.time))
-    speed, current = (np.asarray(part) for part in _program(model, type(law), drive.differenced)(*arguments))
+    speed, current = (
+        np.asarray(part) for part in _program(model, type(law), drive.differenced)(*arguments)
+    )
     speed, current = speed[: len(drive.time)], current[: len(drive.time) - 1]
     if not (np.all(np.isfinite(speed)) and np.all(np.isfinite(current))):
         return None

@@ -15,7 +15,7 @@ LAGS = 5
 MEMORY = 10
 """Currents and residuals from which the next ones are predicted."""
 FEWEST = 200
-"""Smallest number of samples of a segment that is tested."""
+"""Smallest number of samples of a record that is tested."""
 CLIP = 3.0
 """Largest deviation from a prediction that counts, in its standard deviations."""
 PREDICTABLE = 1e-4
@@ -35,7 +35,7 @@ class Feedback:
 
     Attributes:
         found: Whether the current answers earlier residuals, or the loop was stated as closed.
-        probability: Probability of the F test of the clearest segment, times their number; 1 if
+        probability: Probability of the F test of the clearest record, times their number; 1 if
             none is tested. None if the loop was stated.
     """
 
@@ -78,26 +78,33 @@ def _share(answer: Vector, causes: Matrix) -> float:
     return 1.0 - float(rest @ rest) / power if power > 0.0 else 0.0
 
 
-def _segment(current: Vector, residual: Vector, commands: Sequence[Vector]) -> float | None:
-    """Probability of the F test of a segment, 1 if the shifts do not confirm it; None: no test."""
-    count = len(current)
-    known = [_lagged(current, 1, MEMORY), *(_lagged(each, 0, 2) for each in commands)]
-    rows = np.column_stack([np.ones(count - MEMORY), *known])
-    answer = _remainder(current[MEMORY:], rows)
-    level = NORMAL_MAD * float(np.median(np.abs(answer)))
-    if level <= PREDICTABLE * float(np.std(current)):
+def _record(record: Record, residual: Vector) -> float | None:
+    """Probability of the F test of a record, 1 if the shifts do not confirm it; None: no test."""
+    commands = [c for c in (record.setpoint, record.reference) if c is not None]
+    target, rows, rest, past = [], [], [], []
+    for part in record.segments:
+        current, error = record.current[part], np.nan_to_num(residual[part])
+        if len(current) > 3 * MEMORY:
+            known = [_lagged(current, 1, MEMORY), *(_lagged(c[part], 0, 2) for c in commands)]
+            target.append(current[MEMORY:])
+            rows.append(np.column_stack([np.ones(len(current) - MEMORY), *known]))
+            rest.append(error[MEMORY:])
+            past.append(_lagged(error, 1, MEMORY))
+    if sum(map(len, target)) < FEWEST:
         return None
-    white = _remainder(residual[MEMORY:], _lagged(residual, 1, MEMORY))
-    series = np.concatenate([np.zeros(MEMORY), _clipped(white)])
-    answer, causes = _clipped(answer), _lagged(series, 1, LAGS)
+    every = np.vstack(rows)
+    answer = _remainder(np.concatenate(target), every)
+    level = NORMAL_MAD * float(np.median(np.abs(answer)))
+    if level <= PREDICTABLE * float(np.std(record.current)):
+        return None
+    white = _clipped(_remainder(np.concatenate(rest), np.vstack(past)))
+    answer = _clipped(answer)[LAGS:]
+    causes = np.column_stack([white[LAGS - k : len(white) - k] for k in range(1, LAGS + 1)])
     share = _share(answer, causes)
-    freedom = len(answer) - rows.shape[1] - LAGS
-    probability = _f_tail(share, freedom)
+    probability = _f_tail(share, len(answer) - every.shape[1] - LAGS)
     if probability > STRONG:
         return probability
-    apart = len(answer) // (SHIFTS + 1)
-    if apart < 1:
-        return 1.0
+    apart = max(len(answer) // (SHIFTS + 1), 1)
     larger = 0
     for k in range(1, SHIFTS + 1):
         larger += _share(np.roll(answer, k * apart), causes) >= share
@@ -123,15 +130,7 @@ def feedback_in(records: Sequence[Record], residuals: Sequence[Vector]) -> Feedb
         records: Records.
         residuals: Measured minus modelled speed of each of them, rad/s; NaN at missing samples.
     """
-    probabilities = []
-    for record, residual in zip(records, residuals, strict=True):
-        commands = [c for c in (record.setpoint, record.reference) if c is not None]
-        for part in record.segments:
-            if part.stop - part.start < FEWEST:
-                continue
-            rest = np.nan_to_num(residual[part])
-            probability = _segment(record.current[part], rest, [c[part] for c in commands])
-            if probability is not None:
-                probabilities.append(probability)
-    least = min(1.0, min(probabilities, default=1.0) * max(len(probabilities), 1))
+    pairs = zip(records, residuals, strict=True)
+    tested = [p for record, rest in pairs if (p := _record(record, rest)) is not None]
+    least = min(1.0, min(tested, default=1.0) * max(len(tested), 1))
     return Feedback(least < STRONG, least)

@@ -134,6 +134,23 @@ DEDICATED: dict[str, dict[str, dict[str, float]]] = {
         "torque": {"inertia": 1.0, "speed_scale": 1.0, "clock": -1.0},
         "viscous": {"inertia": 1.0, "clock": -1.0},
     },
+    "inverse at a known motor_constant": {
+        "torque": {"current_scale": 1.0},
+        "viscous": {"current_scale": 1.0, "speed_scale": -1.0},
+        "inertia": {"current_scale": 1.0, "speed_scale": -1.0, "clock": 1.0},
+        "current": {"current_scale": 1.0},
+    },
+    "inverse at a known inertia": {
+        "torque": {"inertia": 1.0, "speed_scale": 1.0, "clock": -1.0},
+        "viscous": {"inertia": 1.0, "clock": -1.0},
+        "motor_constant": {
+            "inertia": 1.0,
+            "speed_scale": 1.0,
+            "clock": -1.0,
+            "current_scale": -1.0,
+        },
+        "current": {"current_scale": 1.0},
+    },
     "torque-step": {
         "motor_constant": {"inertia": 1.0, "speed_scale": 1.0, "clock": -1.0, "current_scale": -1.0}
     },
