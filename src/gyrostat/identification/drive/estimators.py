@@ -17,7 +17,7 @@ from gyrostat.identification.drive.parts import Part
 from gyrostat.identification.drive.regression import covariance, regress, weakest
 from gyrostat.identification.drive.simulation import simulate_loop
 
-ITERATIONS = 30
+ITERATIONS = 20
 CONVERGED, EXACT = 1e-2, 1e-5
 """Largest change of an estimate in its last iteration: in standard deviations, and of itself."""
 

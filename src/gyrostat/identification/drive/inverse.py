@@ -9,7 +9,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
 from gyrostat.identification.bench.bench_methods import held_values, result
 from gyrostat.identification.conclude import with_tolerances
-from gyrostat.identification.drive.checks import refused, warnings_of
+from gyrostat.identification.drive.checks import FOLLOWED, refused, warnings_of
 from gyrostat.identification.drive.control_law import ControlLaw
 from gyrostat.identification.drive.equation import Equation
 from gyrostat.identification.drive.estimators import Regression, estimate, iterate, relative_rms
@@ -140,14 +140,17 @@ def identify_inverse(
     parts = _weighted(equation, pairs, parts, motions)
     best, motions = iterate(equation, parts, motions, law)
     fits = {"instruments": best, "least_squares": estimate(equation, parts, None)}
-    output = None if law is None else minimise_output_error(equation, parts, best.values, law)
+    followed = _followed(parts, motions)
+    output = None
+    if law is not None and followed >= FOLLOWED:
+        output = minimise_output_error(equation, parts, best.values, law)
     if output is not None:
         fits["output_error"] = output
     inverse = InverseDynamics(
         prediction="the filtered reference" if law is None else f"the stated {law.name} control",
         cutoff=CUTOFF / width,
         windows=count,
-        followed=_followed(parts, motions),
+        followed=followed,
         strength=best.strength,
         methods={name: _estimates(equation, fit) for name, fit in fits.items()},
         torque_error=_by_record(pairs, best),

@@ -65,7 +65,7 @@ def part_of(drive: Drive, width: float) -> Part:
     drive = replace(drive, measured=Motion(mean_speed, smoothed(mean_speed, samples)))
     noise = noise_level(mean_speed) * 1.5 / np.sqrt(samples)
     edge = max(4.0 * noise, SLOWEST * float(np.max(np.abs(mean_speed))))
-    slow = np.abs(drive.measured.speed) < edge
+    slow = np.abs(drive.measured.speed) <= edge
     unclear = slow[1:] | slow[:-1] | (drive.measured.speed[1:] * drive.measured.speed[:-1] < 0.0)
     windows = Windows.over(drive.time, width)
     unused = windows.touched @ (unclear | ~drive.present).astype(float)

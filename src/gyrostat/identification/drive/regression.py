@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.read.statistics import correlation_length
 
-FEWEST_LAGS, LENGTHS = 20, 5
+FEWEST_LAGS, LENGTHS = 60, 5
 """Lags of the covariance: at least so many, and so many correlation lengths of the errors."""
 
 

@@ -67,7 +67,7 @@ class InverseDynamics:
             each = self.methods.get(name)
             if each is None:
                 count = len(next(iter(self.methods.values())).values)
-                yield title, *[""] * count, "not run: it needs the control law (--loop)"
+                yield title, *[""] * count, "not run: it needs the right control law (--loop)"
                 continue
             cells = (measured(each.values[n], each.sigma[n]) for n in each.values)
             end = f"{100.0 * each.torque_error:.3g} %"

@@ -98,10 +98,12 @@ def _record(record: Record, residual: Vector) -> float | None:
     if level <= PREDICTABLE * float(np.std(record.current)):
         return None
     white = _clipped(_remainder(np.concatenate(rest), np.vstack(past)))
-    answer = _clipped(answer)[LAGS:]
-    causes = np.column_stack([white[LAGS - k : len(white) - k] for k in range(1, LAGS + 1)])
+    limited = _clipped(answer)
+    # the levels of a programme of steps outlast its jumps, which are limited
+    answer = _remainder(limited[MEMORY:], _lagged(limited, 1, MEMORY))
+    causes = _lagged(white, 1, LAGS)
     share = _share(answer, causes)
-    probability = _f_tail(share, len(answer) - every.shape[1] - LAGS)
+    probability = _f_tail(share, len(answer) - every.shape[1] - MEMORY - LAGS)
     if probability > STRONG:
         return probability
     apart = max(len(answer) // (SHIFTS + 1), 1)

@@ -1,0 +1,168 @@
+"""Identification of drives in closed loop against drives with known parameters."""
+
+import importlib.util
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gyrostat.core.errors import InputError
+from gyrostat.identification import identify_inverse
+from gyrostat.identification.drive.regression import covariance, regress
+from gyrostat.identification.drive.weak_form import Windows
+
+BENCHMARK = Path(__file__).resolve().parents[2] / "benchmarks" / "drives.py"
+NAMES = ("inertia", "viscous", "coulomb")
+
+
+@pytest.fixture(scope="module")
+def drives():
+    """The benchmark, whose drives have an integrator of their own."""
+    spec = importlib.util.spec_from_file_location("benchmark_of_drives", BENCHMARK)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    return module
+
+
+@pytest.fixture(scope="module")
+def servo(drives):
+    return replace(drives.CASES["cascade"], interval=2e-3, duration=20.0)
+
+
+@pytest.fixture(scope="module")
+def quiet(drives, servo):
+    return drives.simulate(replace(servo, disturbance=0.0, quantum=0.0), 0, 40)
+
+
+@pytest.fixture(scope="module")
+def noisy(drives, servo):
+    return [drives.simulate(servo, seed) for seed in range(8)]
+
+
+def held(true):
+    return {"motor_constant": true["motor_constant"]}
+
+
+def test_without_noise_the_result_is_exact(quiet, servo):
+    record, true = quiet
+    fit = identify_inverse(record, hold=held(true), law=servo.law)
+    for name in NAMES:
+        assert fit.parameters[name] == pytest.approx(true[name], rel=2e-4)
+        output_error = fit.inverse.methods["output_error"].values[name]
+        assert output_error == pytest.approx(true[name], rel=0.02)
+    bias = servo.offset / true["motor_constant"]
+    assert fit.parameters["current_bias"] == pytest.approx(bias, rel=1e-3)
+    assert fit.converged
+    assert not fit.impossible
+    assert fit.inverse.followed > 0.9999
+
+
+def test_motor_constant_is_found_at_a_known_inertia(quiet, servo):
+    record, true = quiet
+    fit = identify_inverse(record, inertia=true["inertia"])
+    for name in ("motor_constant", "viscous", "coulomb"):
+        assert fit.parameters[name] == pytest.approx(true[name], rel=2e-4)
+    bias = servo.offset / true["motor_constant"]
+    assert fit.parameters["current_bias"] == pytest.approx(bias, rel=1e-3)
+
+
+def test_instruments_remove_the_bias_of_least_squares(noisy):
+    """`benchmarks/drives.py` measures the coverage; here 8 records."""
+    errors, biased, scores = [], [], []
+    for record, true in noisy:
+        fit = identify_inverse(record, hold=held(true))
+        assert not fit.impossible
+        errors.append(fit.parameters["inertia"] / true["inertia"] - 1.0)
+        least = fit.inverse.methods["least_squares"].values["inertia"]
+        biased.append(least / true["inertia"] - 1.0)
+        scores += [(fit.parameters[n] - true[n]) / fit.sigma[n] for n in NAMES]
+        assert fit.sigma["inertia"] < 0.05 * true["inertia"]
+    spread = np.std(errors) / np.sqrt(len(errors))
+    assert abs(np.mean(errors)) < 4.0 * spread
+    assert np.mean(biased) < -4.0 * spread
+    assert 0.5 < np.sqrt(np.mean(np.square(scores))) < 1.6
+
+
+def test_a_wrong_control_law_is_refused(noisy, servo):
+    record, true = noisy[0]
+    slow = replace(servo.law, kp=servo.law.kp / 100.0)
+    fit = identify_inverse(record, hold=held(true), law=slow)
+    assert any("the stated control law has only" in reason for reason in fit.impossible)
+
+
+def test_held_out_torque_is_predicted(noisy):
+    record, true = noisy[0]
+    first, second = (replace(record, **half(record, k)) for k in (0, 1))
+    fit = identify_inverse(first, hold=held(true), held_out=[replace(second, name="other")])
+    own = fit.inverse.torque_error[first.name]
+    assert 0.5 * own < fit.inverse.held_out["other"] < 2.0 * own
+    assert any("torque error on held-out other" in line for line in fit.inverse.lines())
+
+
+def half(record, place):
+    """Columns of the first or the second half of a record."""
+    middle = len(record.time) // 2
+    part = slice(place * middle, (place + 1) * middle)
+    return {n: getattr(record, n)[part] for n in ("time", "current", "speed", "valid", "reference")}
+
+
+def test_halves_of_a_record_give_together_what_the_record_gives(noisy):
+    record, true = noisy[0]
+    whole = identify_inverse(record, hold=held(true))
+    halves = [replace(record, name=str(k), **half(record, k)) for k in (0, 1)]
+    both = identify_inverse(halves, hold=held(true))
+    for name in NAMES:
+        assert abs(both.parameters[name] - whole.parameters[name]) < whole.sigma[name]
+        assert both.sigma[name] == pytest.approx(whole.sigma[name], rel=0.3)
+
+
+def test_what_is_missing_is_said(noisy):
+    record, true = noisy[0]
+    with pytest.raises(InputError, match="found no column reference or setpoint"):
+        identify_inverse(replace(record, reference=None), hold=held(true))
+    with pytest.raises(InputError, match="found neither --inertia nor --hold motor_constant=VALUE"):
+        identify_inverse(record)
+    with pytest.raises(InputError, match="in which the drive moves, expected 40 or more"):
+        short = {n: v[:60] for n, v in half(record, 0).items()}
+        identify_inverse(replace(record, **short), hold=held(true))
+
+
+def test_windows_average_and_differentiate():
+    """A window has the mean 1 of a constant, and the slope of a straight speed, at any times."""
+    time = np.cumsum(np.random.default_rng(1).uniform(0.5, 1.5, 400))
+    windows = Windows.over(time, 12.0)
+    middle = 0.5 * (time[1:] + time[:-1])
+    size = windows.mean @ np.ones(399)
+    np.testing.assert_allclose(size, 1.0, rtol=5e-3)
+    np.testing.assert_allclose(windows.slope @ (3.0 + 0.7 * middle), 0.7 * size, rtol=1e-9)
+    np.testing.assert_allclose(windows.slope @ np.full(399, 5.0), 0.0, atol=1e-12)
+
+
+def test_regression_is_that_of_the_normal_equations():
+    rng = np.random.default_rng(2)
+    instruments = rng.normal(size=(500, 3))
+    regressors = instruments @ rng.normal(size=(3, 3)) + 0.1 * rng.normal(size=(500, 3))
+    target = regressors @ [1.0, -2.0, 0.5] + rng.normal(size=500)
+    solution = regress(instruments, regressors, target)
+    expected = np.linalg.solve(instruments.T @ regressors, instruments.T @ target)
+    np.testing.assert_allclose(solution, expected, rtol=1e-10)
+
+
+@pytest.mark.parametrize("memory", [0.0, 0.8])
+def test_covariance_is_that_of_correlated_errors(memory):
+    """Against the exact covariance of an autoregression of first order."""
+    rng = np.random.default_rng(3)
+    count = 20_000
+    rows = np.column_stack([np.ones(count), np.sign(np.sin(np.arange(count) / 40.0))])
+    error = np.zeros(count)
+    for k, kick in enumerate(rng.normal(size=count)):
+        error[k] = memory * error[k - 1] + kick
+    lags = np.arange(-300, 301)
+    correlation = memory ** np.abs(lags) / (1.0 - memory**2)
+    power = [np.convolve(c, correlation, mode="same") for c in rows.T]
+    meat = rows.T @ np.column_stack(power)
+    bread = np.linalg.inv(rows.T @ rows)
+    found = covariance(rows, rows, error, [np.arange(count)])
+    exact = bread @ meat @ bread
+    np.testing.assert_allclose(np.diag(found), np.diag(exact), rtol=0.2)

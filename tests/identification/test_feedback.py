@@ -1,0 +1,95 @@
+"""Test for feedback: open and closed loops, and what is stated."""
+
+import importlib.util
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gyrostat.identification import identify
+from gyrostat.identification.judge.plausibility import fit_warnings
+from gyrostat.identification.uncertainty.feedback import feedback_in
+from gyrostat.telemetry import Record
+
+COUNT = 3000
+
+
+def signals(seed, gain, *, memory=0.9):
+    """Record and residuals of a speed that drives the current by a gain, if it is not zero."""
+    rng = np.random.default_rng(seed)
+    noise, programme = rng.normal(size=(2, COUNT))
+    current, residual = np.zeros(COUNT), np.zeros(COUNT)
+    for k in range(1, COUNT):
+        residual[k] = memory * residual[k - 1] + noise[k]
+        current[k] = 0.95 * current[k - 1] + programme[k] - gain * residual[k - 1]
+    time = 0.1 * np.arange(COUNT)
+    valid = np.ones(COUNT, dtype=bool)
+    return Record(name="r", time=time, current=current, speed=time, valid=valid), residual
+
+
+def test_feedback_is_found_in_few_open_loops():
+    """Of 200 records, 5 % are 10, and 4 sigma more are 22; the level of the test is below 0.1 %."""
+    found = 0
+    for seed in range(200):
+        record, residual = signals(seed, 0.0, memory=(0.0, 0.9, 0.99)[seed % 3])
+        found += feedback_in([record], [residual]).found
+    assert found <= 2
+
+
+@pytest.mark.parametrize("gain", [0.2, -0.2])
+def test_feedback_is_found_in_closed_loops(gain):
+    assert all(feedback_in([r], [e]).found for r, e in (signals(seed, gain) for seed in range(5)))
+
+
+def test_residuals_that_follow_the_current_are_no_feedback():
+    """A wrong model has residuals that depend on the current, but the current not on them."""
+    for seed in range(20):
+        record, residual = signals(seed, 0.0)
+        wrong = residual + 3.0 * np.convolve(record.current, 0.9 ** np.arange(50))[:COUNT]
+        delayed = np.concatenate([[0.0], wrong[:-1]])
+        assert not feedback_in([record], [delayed]).found
+
+
+def test_a_programme_of_steps_shows_no_feedback():
+    found = 0
+    for seed in range(100):
+        record, residual = signals(seed, 0.0)
+        steps = np.repeat(np.random.default_rng(seed).normal(size=COUNT // 100), 100)
+        verdict = feedback_in([replace(record, current=steps)], [residual])
+        found += verdict.verdict != "feedback not excluded"
+    assert found <= 1
+
+
+@pytest.fixture(scope="module")
+def closed():
+    path = Path(__file__).resolve().parents[2] / "benchmarks" / "drives.py"
+    spec = importlib.util.spec_from_file_location("benchmark_of_drives", path)
+    module = importlib.util.module_from_spec(spec)
+    spec.loader.exec_module(module)
+    case = replace(module.CASES["speed-p"], duration=40.0)
+    return module.simulate(case, 1)
+
+
+@pytest.mark.parametrize("loop", ["closed", "open"])
+def test_a_stated_loop_is_not_tested(closed, loop):
+    record, true = closed
+    options = {"inertia": true["inertia"], "model": "viscous-coulomb", "white_noise": True}
+    fit = identify(record, **options, loop=loop)
+    assert fit.to_dict()["feedback"]["verdict"] == f"{loop} loop, as stated"
+    assert any("--method inverse" in w for w in fit.warnings) == (loop == "closed")
+
+
+def test_least_squares_of_a_closed_loop_is_warned_about(closed):
+    record, true = closed
+    inertia = true["inertia"]
+    fit = identify(record, inertia=inertia, model="viscous-coulomb", white_noise=True)
+    fit = replace(fit, feedback=feedback_in(fit.records, fit.residuals))
+    words = [w for w in fit_warnings(fit, "", []) if "--method inverse" in w]
+    assert len(words) == 1
+    assert "the current answers earlier residuals of the speed" in words[0]
+
+
+def test_batch_fits_are_tested(plain):
+    assert plain.feedback.verdict == "feedback not excluded"
+    assert plain.to_dict()["feedback"]["probability"] > 1e-3
