@@ -1,6 +1,5 @@
 """Identification of drives in closed loop against drives with known parameters."""
 
-import importlib.util
 from dataclasses import replace
 from pathlib import Path
 
@@ -17,12 +16,9 @@ NAMES = ("inertia", "viscous", "coulomb")
 
 
 @pytest.fixture(scope="module")
-def drives():
+def drives(module_at):
     """The benchmark, whose drives have an integrator of their own."""
-    spec = importlib.util.spec_from_file_location("benchmark_of_drives", BENCHMARK)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
-    return module
+    return module_at(BENCHMARK)
 
 
 @pytest.fixture(scope="module")
@@ -123,9 +119,9 @@ def test_what_is_missing_is_said(noisy):
         identify_inverse(replace(record, reference=None), hold=held(true))
     with pytest.raises(InputError, match="found neither --inertia nor --hold motor_constant=VALUE"):
         identify_inverse(record)
+    short = replace(record, **{n: v[:60] for n, v in half(record, 0).items()})
     with pytest.raises(InputError, match="in which the drive moves, expected 40 or more"):
-        short = {n: v[:60] for n, v in half(record, 0).items()}
-        identify_inverse(replace(record, **short), hold=held(true))
+        identify_inverse(short, hold=held(true))
 
 
 def test_windows_average_and_differentiate():

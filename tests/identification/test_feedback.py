@@ -1,6 +1,5 @@
 """Test for feedback: open and closed loops, and what is stated."""
 
-import importlib.util
 from dataclasses import replace
 from pathlib import Path
 
@@ -62,11 +61,9 @@ def test_a_programme_of_steps_shows_no_feedback():
 
 
 @pytest.fixture(scope="module")
-def closed():
+def closed(module_at):
     path = Path(__file__).resolve().parents[2] / "benchmarks" / "drives.py"
-    spec = importlib.util.spec_from_file_location("benchmark_of_drives", path)
-    module = importlib.util.module_from_spec(spec)
-    spec.loader.exec_module(module)
+    module = module_at(path)
     case = replace(module.CASES["speed-p"], duration=40.0)
     return module.simulate(case, 1)
 
