@@ -253,7 +253,7 @@ def feedback(name: str, records: int, seed: int) -> None:
             record, true = simulate(case, seed + k)
         inertia = true["inertia"]
         fit = stage.identify(record, inertia=inertia, model="viscous-coulomb", white_noise=True)
-        found += feedback_in(fit.records, fit.residuals).found
+        found += feedback_in([record]).found
         names = ("motor_constant", "viscous", "coulomb")
         errors.append([fit.parameters[n] / true[n] - 1.0 for n in names])
     bias, rms = np.mean(errors, axis=0), np.sqrt(np.mean(np.square(errors), axis=0))

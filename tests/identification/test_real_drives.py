@@ -32,9 +32,7 @@ def test_motors_in_a_speed_loop_have_their_published_friction(motor, viscous, co
     columns["setpoint"] = f"m{motor}setvel"
     names = ("data_for_identification_with_integral.csv", "validation_data.csv")
     folder = data(ROBOTINO)
-    record, other = (
-        read_record(folder / n, columns=columns, unsigned_current=True) for n in names
-    )
+    record, other = (read_record(folder / n, columns=columns, unsigned_current=True) for n in names)
     held = {"motor_constant": 0.0514}
     fit = identify_inverse(record, inertia=1.1407e-6, hold=held, held_out=[other])
     assert not fit.impossible

@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from gyrostat.core.types import Vector
 from gyrostat.identification.averaged import Averaged
 from gyrostat.identification.fit.loss import Loss
 from gyrostat.identification.fit.problem import Problem
@@ -59,7 +58,6 @@ def conclude(
         len(crossing_times(r.time, speed, sigma))
         for r, speed, sigma in zip(records, plain.predicted, speed_sigmas, strict=True)
     )
-    residuals = [r.speed - speed for r, speed in zip(records, plain.predicted, strict=True)]
     fit = Fit(
         model=prediction.model,
         method="batch",
@@ -97,7 +95,7 @@ def conclude(
         effects=best.effects,
         findings=best.findings,
         scores=best.scores,
-        feedback=_feedback(problem, records, residuals),
+        feedback=_feedback(problem, records),
     )
     if tolerances:
         information = selection.prior.information()
@@ -108,6 +106,7 @@ def conclude(
             ),
             tolerances,
         )
+    residuals = [r.speed - speed for r, speed in zip(records, plain.predicted, strict=True)]
     valid_residuals = [each[record.valid] for each, record in zip(residuals, records, strict=True)]
     levels = residual_levels(valid_residuals, len(selection.free), loss)
     stated_sigmas = speed_sigmas if sigma_given else [None] * len(records)
@@ -121,13 +120,11 @@ def conclude(
     return judged(fit, solution.reason, scatter, faults=faults, refused=reasons)
 
 
-def _feedback(
-    problem: Problem, records: Sequence[Record], residuals: Sequence[Vector]
-) -> Feedback | None:
+def _feedback(problem: Problem, records: Sequence[Record]) -> Feedback | None:
     """Feedback in the records, as stated or found; None if white noise is assumed."""
     if problem.loop is not None:
         return Feedback(problem.loop == "closed", None)
-    return None if problem.white_noise else feedback_in(records, residuals)
+    return None if problem.white_noise else feedback_in(records)
 
 
 def with_tolerances(fit: Fit, errors: Propagated, tolerances: Mapping[str, float]) -> Fit:

@@ -152,7 +152,8 @@ def _unknown_torque(fit: Fit) -> list[str]:
     return [
         f"an unknown torque of {100.0 * walk.value:.0f} % of the dry friction remains: values and "
         "sigma are not reliable; the current at the samples does not explain the motion (does it "
-        "change between them, or is it clipped?); --method steady uses held speeds alone"
+        "change between them, or is it clipped?); --method steady uses held speeds alone, and "
+        "--method inverse is for a drive in closed loop"
     ]
 
 

@@ -1,4 +1,8 @@
-"""Test for feedback: whether the current answers earlier residuals of the speed."""
+"""Test for feedback: whether the current answers earlier residuals of the speed.
+
+The residual is that of a linear prediction of the speed from its past and that of the current. It
+does not depend on a fit, which may fail for a record in closed loop.
+"""
 
 from collections.abc import Sequence
 from dataclasses import dataclass
@@ -13,7 +17,7 @@ from gyrostat.telemetry.signals import NORMAL_MAD
 LAGS = 5
 """Residuals before each current that may drive it."""
 MEMORY = 10
-"""Currents and residuals from which the next ones are predicted."""
+"""Currents and speeds from which the next ones are predicted."""
 FEWEST = 200
 """Smallest number of samples of a record that is tested."""
 CLIP = 3.0
@@ -71,6 +75,13 @@ def _clipped(series: Vector) -> Vector:
     return np.clip(centred, -CLIP * level, CLIP * level) if level > 0.0 else 0.0 * centred
 
 
+def _held(speed: Vector) -> Vector:
+    """Speed with the last value in place of missing ones: it must not know later speeds."""
+    present = np.isfinite(speed)
+    latest = np.maximum.accumulate(np.where(present, np.arange(len(speed)), 0))
+    return np.nan_to_num(speed[latest])
+
+
 def _share(answer: Vector, causes: Matrix) -> float:
     """Share of the power of a series that others explain."""
     power = float(answer @ answer)
@@ -78,18 +89,18 @@ def _share(answer: Vector, causes: Matrix) -> float:
     return 1.0 - float(rest @ rest) / power if power > 0.0 else 0.0
 
 
-def _record(record: Record, residual: Vector) -> float | None:
+def _record(record: Record) -> float | None:
     """Probability of the F test of a record, 1 if the shifts do not confirm it; None: no test."""
     commands = [c for c in (record.setpoint, record.reference) if c is not None]
-    target, rows, rest, past = [], [], [], []
+    target, rows, measured, past = [], [], [], []
     for part in record.segments:
-        current, error = record.current[part], np.nan_to_num(residual[part])
+        current, speed = record.current[part], _held(record.speed[part])
         if len(current) > 3 * MEMORY:
             known = [_lagged(current, 1, MEMORY), *(_lagged(c[part], 0, 2) for c in commands)]
             target.append(current[MEMORY:])
             rows.append(np.column_stack([np.ones(len(current) - MEMORY), *known]))
-            rest.append(error[MEMORY:])
-            past.append(_lagged(error, 1, MEMORY))
+            measured.append(speed[MEMORY:])
+            past.append(np.column_stack([rows[-1], _lagged(speed, 1, MEMORY)]))
     if sum(map(len, target)) < FEWEST:
         return None
     every = np.vstack(rows)
@@ -97,42 +108,46 @@ def _record(record: Record, residual: Vector) -> float | None:
     level = NORMAL_MAD * float(np.median(np.abs(answer)))
     if level <= PREDICTABLE * float(np.std(record.current)):
         return None
-    white = _clipped(_remainder(np.concatenate(rest), np.vstack(past)))
+    white = _clipped(_remainder(np.concatenate(measured), np.vstack(past)))
     limited = _clipped(answer)
     # the levels of a programme of steps outlast its jumps, which are limited
     answer = _remainder(limited[MEMORY:], _lagged(limited, 1, MEMORY))
-    causes = _lagged(white, 1, LAGS)
-    share = _share(answer, causes)
-    probability = _f_tail(share, len(answer) - every.shape[1] - MEMORY - LAGS)
-    if probability > STRONG:
-        return probability
+    same, earlier = white[MEMORY:], _lagged(white, 1, LAGS)
+    freedom = len(answer) - every.shape[1] - MEMORY
+
+    def probability(answer: Vector) -> float:
+        later = _tail(_share(answer, earlier), LAGS, freedom - LAGS)
+        # more current at a larger speed is no feedback, but a current that was recorded late
+        opposed = float(answer @ same) < 0.0
+        at_once = 0.5 * _tail(_share(answer, same[:, None]), 1, freedom - 1) if opposed else 1.0
+        return min(1.0, 2.0 * min(later, at_once))
+
+    least = probability(answer)
+    if least > STRONG:
+        return least
     apart = max(len(answer) // (SHIFTS + 1), 1)
-    larger = 0
+    smaller = 0
     for k in range(1, SHIFTS + 1):
-        larger += _share(np.roll(answer, k * apart), causes) >= share
-        if larger > LEVEL * (SHIFTS + 1) - 1.0:
+        smaller += probability(np.roll(answer, k * apart)) <= least
+        if smaller > LEVEL * (SHIFTS + 1) - 1.0:
             return 1.0
-    return probability
+    return least
 
 
-def _f_tail(share: float, freedom: int) -> float:
-    """Probability of a larger share with no relation: of Beta(LAGS / 2, freedom / 2)."""
-    return float(betainc(0.5 * freedom, 0.5 * LAGS, 1.0 - min(max(share, 0.0), 1.0)))
+def _tail(share: float, causes: int, freedom: int) -> float:
+    """Probability of a larger share with no relation: of Beta(causes / 2, freedom / 2)."""
+    return float(betainc(0.5 * freedom, 0.5 * causes, 1.0 - min(max(share, 0.0), 1.0)))
 
 
-def feedback_in(records: Sequence[Record], residuals: Sequence[Vector]) -> Feedback:
+def feedback_in(records: Sequence[Record]) -> Feedback:
     """Test records for feedback.
 
-    Without feedback, the current has no part in later disturbances: what its own past (and the
-    commands of the record) do not predict is independent of earlier residuals. Both are reduced to
-    the part that their past does not predict (Haugh 1976), and the share of the current that the
-    residuals explain is tested, and compared with that of shifted residuals.
-
-    Args:
-        records: Records.
-        residuals: Measured minus modelled speed of each of them, rad/s; NaN at missing samples.
+    Without feedback, the current has no part in earlier disturbances: what its own past (and the
+    commands of the record) do not predict is independent of earlier residuals of the speed. The
+    share of this part that the residuals explain is tested (Granger 1969; Haugh 1976), and compared
+    with that of shifted currents. A current holds from its sample on, so that the residual of the
+    same sample is an earlier one; only a current against it counts as feedback.
     """
-    pairs = zip(records, residuals, strict=True)
-    tested = [p for record, rest in pairs if (p := _record(record, rest)) is not None]
+    tested = [p for record in records if (p := _record(record)) is not None]
     least = min(1.0, min(tested, default=1.0) * max(len(tested), 1))
     return Feedback(least < STRONG, least)
