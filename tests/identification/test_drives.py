@@ -54,6 +54,16 @@ def test_without_noise_the_result_is_exact(quiet, servo):
     assert fit.inverse.followed > 0.9999
 
 
+def test_points_of_the_friction_curve_are_on_it(quiet):
+    record, true = quiet
+    fit = identify_inverse(record, hold=held(true))
+    points = fit.friction_points
+    curve = true["viscous"] * points.speed + np.sign(points.speed) * true["coulomb"]
+    np.testing.assert_allclose(points.torque, curve, rtol=1e-3)
+    assert len(points.speed) > 10
+    assert np.all((points.when > 0.0) & (points.when < 1.0))
+
+
 def test_motor_constant_is_found_at_a_known_inertia(quiet, servo):
     record, true = quiet
     fit = identify_inverse(record, inertia=true["inertia"])

@@ -17,6 +17,7 @@ from gyrostat.identification.drive.filtered_reference import filtered_reference
 from gyrostat.identification.drive.motion import Drive, Motion, drives
 from gyrostat.identification.drive.output_error import minimise_output_error
 from gyrostat.identification.drive.parts import Part, half_width, part_of
+from gyrostat.identification.drive.points import friction_points
 from gyrostat.identification.drive.weak_form import CUTOFF
 from gyrostat.identification.read.checks import as_records, check_sigma, check_signals, place
 from gyrostat.identification.read.statistics import noise_level
@@ -177,6 +178,7 @@ def identify_inverse(
         records=records,
         whiteness=None,
         inverse=inverse,
+        friction_points=friction_points(equation, parts, equation.named(best.values)),
     )
     return _with_tolerances(fit, check_tolerances(tolerance or {}))
 
