@@ -104,6 +104,12 @@ def test_held_out_torque_is_predicted(noisy):
     own = fit.inverse.torque_error[first.name]
     assert 0.5 * own < fit.inverse.held_out["other"] < 2.0 * own
     assert any("torque error on held-out other" in line for line in fit.inverse.lines())
+    without = replace(second, reference=None)
+    same = identify_inverse(first, hold=held(true), held_out=[without])
+    assert same.inverse.held_out[second.name] == fit.inverse.held_out["other"]
+    still = replace(second, speed=0.0 * second.speed)
+    with pytest.raises(InputError, match="expected a held-out record in which it does"):
+        identify_inverse(first, hold=held(true), held_out=[still])
 
 
 def half(record, place):

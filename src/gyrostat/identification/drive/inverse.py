@@ -257,7 +257,12 @@ def _held_out_error(
     """Record that was not fitted, and its relative torque error at its measured motion."""
     check_signals([record])
     values, pairs = equation.named(fit.values), []
-    for _, drive in _segments([record], hold, None):
+    for drive in drives(record, hold):
         part = part_of(drive, width)
         pairs.append(equation.torque_error(part.rows(equation, part.drive.measured), values))
+    if not sum(len(torque) for _, torque in pairs):
+        raise InputError(
+            f"{record.name}: found no window of {2.0 * width:.3g} s in which the drive moves, "
+            "expected a held-out record in which it does"
+        )
     return record.name, relative_rms(*(np.concatenate(each) for each in zip(*pairs, strict=True)))

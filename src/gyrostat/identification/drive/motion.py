@@ -9,6 +9,9 @@ from scipy.signal import savgol_filter
 from gyrostat.core.types import Vector
 from gyrostat.telemetry import Record
 
+FEWEST = 8
+"""Smallest number of speeds of a segment."""
+
 
 @dataclass(frozen=True, eq=False)
 class Motion:
@@ -73,7 +76,7 @@ def commanded_speed(record: Record, part: slice) -> Vector | None:
 
 
 def drives(record: Record, hold: str) -> list[Drive]:
-    """Segments of a record with a reference.
+    """Segments of a record; without a reference, the commanded speed is zero.
 
     Args:
         record: Record.
@@ -83,8 +86,9 @@ def drives(record: Record, hold: str) -> list[Drive]:
     for part in record.segments:
         time, current, valid = record.time[part], record.current[part], record.valid[part]
         reference = commanded_speed(record, part)
-        if reference is None or valid.sum() < 8:
+        if valid.sum() < FEWEST:
             continue
+        reference = np.zeros(len(time) - 1) if reference is None else reference
         speed = np.interp(time, time[valid], record.speed[part][valid])
         if record.averaged:
             mean_speed, present = speed[1:], valid[1:]
