@@ -19,6 +19,7 @@ from gyrostat.cli.export import export
 from gyrostat.cli.feasibility import feasible
 from gyrostat.cli.lots import lot
 from gyrostat.cli.paper import reproduce
+from gyrostat.cli.pools import pool
 from gyrostat.cli.recovery import recover
 from gyrostat.cli.verb import Verb
 from gyrostat.cli.wheel import bench, identify, validate
@@ -74,7 +75,7 @@ def _options(
 
 
 for _verb in (
-    *(identify, validate, compare, lot, bench, feasible, recover),
+    *(identify, validate, compare, pool, lot, bench, feasible, recover),
     *(check, simulate, campaign, tune, replay, report, export, reproduce, cache),
 ):
     app.command(cls=Verb)(_keeping_programs(_verb))

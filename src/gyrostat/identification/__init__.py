@@ -20,6 +20,10 @@ from gyrostat.identification.lot import lot_text as lot_text  # a view
 from gyrostat.identification.lot.analysis import analyse_lot
 from gyrostat.identification.lot.lot_table import dispersion_table
 from gyrostat.identification.lot.result import Lot
+from gyrostat.identification.pool import pool_json as pool_json  # a view
+from gyrostat.identification.pool import pool_text as pool_text  # a view
+from gyrostat.identification.pool.analysis import pool_fits
+from gyrostat.identification.pool.result import Pool
 from gyrostat.identification.result import fit_json as fit_json  # a view
 from gyrostat.identification.result import fit_text as fit_text  # a view
 from gyrostat.identification.result.fit import Candidate, Fit
@@ -37,6 +41,7 @@ __all__ = [
     "Fit",
     "Lot",
     "Observability",
+    "Pool",
     "Problem",
     "StoredFit",
     "TemperatureTrend",
@@ -54,6 +59,7 @@ __all__ = [
     "identify_problem",
     "identify_steady",
     "identify_torque_step",
+    "pool_fits",
     "read_control_law",
     "stored_fit",
     "temperature_trends",

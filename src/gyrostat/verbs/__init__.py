@@ -14,6 +14,7 @@ from gyrostat.verbs.feasibility import feasible
 from gyrostat.verbs.identification import identify
 from gyrostat.verbs.lots import lot
 from gyrostat.verbs.papers import reproduce
+from gyrostat.verbs.pools import pool
 from gyrostat.verbs.recovery import recover
 from gyrostat.verbs.scenario_check import check
 from gyrostat.verbs.single_runs import replay, simulate
@@ -30,6 +31,7 @@ __all__ = [
     "feasible",
     "identify",
     "lot",
+    "pool",
     "recover",
     "replay",
     "report",

@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Say, one_of, silent
+from gyrostat.verbs.stored_fits import labels_of, with_dates
 
 if TYPE_CHECKING:
     from gyrostat.identification import Comparison, Fit, StoredFit
@@ -60,10 +61,13 @@ def compare(
         one_of(wheels, WHEELS, "--wheels")
     stored_fits = [stored_fit(_file(fit), force=force) for fit in fits]
     if dates is not None:
-        stored_fits = _with_dates(stored_fits, dates)
+        stored_fits = with_dates(stored_fits, dates)
     same_wheel = _same_wheel(stored_fits) if wheels is None else wheels == "same"
     result = compare_fits(
-        stored_fits, _labels(stored_fits, same_wheel), same_wheel=same_wheel, same_bench=same_bench
+        stored_fits,
+        labels_of(stored_fits, same_wheel=same_wheel),
+        same_wheel=same_wheel,
+        same_bench=same_bench,
     )
     if out is not None:
         text = json.dumps(result.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
@@ -84,24 +88,6 @@ def _file(fit: "Fit | str | Path") -> "Fit | Path":
     return path / "fit.json" if path.is_dir() else path
 
 
-def _with_dates(fits: "list[StoredFit]", dates: str | Iterable[str]) -> "list[StoredFit]":
-    """Fits with the dates that the user gives."""
-    from dataclasses import replace
-
-    from gyrostat.identification.result.stored_fit import parse_date
-
-    texts = [d.strip() for d in dates.split(",")] if isinstance(dates, str) else list(dates)
-    if len(texts) != len(fits):
-        raise InputError(f"--dates: found {len(texts)}, expected one for each of {len(fits)} fits")
-    results = []
-    for fit, text in zip(fits, texts, strict=True):
-        date = parse_date(text)
-        if date is None:
-            raise InputError(f"--dates: found {text!r}, expected a date such as 2026-03-01")
-        results.append(replace(fit, date=date))
-    return results
-
-
 def _same_wheel(fits: "list[StoredFit]") -> bool:
     """Whether the serial numbers say that all fits are of one wheel."""
     serials = [fit.serial for fit in fits]
@@ -118,16 +104,3 @@ def _same_wheel(fits: "list[StoredFit]") -> bool:
         f"{name}: found no serial number, expected one in its records (comment '# serial: RW-07'), "
         "or --wheels same or different"
     )
-
-
-def _labels(fits: "list[StoredFit]", same_wheel: bool) -> list[str]:
-    """Short label of each fit: its date or serial number, its file if these are not unique."""
-    for label in (
-        lambda fit: fit.date.date().isoformat() if same_wheel and fit.date else "",
-        lambda fit: "" if same_wheel else fit.serial,
-        lambda fit: Path(fit.name).parent.name,
-    ):
-        labels = [label(fit) for fit in fits]
-        if all(labels) and len(set(labels)) == len(fits):
-            return labels
-    return [f"{k + 1}: {fit.name}" for k, fit in enumerate(fits)]

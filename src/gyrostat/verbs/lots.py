@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING
 
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Quantity, Say, in_si, one_of, silent
+from gyrostat.verbs.stored_fits import fit_files
 
 if TYPE_CHECKING:
     from gyrostat.identification import Fit, Lot, StoredFit
@@ -69,7 +70,7 @@ def lot(
     one_of(shape, SHAPES, "--shape")
     shares = [_share(content, "--content"), _share(confidence, "--confidence")]
     criterion = _criterion(best)
-    stored_fits = [stored_fit(fit, force=force) for fit in _fits(fits)]
+    stored_fits = [stored_fit(fit, force=force) for fit in fit_files(fits)]
     labels = [fit.serial or Path(fit.name).parent.name or fit.name for fit in stored_fits]
     if not 2 <= set_size < max(len(labels), 3):
         raise InputError(
@@ -118,23 +119,6 @@ def _criterion(text: str) -> tuple[str, str]:
     if rule not in RULES:
         raise InputError(f"--best: found {text!r}, expected one of {', '.join(RULES)} first")
     return rule, parameter.strip()
-
-
-def _fits(fits: "Sequence[Fit | str | Path] | str | Path") -> "list[Fit | Path]":
-    """Fits, or paths of their fit.json."""
-    items: list[Fit | Path] = []
-    for fit in [fits] if isinstance(fits, str | Path) else fits:
-        path = Path(fit) if isinstance(fit, str | Path) else None
-        if path is None or not path.is_dir():
-            items.append(fit if path is None else path)  # pyright: ignore[reportArgumentType]
-        elif (path / "fit.json").exists():
-            items.append(path / "fit.json")
-        else:
-            inner = sorted(path.glob("*/fit.json"))
-            if not inner:
-                raise InputError(f"{path}: found no */fit.json, expected folders of identify")
-            items += inner
-    return items
 
 
 def _with_dates(

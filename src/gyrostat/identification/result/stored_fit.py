@@ -4,7 +4,7 @@ import math
 import os
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from datetime import UTC, datetime
 from functools import partial
 from pathlib import Path
@@ -52,6 +52,7 @@ class StoredFit:
         serial: Serial number of the wheel; empty if unknown.
         date: Date of the first record, UTC where it has a time zone; None if unknown.
         temperature: Mean temperature of the records, °C; None if unknown.
+        held: Values of the parameters that were not estimated, SI.
     """
 
     name: str
@@ -65,6 +66,7 @@ class StoredFit:
     serial: str
     date: datetime | None
     temperature: float | None
+    held: Mapping[str, float] = field(default_factory=dict)
 
 
 def parse_date(text: str) -> datetime | None:
@@ -148,6 +150,7 @@ def _parse(name: str, content: Mapping[str, Any]) -> StoredFit:
         serial=serials[0] if serials else "",
         date=min(dates) if dates else None,
         temperature=math.fsum(means) / len(means) if means else None,
+        held={str(n): float(v) for n, v in content.get("held", {}).items()},
     )
 
 

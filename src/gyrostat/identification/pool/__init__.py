@@ -1,0 +1,1 @@
+"""One model of a wheel from its records at several dates and temperatures."""

@@ -1,0 +1,108 @@
+"""Remarks on pooled records whose results are less certain."""
+
+from collections.abc import Mapping, Sequence
+
+from gyrostat.identification.judge.fit_changes import FALSE_ALARMS
+from gyrostat.identification.pool.result import Conditions, PooledParameter
+from gyrostat.identification.result.stored_fit import StoredFit
+
+FEW = 5
+"""Number of records below which the scatter is hardly known."""
+BETTER = 2.0
+"""Difference of log scores, over all records, that is reported."""
+
+
+def notes(
+    fits: Sequence[StoredFit],
+    labels: Sequence[str],
+    conditions: Conditions,
+    parameters: Mapping[str, PooledParameter],
+) -> tuple[str, ...]:
+    """Remarks on pooled records.
+
+    Args:
+        fits: Fits of the records.
+        labels: Label of each record.
+        conditions: Temperatures and dates.
+        parameters: Name -> parameter over the records.
+    """
+    remarks = []
+    if len(fits) < FEW:
+        remarks.append(
+            f"{len(fits)} records hardly show the scatter between records: the intervals are wide, "
+            "and rest on what is usual for wheels"
+        )
+    remarks += _on_temperatures(fits, conditions, parameters)
+    remarks += _on_dates(fits, conditions, parameters)
+    for name, parameter in parameters.items():
+        remarks += [
+            f"{labels[k]} does not agree with the prediction from the other records: {name} is "
+            f"{score:+.1f} sigma away (p = {chance:.2g}); the result includes it"
+            for k, (score, chance) in enumerate(
+                zip(parameter.held_out.scores, parameter.held_out.chances, strict=True)
+            )
+            if chance <= FALSE_ALARMS
+        ]
+        remarks += _on_laws(parameter)
+    return tuple(remarks)
+
+
+def _on_temperatures(
+    fits: Sequence[StoredFit], conditions: Conditions, parameters: Mapping[str, PooledParameter]
+) -> list[str]:
+    warm = conditions.temperatures
+    if warm is None:
+        name = next(fit.name for fit in fits if fit.temperature is None)
+        return [
+            f"no law over temperature: {name} has no temperature (a column of the record, or "
+            "--temperatures); its effect is part of the scatter"
+        ]
+    remarks = []
+    unknown = [p.name for p in parameters.values() if not p.slope_known]
+    if unknown:
+        remarks.append(
+            f"records from {warm.min():.3g} to {warm.max():.3g} °C do not determine the law over "
+            f"temperature of {', '.join(unknown)}: at other temperatures, the prediction is as "
+            "wide as is usual for wheels"
+        )
+    if not warm.min() <= conditions.temperature <= warm.max():
+        remarks.append(
+            f"{conditions.temperature:.3g} °C is outside the temperatures of the records, "
+            f"{warm.min():.3g} to {warm.max():.3g} °C: the prediction rests on the form of the law"
+        )
+    return remarks
+
+
+def _on_dates(
+    fits: Sequence[StoredFit], conditions: Conditions, parameters: Mapping[str, PooledParameter]
+) -> list[str]:
+    years = conditions.years
+    if years is None:
+        without = [fit.name for fit in fits if fit.date is None]
+        why = f"{without[0]} has no date" if without else "all records have one date"
+        return [
+            f"no trend over the date: {why} (comment '# date: 2026-03-01' in each record, or "
+            "--dates)"
+        ]
+    unknown = [p.name for p in parameters.values() if not p.trend_known]
+    if not unknown:
+        return []
+    return [
+        f"records over {float(years.max()):.2g} years do not determine the trend of "
+        f"{', '.join(unknown)}: at later dates, the prediction is as wide as is usual for wheels"
+    ]
+
+
+def _on_laws(parameter: PooledParameter) -> list[str]:
+    densities = parameter.held_out.log_scores
+    if not densities:
+        return []
+    best = max(densities, key=lambda name: densities[name])
+    gain = densities[best] - densities["oil"]
+    if gain < BETTER:
+        return []
+    return [
+        f"{parameter.name}: a {best} in temperature predicts the held-out records better than the "
+        f"oil's viscosity does (log score higher by {gain:.1f}): an --oil that is wrong, or "
+        "friction that is not that of an oil"
+    ]
