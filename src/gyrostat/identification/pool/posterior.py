@@ -17,6 +17,7 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.pool.laws import Law
@@ -197,29 +198,35 @@ class Posterior:
 
 def posterior(estimates: Estimates) -> Posterior:
     """Posterior of one parameter."""
+    return Posterior(estimates, [_branch(law, estimates) for law in estimates.laws])
+
+
+def _branch(law: Law, estimates: Estimates) -> Branch:
+    """Grid of one law, over the shapes and scatters that the estimates leave."""
     smallest = SMALL * float(estimates.errors.min())
     scatters = np.geomspace(smallest, LARGE * max(estimates.usual, smallest), SCATTERS)
-    return Posterior(estimates, [_branch(law, estimates, scatters) for law in estimates.laws])
-
-
-def _branch(law: Law, estimates: Estimates, scatters: Vector) -> Branch:
-    """Grid of one law, with the range of shapes that the estimates leave."""
-    if law.bounds is None:
-        return _on_grid(law, estimates, np.zeros(1), scatters, 0.0)
-    low, high = law.bounds
+    shapes = np.zeros(1) if law.bounds is None else np.linspace(*law.bounds, SHAPES)
     while True:
-        shapes, step = np.linspace(low, high, SHAPES, retstep=True)
-        branch = _on_grid(law, estimates, shapes, scatters, float(np.log(step)))
-        height = branch.log_weight.reshape(SHAPES, SCATTERS).max(axis=1)
-        near = np.flatnonzero(height > height.max() - FAR)
-        if near[-1] - near[0] + 2 > SHAPES // 2:
+        branch = _on_grid(law, estimates, shapes, scatters)
+        height = branch.log_weight.reshape(len(shapes), SCATTERS)
+        near = height > height.max() - FAR
+        closer = _closer(shapes, near.any(axis=1)), _closer(np.log(scatters), near.any(axis=0))
+        if closer[0] is None and closer[1] is None:
             return branch
-        low, high = shapes[max(near[0] - 1, 0)], shapes[min(near[-1] + 1, SHAPES - 1)]
+        shapes = shapes if closer[0] is None else closer[0]
+        scatters = scatters if closer[1] is None else np.exp(closer[1])
 
 
-def _on_grid(
-    law: Law, estimates: Estimates, shapes: Vector, scatters: Vector, log_step: float
-) -> Branch:
+def _closer(points: Vector, near: NDArray[np.bool_]) -> Vector | None:
+    """Points over the range of the near ones only; None if these are half of them or more."""
+    places = np.flatnonzero(near)
+    first, last = max(places[0] - 1, 0), min(places[-1] + 1, len(points) - 1)
+    if len(points) == 1 or last - first > len(points) // 2:
+        return None
+    return np.linspace(points[first], points[last], len(points))
+
+
+def _on_grid(law: Law, estimates: Estimates, shapes: Vector, scatters: Vector) -> Branch:
     """Grid of one law at all pairs of shapes and scatters."""
     y, errors = estimates.values, estimates.errors
     has_trend = estimates.trend is not None
@@ -240,7 +247,8 @@ def _on_grid(
     typical = np.exp(np.mean(np.log(errors / factor), axis=1))
     height -= np.log1p(typical[:, None] / scatters)
     height -= np.log1p((scatters / estimates.usual) ** 2)
-    height += law.log_prior(shapes)[:, None] + log_step
+    height += law.log_prior(shapes)[:, None] + np.log(np.log(scatters[1] / scatters[0]))
+    height += np.log(shapes[1] - shapes[0]) if len(shapes) > 1 else 0.0
     count = len(shapes) * len(scatters)
     return Branch(
         law,
