@@ -104,19 +104,9 @@ def _parameter(
 ) -> PooledParameter:
     """Pool one parameter with a name and a unit."""
     (name, unit), count = kind, len(values)
-    size = max(float(np.median(np.abs(values))), float(np.sqrt(np.mean(errors**2))))
     reference, years = conditions.reference, conditions.years
     usually = usual(name)
-    warm = conditions.temperatures
-    estimates = Estimates(
-        values=values / size,
-        errors=errors / size,
-        temperature=np.zeros(count) if warm is None else warm,
-        date=np.zeros(count) if years is None else years - conditions.middle,
-        laws=laws_over_temperature(name, unit, reference, oil),
-        trend=None if years is None else usually.trend,
-        usual=usually.scatter,
-    )
+    estimates, size = relative_estimates(kind, values, errors, conditions, oil)
     result = posterior(estimates)
     place = conditions.temperature, conditions.year - conditions.middle
     prediction = result.prediction(*place)
@@ -147,6 +137,36 @@ def _parameter(
         ),
         held_out=_held_out(estimates, reference, compares_laws=is_viscous(unit)),
     )
+
+
+def relative_estimates(
+    kind: tuple[str, str], values: Vector, errors: Vector, conditions: Conditions, oil: Oil | None
+) -> tuple[Estimates, float]:
+    """Estimates of one parameter with what is known of wheels in general.
+
+    Args:
+        kind: Name and unit of the parameter.
+        values: Estimates, (n,), SI.
+        errors: Standard deviations of their errors, (n,), SI.
+        conditions: Temperatures and dates.
+        oil: Oil; None if it is unknown.
+
+    Returns:
+        Estimates relative to the size of the parameter, and this size, SI.
+    """
+    name, unit = kind
+    size = max(float(np.median(np.abs(values))), float(np.sqrt(np.mean(errors**2))))
+    warm, years = conditions.temperatures, conditions.years
+    estimates = Estimates(
+        values=values / size,
+        errors=errors / size,
+        temperature=np.zeros(len(values)) if warm is None else warm,
+        date=np.zeros(len(values)) if years is None else years - conditions.middle,
+        laws=laws_over_temperature(name, unit, conditions.reference, oil),
+        trend=None if years is None else usual(name).trend,
+        usual=usual(name).scatter,
+    )
+    return estimates, size
 
 
 def _scatter(result: Posterior, size: float, place: tuple[float, float]) -> Quantity:

@@ -18,8 +18,8 @@ import numpy as np
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.pool.oil import Oil, Vogel
 
-OFFSETS = (80.0, 110.0, 150.0, 200.0)
-"""Offsets C of Vogel's equation for an unknown oil, °C: some 100 for mineral oils, up to 200."""
+OFFSETS = (100.0, 125.0, 160.0, 210.0)
+"""Offsets C of Vogel's equation for an unknown oil, °C."""
 POWERS = (0.5, 1.0)
 """Range of the power of the viscosity to which viscous friction is proportional."""
 USUAL_FALL, FALL_SPREAD = 0.032, 0.5

@@ -23,8 +23,8 @@ class Usual:
     scatter: float
 
 
-FRICTION = Usual(slope=0.01, trend=0.2, scatter=0.2)
-DRIVE = Usual(slope=0.001, trend=0.01, scatter=0.01)
+FRICTION = Usual(slope=0.01, trend=0.2, scatter=0.3)
+DRIVE = Usual(slope=0.001, trend=0.01, scatter=0.015)
 """Motor constant and inertia."""
 POLYNOMIAL = (0.05, 0.002)
 """Prior standard deviations of the coefficients of a polynomial for viscous friction."""
