@@ -12,6 +12,7 @@ VERBS = {
     "identify": ("fit.json", "", (RECORD, "--inertia", "1.5e-3")),
     "validate": ("validation.html", "", (MODEL, RECORD)),
     "compare": ("comparison.json", "", (MODEL, MODEL)),
+    "pool": ("pool.json", "", (MODEL, MODEL)),
     "lot": ("lot.json", "", (MODEL,)),
     "bench": ("r.csv", "r.csv", (MODEL, "--duration", "20")),
     "holdable": ("report.html", "", (WHEELS, "--momentum", "0,0,0", *ATTITUDE)),

@@ -9,6 +9,7 @@ from hypothesis import strategies as st
 from scipy import integrate, stats
 
 from gyrostat.core.errors import InputError
+from gyrostat.identification.judge.spread import between
 from gyrostat.identification.pool.held_out import held_out_scores, log_scores
 from gyrostat.identification.pool.joint import predicted_correlation
 from gyrostat.identification.pool.laws import KnownOil, Polynomial, UnknownOil, viscous_laws
@@ -107,6 +108,16 @@ def test_weights_are_the_likelihood_integrated_over_the_level():
         assert branch.log_weight[j] - branch.log_weight[20] == pytest.approx(expected, abs=1e-5)
 
 
+def test_the_scatter_is_that_of_the_q_profile():
+    """Estimate of Paule and Mandel, interval of Viechtbauer, for so many records that priors fade."""
+    item = estimates(np.random.default_rng(920111), 60, usual=10.0)
+    expected = between(item.values, np.diag(item.errors**2))
+    result = posterior(item)
+    assert result.scatter_quantile(0.5) == pytest.approx(expected.spread, rel=0.04)
+    assert result.scatter_quantile(0.025) == pytest.approx(expected.low, rel=0.06)
+    assert result.scatter_quantile(0.975) == pytest.approx(expected.high, rel=0.06)
+
+
 def test_the_power_of_the_viscosity_is_integrated_over():
     """Against a dense grid of powers and scatters that is computed in another way."""
     item = viscous(np.random.default_rng(920104))
@@ -195,7 +206,7 @@ def test_held_out_records_show_a_wrong_record_and_a_wrong_law():
 
 
 def test_correlated_errors_correlate_the_predictions():
-    """Without scatter, predictions are as correlated as the errors; the scatter has no correlation."""
+    """Without scatter, predictions are as correlated as the errors."""
     random = np.random.default_rng(920109)
     errors = np.array([[1.0, -0.9], [-0.9, 1.0]])
     values = 100.0 + random.multivariate_normal([0.0, 0.0], errors, 12)

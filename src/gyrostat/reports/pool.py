@@ -120,9 +120,14 @@ def _records(
         posterior.mean(float(t), float(d)).mean
         for t, d in zip(estimates.temperature, estimates.date, strict=True)
     ]
-    moved = parameter.values + parameter.size * (np.array(there) - np.array(here))
+    if is_viscous(parameter.unit):
+        ratio = np.array(there) / np.array(here)
+        moved, errors = parameter.values * ratio, parameter.errors * ratio
+    else:
+        moved = parameter.values + parameter.size * (np.array(there) - np.array(here))
+        errors = parameter.errors
     style = {"fmt": "o", "ms": 3.5, "lw": 1.0}
-    axes.errorbar(abscissa, moved, 1.96 * parameter.errors, color=MEASURED, **style)
+    axes.errorbar(abscissa, moved, 1.96 * errors, color=MEASURED, **style)
     chances = parameter.held_out.chances
     beyond = np.flatnonzero(chances < 0.05) if len(chances) else np.zeros(0, dtype=int)
     axes.plot(abscissa[beyond], moved[beyond], "o", color=MARK, ms=5)
@@ -146,7 +151,7 @@ def friction_surface(pool: Pool) -> Figure | None:
     if wheel is None or conditions.temperatures is None or not viscous:
         return None
     dry = max(wheel.values.get("coulomb", 0.0), wheel.values.get("coulomb_positive", 0.0))
-    top = 3.0 * max(dry, 1e-12) / abs(viscous[0].prediction.value)
+    top = 1.5 * max(dry, 1e-12) / viscous[0].size  # viscous friction is 1.5 times the dry one
     speed = np.linspace(0.02 * top, top, POINTS)
     warm = _range(conditions.temperatures, conditions.temperature)
     torque = [_torque(wheel, _means(pool, float(t)), speed) for t in warm]
