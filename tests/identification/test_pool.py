@@ -109,7 +109,7 @@ def test_weights_are_the_likelihood_integrated_over_the_level():
 
 
 def test_the_scatter_is_that_of_the_q_profile():
-    """Estimate of Paule and Mandel, interval of Viechtbauer, for so many records that priors fade."""
+    """Estimate of Paule and Mandel, interval of Viechtbauer; with 60 records, priors fade."""
     item = estimates(np.random.default_rng(920111), 60, usual=10.0)
     expected = between(item.values, np.diag(item.errors**2))
     result = posterior(item)

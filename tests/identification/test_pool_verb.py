@@ -199,7 +199,8 @@ def test_one_serial_number_of_a_folder_of_wheels(folder):
 @pytest.mark.parametrize(
     ("entries", "message"),
     [
-        ({"held": {"inertia": 1.6e-3}}, "inertia 0.0016 kg·m², expected 0.0015 kg·m² as"),
+        ({"held": {"inertia": 1.6e-3}}, "inertia 0.0016, expected 0.0015 as"),
+        ({"held": {"inertia": 1.5e-3, "stribeck_speed": 1.0}}, "stribeck_speed 1, expected 0.4189"),
         ({"model": "other"}, "found other friction with motor_constant, .*, expected stribeck"),
     ],
 )

@@ -23,6 +23,7 @@ from gyrostat.identification.lot.result import Lot
 from gyrostat.identification.pool import pool_json as pool_json  # a view
 from gyrostat.identification.pool import pool_text as pool_text  # a view
 from gyrostat.identification.pool.analysis import pool_fits
+from gyrostat.identification.pool.pool_model import pooled_model
 from gyrostat.identification.pool.result import Pool
 from gyrostat.identification.result import fit_json as fit_json  # a view
 from gyrostat.identification.result import fit_text as fit_text  # a view
@@ -60,6 +61,7 @@ __all__ = [
     "identify_steady",
     "identify_torque_step",
     "pool_fits",
+    "pooled_model",
     "read_control_law",
     "stored_fit",
     "temperature_trends",

@@ -1,12 +1,13 @@
 """Verb `compare`: compare fits of one wheel over dates, or of the wheels of a batch."""
 
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Say, one_of, silent
-from gyrostat.verbs.stored_fits import labels_of, with_dates
+from gyrostat.verbs.stored_fits import dates_of, labels_of
 
 if TYPE_CHECKING:
     from gyrostat.identification import Comparison, Fit, StoredFit
@@ -61,7 +62,8 @@ def compare(
         one_of(wheels, WHEELS, "--wheels")
     stored_fits = [stored_fit(_file(fit), force=force) for fit in fits]
     if dates is not None:
-        stored_fits = with_dates(stored_fits, dates)
+        pairs = zip(stored_fits, dates_of(dates, len(stored_fits)), strict=True)
+        stored_fits = [replace(fit, date=date) for fit, date in pairs]
     same_wheel = _same_wheel(stored_fits) if wheels is None else wheels == "same"
     result = compare_fits(
         stored_fits,

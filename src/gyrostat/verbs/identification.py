@@ -174,6 +174,8 @@ def identify(
     }
     state, law_file = loop_of(loop, method)
     measured = [record.scaled(**factors) for record in load_records(records, say, **reading)]
+    if len({record.metadata.get("date") for record in measured}) > 1:
+        say("records of several dates: `gyrostat pool` estimates what varies between them")
     if method == "batch":
         title = choice if isinstance(choice, str) else choice.name
         say(f"identifying {title} friction from {', '.join(r.name for r in measured)}")

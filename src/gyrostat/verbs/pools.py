@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Named, Quantity, Say, in_si, parts_of, silent
-from gyrostat.verbs.stored_fits import fit_files, labels_of, with_dates
+from gyrostat.verbs.stored_fits import dates_of, fit_files, labels_of
 
 if TYPE_CHECKING:
     from gyrostat.identification import Fit, Pool, StoredFit
@@ -114,8 +114,11 @@ def pool(
         "columns": columns,
         "units": units,
     }
-    fits = _stored_fits(_items(records), out, options, force=force, say=say)
-    fits = _with_conditions(fits, dates, temperatures)
+    items = _items(records)
+    changes = _changes(len(items), dates, temperatures)
+    fits = _stored_fits(items, out, options, force=force, say=say)
+    pairs = zip(fits, changes, strict=True)
+    fits = [None if fit is None else replace(fit, **change) for fit, change in pairs]
     valid = [fit for fit in fits if fit is not None and serial in (None, fit.serial)]
     if serial is not None:
         say(f"{len(valid)} of {len(fits)} records are of the wheel {serial}")
@@ -213,26 +216,27 @@ def _identified(
     return identify(record, folder, **options, force=force, command=f"gyrostat pool, record {name}")
 
 
-def _with_conditions(
-    fits: "Sequence[StoredFit | None]",
+def _changes(
+    count: int,
     dates: str | Iterable[str] | None,
     temperatures: str | Iterable[Quantity] | None,
-) -> "list[StoredFit | None]":
-    """Fits with the dates and temperatures that the user gives, one for each item."""
-    results = list(fits)
-    if dates is not None:
-        texts = [d.strip() for d in dates.split(",")] if isinstance(dates, str) else list(dates)
-        _require_each(texts, fits, "--dates")
-        pairs = zip(results, texts, strict=True)
-        results = [None if fit is None else with_dates([fit], [text])[0] for fit, text in pairs]
-    if temperatures is not None:
-        values = [in_si(part, "temperature", "--temperatures") for part in parts_of(temperatures)]
-        _require_each(values, fits, "--temperatures")
-        pairs = zip(results, values, strict=True)
-        results = [None if fit is None else replace(fit, temperature=t) for fit, t in pairs]
-    return results
+) -> list[dict[str, Any]]:
+    """Date and temperature that the user gives for each item; checks the number of items.
 
-
-def _require_each(values: Sequence[object], fits: Sequence[object], option: str) -> None:
-    if len(values) != len(fits):
-        raise InputError(f"{option}: found {len(values)}, expected one for each of {len(fits)}")
+    Raises:
+        InputError: There are fewer than two items, or dates or temperatures do not suit them.
+    """
+    if count < 2:
+        raise InputError(f"pool: found {count} record, expected at least 2 of one wheel")
+    changes: list[dict[str, Any]] = [{} for _ in range(count)]
+    days = [] if dates is None else dates_of(dates, count)
+    warm = [] if temperatures is None else [*map(str, parts_of(temperatures))]
+    if temperatures is not None and len(warm) != count:
+        raise InputError(
+            f"--temperatures: found {len(warm)}, expected one for each of {count} records"
+        )
+    for change, day in zip(changes, days, strict=False):
+        change["date"] = day
+    for change, value in zip(changes, warm, strict=False):
+        change["temperature"] = in_si(value.strip(), "temperature", "--temperatures")
+    return changes

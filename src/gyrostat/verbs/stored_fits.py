@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING
 from gyrostat.core.errors import InputError
 
 if TYPE_CHECKING:
+    from datetime import datetime
+
     from gyrostat.identification import Fit, StoredFit
 
 
@@ -34,29 +36,27 @@ def fit_files(fits: "Sequence[Fit | str | Path] | str | Path") -> "list[Fit | Pa
     return items
 
 
-def with_dates(fits: "list[StoredFit]", dates: str | Iterable[str]) -> "list[StoredFit]":
-    """Replace the dates of fits.
+def dates_of(dates: str | Iterable[str], count: int) -> "list[datetime]":
+    """Parse the dates of several fits.
 
     Args:
-        fits: Fits.
         dates: Date of each; text separated by commas.
+        count: Number of fits.
 
     Raises:
         InputError: The number of dates differs, or one is not a date.
     """
-    from dataclasses import replace
-
     from gyrostat.identification.result.stored_fit import parse_date
 
     texts = [d.strip() for d in dates.split(",")] if isinstance(dates, str) else list(dates)
-    if len(texts) != len(fits):
-        raise InputError(f"--dates: found {len(texts)}, expected one for each of {len(fits)} fits")
+    if len(texts) != count:
+        raise InputError(f"--dates: found {len(texts)}, expected one for each of {count} fits")
     results = []
-    for fit, text in zip(fits, texts, strict=True):
+    for text in texts:
         date = parse_date(text)
         if date is None:
             raise InputError(f"--dates: found {text!r}, expected a date such as 2026-03-01")
-        results.append(replace(fit, date=date))
+        results.append(date)
     return results
 
 

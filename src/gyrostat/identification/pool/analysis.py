@@ -271,11 +271,12 @@ def _check(fits: Sequence[StoredFit]) -> None:
                 f"{each.model} friction with {', '.join(each.names)}" for each in (fit, first)
             )
             raise InputError(f"{fit.name}: found {found}, expected {expected} as {first.name}")
-        if fit.inertia != first.inertia:
-            raise InputError(
-                f"{fit.name}: found an identification with inertia {_text(fit.inertia)}, expected "
-                f"{_text(first.inertia)} as {first.name}: one wheel has one inertia"
-            )
+        for name in _held(first):
+            if _held(fit).get(name) != _held(first)[name]:
+                raise InputError(
+                    f"{fit.name}: found an identification with {name} {_text(fit, name)}, expected "
+                    f"{_text(first, name)} as {first.name}"
+                )
         for before in fits[:k]:
             if np.array_equal(fit.values, before.values):
                 raise InputError(
@@ -284,5 +285,13 @@ def _check(fits: Sequence[StoredFit]) -> None:
                 )
 
 
-def _text(inertia: float | None) -> str:
-    return "estimated" if inertia is None else f"{inertia:.6g} kg·m²"
+def _held(fit: StoredFit) -> dict[str, float | None]:
+    """Values of the wheel that an identification was given; the inertia is None if estimated."""
+    bench = ("current_bias", "initial_speed")
+    held = {name: value for name, value in fit.held.items() if not name.startswith(bench)}
+    return {**held, "inertia": fit.inertia}
+
+
+def _text(fit: StoredFit, name: str) -> str:
+    value = _held(fit).get(name)
+    return "estimated" if value is None else f"{value:.6g}"

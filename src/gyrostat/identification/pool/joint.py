@@ -42,14 +42,14 @@ def predicted_correlation(
     count = residual.shape[1]
     mutual = np.clip(moments, -1.0, 1.0) * count / (count + RECORDS_OF_PRIOR)
     np.fill_diagonal(mutual, 1.0)
-    mutual = _positive(mutual)
+    mutual = nearest_correlation(mutual)
     means = np.einsum("ik,jk,kij->ij", influence, influence, errors + mutual * scatters)
     total = means + mutual * np.outer(ahead, ahead) + shared @ shared.T
     variances = [each.prediction(temperature, date).sigma ** 2 for each in posteriors]
     sigma = np.sqrt(np.maximum(np.diag(total), variances + np.sum(shared**2, axis=1)))
     correlation = total / np.outer(sigma, sigma)
     np.fill_diagonal(correlation, 1.0)
-    return _positive(correlation)
+    return nearest_correlation(correlation)
 
 
 def _at_typical_point(
@@ -78,11 +78,11 @@ def _at_typical_point(
     return influence, scatter[:-1], float(scatter[-1]), residual
 
 
-def _positive(correlation: Matrix) -> Matrix:
-    """Nearest correlation with eigenvalues above zero, approximately."""
-    values, axes = np.linalg.eigh(0.5 * (correlation + correlation.T))
-    matrix = axes @ (np.maximum(values, 1e-6)[:, None] * axes.T)
-    sigma = np.sqrt(np.diag(matrix))
-    result = matrix / np.outer(sigma, sigma)
+def nearest_correlation(matrix: Matrix) -> Matrix:
+    """Correlation with eigenvalues above zero, near a matrix that may have others."""
+    values, axes = np.linalg.eigh(0.5 * (matrix + matrix.T))
+    positive = axes @ (np.maximum(values, 1e-6)[:, None] * axes.T)
+    sigma = np.sqrt(np.diag(positive))
+    result = positive / np.outer(sigma, sigma)
     np.fill_diagonal(result, 1.0)
     return result

@@ -3,6 +3,7 @@
 import numpy as np
 
 from gyrostat.core.types import Matrix
+from gyrostat.identification.pool.joint import nearest_correlation
 from gyrostat.identification.pool.pool_text import conditions_text
 from gyrostat.identification.pool.result import Pool
 from gyrostat.wheel.friction import FRICTION_MODELS
@@ -14,18 +15,22 @@ def pooled_model(pool: Pool) -> WheelModel | None:
 
     Its standard deviations are those of a further record: what is not known of the wheel, and what
     varies from one record to the next. Parameters that no record identified are those of the first
-    record. None if the friction model is not of this package.
+    record. None if the friction model is not of this package, or if a parameter of it is missing.
     """
     first = pool.fits[0]
     law = FRICTION_MODELS.get(first.model)
     if law is None:
         return None
     parameters = pool.parameters
-    values = {name: value for name, value in first.held.items() if name in law.dimensions()}
+    known = {"motor_constant", *law.dimensions()}
+    values = {name: value for name, value in first.held.items() if name in known}
     values |= {name: p.prediction.value for name, p in parameters.items()}
+    if not known <= set(values):
+        return None
     for name, limit in law.vanishing_at.items():
         # by chance below its limit, where the records do not tell them apart
-        if values[name] < values[limit] < values[name] + 2.0 * parameters[name].prediction.sigma:
+        error = parameters[name].prediction.sigma if name in parameters else 0.0
+        if values[name] < values[limit] < values[name] + 2.0 * error:
             values[name] = values[limit]
     sigma = {name: p.prediction.sigma for name, p in parameters.items()}
     correlation = pool.correlation
@@ -35,7 +40,7 @@ def pooled_model(pool: Pool) -> WheelModel | None:
         if tolerance is not None:
             sigma["inertia"] = first.inertia * tolerance.sigma
             correlation = _with_inertia(pool, correlation)
-    known = {"inertia", "motor_constant", *law.dimensions()}
+    known.add("inertia")
     places = [k for k, name in enumerate(sigma) if name in known]
     names = tuple(name for name in sigma if name in known)
     return WheelModel(
@@ -65,4 +70,4 @@ def _with_inertia(pool: Pool, correlation: Matrix) -> Matrix:
     wider = np.eye(count + 1)
     wider[:count, :count] = correlation
     wider[count, :count] = wider[:count, count] = errors
-    return wider
+    return nearest_correlation(wider)
