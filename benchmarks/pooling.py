@@ -19,10 +19,10 @@ does not depend on temperature; running-in, dry friction falls by up to 40 % wit
 0.3 years; heavy-tails, scatter by Student's t with 5 degrees of freedom.
 
 Printed for each parameter: share of the 95 % intervals that hold the true parameter of the further
-record, and its estimate; median width of the interval over 3.92 times the sigma of the errors (from
-their quartiles); for viscous friction the mean log score of the further record by the law, a line
-and a parabola. With --simulated, records are simulated and identified. Seeds below 90000 served
-development.
+record, and its estimate; the share with scatter and shape as if they were known (plug-in); median
+width of the interval over 3.92 times the sigma of the errors (from their quartiles); for viscous
+friction the mean log score of the further record by the law, a line and a parabola. With
+--simulated, records are simulated and identified. Seeds below 90000 served development.
 """
 
 import argparse
@@ -34,7 +34,7 @@ import numpy as np
 from gyrostat.identification.pool.analysis import relative_estimates
 from gyrostat.identification.pool.laws import Polynomial
 from gyrostat.identification.pool.oil import Walther
-from gyrostat.identification.pool.posterior import posterior
+from gyrostat.identification.pool.posterior import Posterior, posterior
 from gyrostat.identification.pool.result import Conditions
 from gyrostat.identification.pool.usual import POLYNOMIAL
 
@@ -156,18 +156,20 @@ def judge(
     """Predict the last record of one parameter from the others.
 
     Returns:
-        Share of the prediction below the true parameter, share below its estimate, width of the
-        interval, and error; and for viscous friction the log scores of the laws.
+        Share of the prediction below the true parameter, share below its estimate, share below the
+        true parameter with the most likely scatter and shape, width of the interval, and error; and
+        for viscous friction the log scores of the laws.
     """
     values, errors = estimates
     item, size = relative_estimates(kind, values[:-1], errors[:-1], conditions, oil)
     place = conditions.temperature, conditions.year - conditions.middle
     value, error = values[-1] / size, errors[-1] / size
-    prediction = posterior(item).prediction(*place)
-    record = posterior(item).prediction(*place, error=error)
+    result = posterior(item)
+    prediction, record = (result.prediction(*place, error=e) for e in (0.0, error))
     row = [
         prediction.share_below(true / size),
         record.share_below(value),
+        plug_in(result).prediction(*place).share_below(true / size),
         prediction.quantile(1.0 - HALF) - prediction.quantile(HALF),
         true / size - prediction.quantile(0.5),
     ]
@@ -177,6 +179,15 @@ def judge(
     items = [item, *(replace(item, laws=(law,)) for law in polynomials)]
     predictions = [posterior(each).prediction(*place, error=error) for each in items]
     return row, [each.log_density(value) for each in predictions]
+
+
+def plug_in(result: Posterior) -> Posterior:
+    """Posterior with scatter and shape as if they were known: their most likely values."""
+    branch = max(result.branches, key=lambda each: each.log_weight.max())
+    k = [int(np.argmax(branch.log_weight))]
+    names = ("shape", "scatter", "log_weight", "beta", "covariance")
+    point = replace(branch, **{name: getattr(branch, name)[k] for name in names})
+    return Posterior(result.estimates, [point])
 
 
 def measure(
@@ -212,10 +223,10 @@ def measure(
     setting = f"{count:3} {ratio:4} {case:15} {trend:g} {oil:7}"
     for name, rows in results.items():
         table = np.array(rows)
-        held = 100.0 * np.mean(np.abs(table[:, :2] - 0.5) < 0.5 - HALF, axis=0)
-        spread = np.subtract(*np.quantile(table[:, 3], [0.75, 0.25])) / 1.349
-        width = np.median(table[:, 2]) / (3.92 * spread)
-        text = f"{setting} {name:14} {held[0]:5.1f} {held[1]:5.1f} {width:5.2f}"
+        held = 100.0 * np.mean(np.abs(table[:, :3] - 0.5) < 0.5 - HALF, axis=0)
+        spread = np.subtract(*np.quantile(table[:, 4], [0.75, 0.25])) / 1.349
+        width = np.median(table[:, 3]) / (3.92 * spread)
+        text = f"{setting} {name:14} {held[0]:5.1f} {held[1]:5.1f} {held[2]:5.1f} {width:5.2f}"
         if name == "viscous":
             text += " | log scores " + " ".join(f"{d:.2f}" for d in np.mean(densities, axis=0))
         print(text, flush=True)
@@ -239,7 +250,9 @@ def main() -> None:
     print(
         "records, errors, case, trend, oil, parameter; intervals of 95 % that hold, %: parameter,"
     )
-    print("estimate; median width / 3.92 sigma; log scores: law, line, parabola")
+    print(
+        "estimate, parameter as if the scatter were known; median width / 3.92 sigma; log scores: law, line, parabola"
+    )
     for count in map(int, arguments.records.split(",")):
         for ratio in map(float, arguments.errors.split(",")):
             for case in arguments.case.split(","):

@@ -10,12 +10,14 @@ from scipy import integrate, stats
 
 from gyrostat.core.errors import InputError
 from gyrostat.identification.judge.spread import between
+from gyrostat.identification.pool.analysis import relative_estimates
 from gyrostat.identification.pool.held_out import held_out_scores, log_scores
 from gyrostat.identification.pool.joint import predicted_correlation
 from gyrostat.identification.pool.laws import KnownOil, Polynomial, UnknownOil, viscous_laws
 from gyrostat.identification.pool.mixture import Mixture
 from gyrostat.identification.pool.oil import Vogel, Walther, parse_oil
 from gyrostat.identification.pool.posterior import Estimates, mean_rows, posterior
+from gyrostat.identification.pool.result import Conditions
 
 OIL = Walther((40.0, 100.0), (108.0, 14.6))
 FLAT = (Polynomial(0.0, ()),)
@@ -176,6 +178,21 @@ def test_the_order_of_the_records_does_not_matter(order, seed):
     moved = replace(item, **{name: getattr(item, name)[order] for name in fields})
     first, second = (posterior(each).prediction(50.0, 1.0) for each in (item, moved))
     assert first.quantile(0.975) == pytest.approx(second.quantile(0.975), rel=1e-9)
+
+
+@settings(max_examples=20, deadline=None)
+@given(st.floats(1e-9, 1e9), st.integers(0, 1000))
+def test_the_unit_of_a_parameter_does_not_matter(unit, seed):
+    item = estimates(np.random.default_rng(seed))
+    conditions = Conditions(item.temperature, item.date + 1.0, 20.0, 2.5)
+    kind = ("coulomb", "N·m")
+    first, size = relative_estimates(kind, item.values, item.errors, conditions, None)
+    other, scaled = relative_estimates(
+        kind, unit * item.values, unit * item.errors, conditions, None
+    )
+    assert scaled == pytest.approx(unit * size)
+    np.testing.assert_allclose(other.values, first.values, rtol=1e-12)
+    np.testing.assert_allclose(other.errors, first.errors, rtol=1e-12)
 
 
 def test_prediction_intervals_hold():
