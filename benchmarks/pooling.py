@@ -250,9 +250,7 @@ def main() -> None:
     print(
         "records, errors, case, trend, oil, parameter; intervals of 95 % that hold, %: parameter,"
     )
-    print(
-        "estimate, parameter as if the scatter were known; median width / 3.92 sigma; log scores: law, line, parabola"
-    )
+    print("estimate, plug-in; median width / 3.92 sigma; log scores: law, line, parabola")
     for count in map(int, arguments.records.split(",")):
         for ratio in map(float, arguments.errors.split(",")):
             for case in arguments.case.split(","):
