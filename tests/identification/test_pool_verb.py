@@ -112,6 +112,18 @@ def test_a_known_oil_narrows_the_prediction_elsewhere(folder):
     assert widths[1] < 0.8 * widths[0]
 
 
+def test_the_power_of_the_viscosity_is_said_and_that_of_a_wrong_oil_noted(folder):
+    """The records have a power of 0.75; the viscosity of thin oils falls less."""
+    said = []
+    result = gs.pool(folder, oil="40:108,100:14.6", say=said.append)
+    assert any("to the power 0.7" in line for line in said)
+    assert not any("end of its range" in note for note in result.notes)
+    flat = gs.pool(folder, oil="vogel:700,110")
+    assert any("is at the end of its range, 0.5 to 1: another oil" in n for n in flat.notes)
+    thin = gs.pool(folder, oil="40:10,100:5")
+    assert any("parabola in temperature predicts the held-out" in note for note in thin.notes)
+
+
 def test_the_error_of_the_inertia_is_common_and_moves_all_records(folder):
     """It is no scatter, and is in the prediction of the wheel but not in that of a record."""
     alone = gs.pool(folder).parameters["motor_constant"]

@@ -3,11 +3,14 @@
 from collections.abc import Mapping, Sequence
 
 from gyrostat.identification.judge.fit_changes import FALSE_ALARMS
+from gyrostat.identification.pool.laws import POWERS, KnownOil
 from gyrostat.identification.pool.result import Conditions, PooledParameter
 from gyrostat.identification.result.stored_fit import StoredFit
 
 FEW = 5
 """Number of records below which the scatter is hardly known."""
+AT_END = 0.05
+"""Distance from an end of the range of powers, share of the range, that is reported."""
 BETTER = 2.0
 """Difference of log scores, over all records, that is reported."""
 
@@ -94,15 +97,31 @@ def _on_dates(
 
 
 def _on_laws(parameter: PooledParameter) -> list[str]:
+    remarks = _on_power(parameter)
     densities = parameter.held_out.log_scores
     if not densities:
-        return []
+        return remarks
     best = max(densities, key=lambda name: densities[name])
     gain = densities[best] - densities["oil"]
     if gain < BETTER:
-        return []
+        return remarks
     return [
+        *remarks,
         f"{parameter.name}: a {best} in temperature predicts the held-out records better than the "
         f"oil's viscosity does (log score higher by {gain:.1f}): an --oil that is wrong, or "
-        "friction that is not that of an oil"
+        "friction that is not that of an oil",
+    ]
+
+
+def _on_power(parameter: PooledParameter) -> list[str]:
+    """Remark on a power of the viscosity at an end of its range."""
+    posterior = parameter.posterior
+    if not isinstance(posterior.estimates.laws[0], KnownOil):
+        return []
+    power = posterior.shape_quantile(0.5)
+    if min(power - POWERS[0], POWERS[1] - power) > AT_END * (POWERS[1] - POWERS[0]):
+        return []
+    return [
+        f"{parameter.name}: the power of the viscosity, {power:.2f}, is at the end of its range, "
+        f"{POWERS[0]:g} to {POWERS[1]:g}: another oil, or friction that is not that of an oil"
     ]

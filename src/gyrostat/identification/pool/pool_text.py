@@ -3,7 +3,8 @@
 from gyrostat.core.text import aligned, measured, plain
 from gyrostat.core.views import lines as text_view
 from gyrostat.identification.judge.fit_changes import FALSE_ALARMS
-from gyrostat.identification.pool.result import Pool, PooledParameter, Quantity
+from gyrostat.identification.pool.laws import KnownOil
+from gyrostat.identification.pool.result import INTERVAL, Pool, PooledParameter, Quantity
 
 Table = tuple[str, tuple[str, ...], list[tuple[str, ...]]]
 """Title, header and rows."""
@@ -118,9 +119,15 @@ def _record(pool: Pool, parameter: PooledParameter, k: int) -> tuple[str, ...]:
 
 
 def laws_text(pool: Pool) -> list[str]:
-    """Comparison of laws over temperature, one line for each parameter that has several."""
+    """Laws over temperature of viscous friction, and their comparison with polynomials."""
     lines = []
     for parameter in pool.parameters.values():
+        if isinstance(parameter.posterior.estimates.laws[0], KnownOil):
+            power, low, high = (parameter.posterior.shape_quantile(p) for p in (0.5, *INTERVAL))
+            lines.append(
+                f"{parameter.name} is proportional to the viscosity of the oil to the power "
+                f"{power:.2f} ({low:.2f} to {high:.2f})"
+            )
         densities = parameter.held_out.log_scores
         if densities:
             gains = ", ".join(

@@ -107,6 +107,12 @@ class Posterior:
         levels, places = np.unique(scatter, return_inverse=True)
         return weighted_quantile(levels, np.bincount(places, self.weight).astype(float), share)
 
+    def shape_quantile(self, share: float) -> float:
+        """Quantile of the shape, for laws whose shapes have the same meaning."""
+        shape = np.concatenate([branch.shape for branch in self.branches])
+        levels, places = np.unique(shape, return_inverse=True)
+        return weighted_quantile(levels, np.bincount(places, self.weight).astype(float), share)
+
     def coefficient(self, place: int) -> Mixture:
         """Distribution of a coefficient that all laws have."""
         means = [branch.beta[:, place] for branch in self.branches]
