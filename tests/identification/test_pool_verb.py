@@ -177,6 +177,17 @@ def test_without_dates_and_temperatures_there_is_no_law_and_notes_say_so(folder)
         gs.pool(folder, dates="2026-01-01")
 
 
+def test_a_page_without_temperatures_and_a_law_that_is_not_of_this_package(folder, tmp_path):
+    """There is no friction surface then, and no model.toml."""
+    for k in range(8):
+        change(folder, k, metadata=[], mean_temperature=[], model="mine")
+    gs.pool(folder, tmp_path / "out")
+    assert not (tmp_path / "out" / "model.toml").exists()
+    page = (tmp_path / "out" / "pool.html").read_text(encoding="utf-8")
+    assert page.count("<svg") == 1
+    assert "dates are unknown" in page
+
+
 def test_records_of_one_date_have_no_trend(folder):
     for k in range(8):
         change(folder, k, metadata=[{"date": "2026-01-01"}])
