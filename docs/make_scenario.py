@@ -171,7 +171,7 @@ Alternatively, the result of an identification, with its correlations:
 
 | key | meaning |
 |---|---|
-| `fit` | `fit.json` of `gyrostat identify` |
+| `fit` | `fit.json` of `gyrostat identify`, or [`pool.json`](many_records.md) of `gyrostat pool` |
 | `wheel` | name of the wheel whose friction and inertia are drawn from it |
 
 Or a [lot of wheels](lot.md#draw-wheels-from-the-lot), whatever the nominal values are:

@@ -1,14 +1,29 @@
 """The verb `pool`: files, models that campaigns read, what is refused, left out and noted."""
 
 import json
+import shutil
 from datetime import date, timedelta
+from pathlib import Path
 
 import numpy as np
 import pytest
 
 import gyrostat as gs
+from gyrostat.campaigns.draws import draw
 from gyrostat.identification.pool.oil import Walther
 
+SCENARIOS = Path(__file__).parents[2] / "examples" / "scenarios"
+SCENARIO = """[run]
+duration = "10 s"
+control_period = "0.25 s"
+[spacecraft]
+file = "cubesat.toml"
+[controller]
+kind = "three_axis"
+[[dispersion]]
+fit = "out/pool.json"
+wheel = "a"
+"""
 NAMES = ("motor_constant", "viscous", "coulomb", "static")
 UNITS = ("N·m/A", "N·m·s/rad", "N·m", "N·m")
 SIGMA = np.array([0.0005, 0.02, 0.005, 0.02])
@@ -96,6 +111,20 @@ def test_the_model_is_that_of_the_prediction(folder, tmp_path):
     assert (model.values["inertia"], model.values["stribeck_speed"]) == (1.5e-3, 0.4189)
     assert model.wheel().friction.viscous == pytest.approx(model.values["viscous"])
     assert np.linalg.eigvalsh(model.covariance()[1]).min() > 0.0
+
+
+def test_a_campaign_draws_the_wheel_of_a_further_record(folder, tmp_path):
+    result = gs.pool(folder, tmp_path / "out")
+    for name in ("cubesat.toml", "cubesat_wheel.toml"):
+        shutil.copy(SCENARIOS / name, tmp_path)
+    (tmp_path / "scenario.toml").write_text(SCENARIO)
+    scenario = gs.read_scenario(tmp_path / "scenario.toml")
+    values, _ = draw(scenario, 1, np.arange(4000))
+    columns = [scenario.dispersed.index(f"wheel.a.{name}") for name in ("viscous", "coulomb")]
+    sigmas = [result.parameters[name].prediction.sigma for name in ("viscous", "coulomb")]
+    np.testing.assert_allclose(values[:, columns].std(axis=0), sigmas, rtol=0.06)
+    drawn = np.corrcoef(values[:, columns].T)[0, 1]
+    assert drawn == pytest.approx(result.correlation[1, 2], abs=0.06)
 
 
 def test_a_known_oil_narrows_the_prediction_elsewhere(folder):

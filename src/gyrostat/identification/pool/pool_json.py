@@ -3,7 +3,9 @@
 from dataclasses import asdict
 from typing import Any
 
+from gyrostat.core.units import si_unit
 from gyrostat.core.views import content as json_view
+from gyrostat.identification.pool.pool_model import pooled_model
 from gyrostat.identification.pool.result import Pool, PooledParameter, Quantity
 
 
@@ -11,10 +13,19 @@ from gyrostat.identification.pool.result import Pool, PooledParameter, Quantity
 def content(pool: Pool) -> dict[str, object]:
     """Content of pool.json: numbers, text, lists and mappings.
 
+    Value, sigma and correlation of the parameters are those of a further record, as in fit.json.
+
     Args:
         pool: Pooled records.
     """
-    conditions = pool.conditions
+    conditions, wheel = pool.conditions, pooled_model(pool)
+    parameters = {name: _parameter(p) for name, p in pool.parameters.items()}
+    names, matrix = tuple(parameters), pool.correlation
+    if wheel is not None and wheel.correlation is not None:
+        names, matrix = wheel.correlation
+    if wheel is not None and "inertia" not in parameters and "inertia" in wheel.sigma:
+        inertia = {"value": wheel.values["inertia"], "sigma": wheel.sigma["inertia"]}
+        parameters["inertia"] = {"unit": si_unit("inertia"), **inertia, "given": True}
     return {
         "records": len(pool.fits),
         "model": pool.fits[0].model,
@@ -23,8 +34,8 @@ def content(pool: Pool) -> dict[str, object]:
             "temperature_degC": None if conditions.temperatures is None else conditions.temperature,
             "years_after_first_record": None if conditions.years is None else conditions.year,
         },
-        "parameters": {name: _parameter(p) for name, p in pool.parameters.items()},
-        "correlation": {"names": list(pool.parameters), "matrix": pool.correlation.tolist()},
+        "parameters": parameters,
+        "correlation": {"names": list(names), "matrix": matrix.tolist()},
         "fits": [
             {
                 "label": label,
@@ -53,6 +64,8 @@ def content(pool: Pool) -> dict[str, object]:
 def _parameter(parameter: PooledParameter) -> dict[str, Any]:
     return {
         "unit": parameter.unit,
+        "value": parameter.prediction.value,
+        "sigma": parameter.prediction.sigma,
         "prediction": asdict(parameter.prediction),
         "estimate_of_a_record": asdict(parameter.record),
         "mean": asdict(parameter.mean),
