@@ -263,8 +263,10 @@ def test_fits_that_do_not_belong_together_are_refused(folder, entries, message):
 
 
 def test_one_record_and_the_same_record_twice_are_refused(folder):
-    with pytest.raises(gs.InputError, match="found 1 record, expected at least 2"):
+    with pytest.raises(gs.InputError, match="of one wheel: found 1, expected at least 2"):
         gs.pool([folder / "r0"])
+    with pytest.raises(gs.InputError, match=r"none\.csv: found no file"):
+        gs.pool([folder / "r0", folder / "none.csv"])
     with pytest.raises(gs.InputError, match="found the same values as in"):
         gs.pool([folder / "r0", folder / "r0"])
 

@@ -165,7 +165,12 @@ def _items(records: "Sequence[Record | Fit | str | Path]") -> "list[Record | Fit
 
 
 def _path(item: Any) -> Any:
-    return Path(item) if isinstance(item, str) else item
+    """Path of a file that exists, or a record or fit as it is."""
+    if not isinstance(item, str | Path):
+        return item
+    if not Path(item).exists():
+        raise InputError(f"{item}: found no file, expected a record, a fit.json or a folder")
+    return Path(item)
 
 
 def _stored_fits(
@@ -227,7 +232,7 @@ def _changes(
         InputError: There are fewer than two items, or dates or temperatures do not suit them.
     """
     if count < 2:
-        raise InputError(f"pool: found {count} record, expected at least 2 of one wheel")
+        raise InputError(f"pool: records of one wheel: found {count}, expected at least 2")
     changes: list[dict[str, Any]] = [{} for _ in range(count)]
     days = [] if dates is None else dates_of(dates, count)
     warm = [] if temperatures is None else [*map(str, parts_of(temperatures))]

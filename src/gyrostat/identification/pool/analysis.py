@@ -256,7 +256,7 @@ def _shared_roots(fits: Sequence[StoredFit], *, same_bench: bool) -> Matrix:
 def _check(fits: Sequence[StoredFit]) -> None:
     """Check that the fits are of one wheel, and different."""
     if len(fits) < 2:
-        raise InputError(f"pool: found {len(fits)} record, expected at least 2 of one wheel")
+        raise InputError(f"pool: records of one wheel: found {len(fits)}, expected at least 2")
     first = fits[0]
     serials = {fit.serial: fit.name for fit in fits if fit.serial}
     if len(serials) > 1:
