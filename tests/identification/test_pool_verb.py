@@ -204,6 +204,7 @@ def test_without_dates_and_temperatures_there_is_no_law_and_notes_say_so(folder)
     assert stated.parameters["coulomb"].trend is not None
     with pytest.raises(gs.InputError, match=r"^dates: found 1, expected one for each of 8"):
         gs.pool(folder, dates="2026-01-01")
+    assert gs.pool(folder, dates=["2026-01-01"] * 8).parameters["coulomb"].trend is None
 
 
 def test_a_page_without_temperatures_and_a_law_that_is_not_of_this_package(folder, tmp_path):
@@ -215,12 +216,6 @@ def test_a_page_without_temperatures_and_a_law_that_is_not_of_this_package(folde
     page = (tmp_path / "out" / "pool.html").read_text(encoding="utf-8")
     assert page.count("<svg") == 1
     assert "dates are unknown" in page
-
-
-def test_records_of_one_date_have_no_trend(folder):
-    for k in range(8):
-        change(folder, k, metadata=[{"date": "2026-01-01"}])
-    assert gs.pool(folder).parameters["coulomb"].trend is None
 
 
 def test_a_wrong_record_is_named(folder):

@@ -15,6 +15,7 @@ from gyrostat.identification.pool.held_out import FEWEST, held_out_scores, log_s
 from gyrostat.identification.pool.joint import predicted_correlation
 from gyrostat.identification.pool.mixture import Mixture
 from gyrostat.identification.pool.oil import Oil
+from gyrostat.identification.pool.one_wheel import require_one_wheel
 from gyrostat.identification.pool.pool_notes import notes
 from gyrostat.identification.pool.posterior import Estimates, Posterior, posterior
 from gyrostat.identification.pool.result import (
@@ -57,7 +58,7 @@ def pool_fits(
         InputError: There are too few fits, they do not belong together, or the prediction needs
             temperatures or dates that the records lack.
     """
-    _check(fits)
+    require_one_wheel(fits)
     fits, labels = in_order_of_date(fits, labels)
     conditions = _conditions(fits, temperature, date)
     values = np.array([fit.values for fit in fits])
@@ -251,47 +252,3 @@ def _shared_roots(fits: Sequence[StoredFit], *, same_bench: bool) -> Matrix:
         if len(sigmas) == 1 and None not in sigmas:
             columns.append(np.array([fit.tolerances[name].errors for fit in fits])[:, :, None])
     return np.concatenate(columns, axis=2)
-
-
-def _check(fits: Sequence[StoredFit]) -> None:
-    """Check that the fits are of one wheel, and different."""
-    if len(fits) < 2:
-        raise InputError(f"pool: records of one wheel: found {len(fits)}, expected at least 2")
-    first = fits[0]
-    serials = {fit.serial: fit.name for fit in fits if fit.serial}
-    if len(serials) > 1:
-        text = ", ".join(f"{serial} ({name})" for serial, name in serials.items())
-        raise InputError(
-            f"pool: found records of several wheels, serial {text}, expected one wheel: --serial "
-            "takes those of one"
-        )
-    for k, fit in enumerate(fits):
-        if fit.model != first.model or fit.names != first.names:
-            found, expected = (
-                f"{each.model} friction with {', '.join(each.names)}" for each in (fit, first)
-            )
-            raise InputError(f"{fit.name}: found {found}, expected {expected} as {first.name}")
-        for name in _held(first):
-            if _held(fit).get(name) != _held(first)[name]:
-                raise InputError(
-                    f"{fit.name}: found an identification with {name} {_text(fit, name)}, expected "
-                    f"{_text(first, name)} as {first.name}"
-                )
-        for before in fits[:k]:
-            if np.array_equal(fit.values, before.values):
-                raise InputError(
-                    f"{fit.name}: found the same values as in {before.name}, expected another "
-                    "record"
-                )
-
-
-def _held(fit: StoredFit) -> dict[str, float | None]:
-    """Values of the wheel that an identification was given; the inertia is None if estimated."""
-    bench = ("current_bias", "initial_speed")
-    held = {name: value for name, value in fit.held.items() if not name.startswith(bench)}
-    return {**held, "inertia": fit.inertia}
-
-
-def _text(fit: StoredFit, name: str) -> str:
-    value = _held(fit).get(name)
-    return "estimated" if value is None else f"{value:.6g}"
