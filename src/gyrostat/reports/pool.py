@@ -157,7 +157,9 @@ def friction_surface(pool: Pool) -> Figure | None:
     torque = [_torque(wheel, _means(pool, float(t)), speed) for t in warm]
     with panels(height=3.4) as (figure, axes):
         options = {"vmin": 0.0, "vmax": 1e3 * float(np.max(torque)), "cmap": "viridis"}
-        image = axes.pcolormesh(speed / RPM, warm, 1e3 * np.array(torque), **options)
+        image = axes.pcolormesh(
+            speed / RPM, warm, 1e3 * np.array(torque), rasterized=True, **options
+        )
         marks = np.linspace(0.15, 0.9, SPEEDS) * top
         for k, temperature in enumerate(conditions.temperatures):
             values = {name: float(p.values[k]) for name, p in pool.parameters.items()}
