@@ -3,6 +3,7 @@
 import ctypes
 import hashlib
 import os
+import re
 import shutil
 import subprocess
 from collections.abc import Sequence
@@ -89,9 +90,10 @@ def _version(command: tuple[str, ...]) -> str:
     return _run([*command, "--version"])
 
 
-def header() -> str:
-    """Text of the header file `lanes.h`."""
-    return files("gyrostat.codegen.simd").joinpath("lanes.h").read_text(encoding="utf-8")
+def header(name: str = "lanes.h") -> str:
+    """Text of a header file of this folder, with the files of this folder that it includes."""
+    text = files("gyrostat.codegen.simd").joinpath(name).read_text(encoding="utf-8")
+    return re.sub(r'^#include "(.*)"\n', lambda line: header(line[1]), text, flags=re.MULTILINE)
 
 
 def library(text: str, more: tuple[str, ...] = ()) -> ctypes.CDLL:

@@ -1,6 +1,6 @@
 """C expressions for operations on one number and on a vector with one number in each lane."""
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from gyrostat.codegen.program import Kind, Number, Operand
 
@@ -48,15 +48,15 @@ def number(constant: Number) -> str:
 
 def shared_word(kind: Kind, place: str) -> str:
     """Number in the memory that all runs share."""
-    word = f"shared[{place}]"
-    return f"({ONE[kind]}){f'ONE_AS(double, {word})' if kind == 'real' else word}"
+    word = f"SHARED({place})"
+    return f"one_as_real({word})" if kind == "real" else f"({ONE[kind]}){word}"
 
 
 def converted(operation: str, kind: Kind, text: str) -> str | None:
     """Type conversion of lanes; None for another operation."""
     target = operation.removeprefix("to_")
     if operation.startswith("as_"):
-        return f"({VECTOR[operation[3:]]}){text}"  # pyright: ignore[reportArgumentType]
+        return _reinterpreted(VECTOR, kind, operation[3:], text)
     if target == operation:
         return None
     if target == "word":
@@ -98,15 +98,26 @@ def on_one(operation: str, operands: Sequence[Operand], texts: list[str]) -> str
     if operation.startswith("to_"):
         return f"({ONE[operation[3:]]}){texts[0]}"  # pyright: ignore[reportArgumentType]
     if operation.startswith("as_"):
-        target = ONE[operation[3:]]  # pyright: ignore[reportArgumentType]
-        return f"ONE_AS({target}, ({ONE[kind]}){texts[0]})"
+        return _reinterpreted(ONE, kind, operation[3:], texts[0])
     if operation in _WITHOUT_LIBRARY:
         lanes = ", ".join(
             f"all_{VECTOR[o.kind]}({t})" for o, t in zip(operands, texts, strict=True)
         )
-        return f"{operation}_{VECTOR[kind]}({lanes})[0]"
+        return f"one_of_{VECTOR[kind]}({operation}_{VECTOR[kind]}({lanes}))"
     name = {"abs": "fabs", "finite": "isfinite"}.get(operation, operation)
     return f"{name}({', '.join(texts)})"
+
+
+def _reinterpreted(types: Mapping[Kind, str], kind: Kind, target: str, text: str) -> str:
+    """Value of another kind with the same 64 bits; `types` are those of lanes or of one number."""
+    prefix, whole = ("one_", "int64_t") if types is ONE else ("", "integer")
+    if target == kind == "real":
+        return text
+    if target == "real":
+        return f"{prefix}as_real(({whole}){text})"
+    if kind == "real":
+        text = f"{prefix}as_integer({text})"
+    return f"({types[target]}){text}"  # pyright: ignore[reportArgumentType]
 
 
 def case_test(kind: Kind, text: str, is_one: bool, case: int, last: int) -> str:

@@ -51,16 +51,17 @@ class Writer:
             self._declare(name, shared_word(name.kind, str(word)), constant=True)
         for name, word in own.items():
             logical = name.kind == "logical"
-            memory = "integer" if logical else VECTOR[name.kind]
-            text = f"((const {memory}_memory *)own)[{word}]"
+            text = f"OWN({'integer' if logical else VECTOR[name.kind]}, {word})"
             self._declare(name, f"mask_of_integer({text})" if logical else text, constant=True)
 
-    def constants(self, tables: Sequence[Table]) -> None:
-        """Define constant tables."""
+    def constants(self, tables: Sequence[Table]) -> str:
+        """Definitions of constant tables, which stand before the function."""
+        texts = []
         for table in tables:
             elements = ", ".join(number(Number(table.kind, each)) for each in table.values)
-            head = f"static const {ONE[table.kind]} {self._new(table)}[{table.size}]"
-            self._line(f"{head} = {{{elements}}};")
+            head = f"TABLE {ONE[table.kind]} {self._new(table)}[{table.size}]"
+            texts.append(f"{head} = {{{elements}}};\n")
+        return "".join(texts)
 
     def results(self, results: Sequence[Operand]) -> None:
         """Store results one after the other."""
@@ -79,7 +80,7 @@ class Writer:
         kind, text = VECTOR[value.kind], self._lanes(value)
         if value.kind == "logical":
             kind, text = "integer", f"integer_of_mask({text})"
-        self._line(f"(({kind}_memory *){memory})[{index}] = {text};")
+        self._line(f"PUT({kind}, {memory}, {index}, {text});")
 
     def _new(self, variable: Name | Table) -> str:
         self._texts[variable] = f"v{len(self._texts)}"
@@ -150,12 +151,9 @@ class Writer:
                 text = f"select_{VECTOR[table.kind]}({self._active}, {text}, {element})"
             self._line(f"{element} = {text};")
             return
-        where, lanes = f"{name}[{self._text(index)}[lane]]", self._lanes(value)
-        test = f"if (lane_of({self._active}, lane)) " if is_masked else ""
-        text = f"{where}[lane] = ({lanes})[lane]"
-        if table.kind == "logical":
-            text = f"{where} = with_lane({where}, lane, lane_of({lanes}, lane))"
-        self._line(f"EACH {test}{text};")
+        active = self._active if is_masked else "all_mask(true)"
+        arguments = f"{name}, {self._text(index)}, {self._lanes(value)}, {active}"
+        self._line(f"set_{VECTOR[table.kind]}({arguments});")
 
     def _expression(self, statement: Assign) -> str:
         target, operation, operands = statement.target, statement.operation, statement.operands
@@ -189,11 +187,12 @@ class Writer:
         """C expression of an element of a table in the memory of the inputs."""
         start, kind = table.start + int(offset.value), VECTOR[table.kind]
         if not self._is_one(index):
-            return f"({kind}){table.memory}_words({table.memory}, {start}, {self._text(index)})"
+            text = f"{table.memory}_words({table.memory}, {start}, {self._text(index)})"
+            return f"as_real((integer){text})" if kind == "real" else f"({kind}){text}"
         position = f"{start} + {self._text(index)}"
         if table.memory == "shared":
             return shared_word(table.kind, position)
-        return f"((const {kind}_memory *)own)[{position}]"
+        return f"OWN({kind}, {position})"
 
     def _element(self, table: Table, index: Operand, *offset: Operand) -> str:
         if offset:
