@@ -82,32 +82,32 @@ def flown(program, scenario, plans, runs):
 
 def test_scenarios_that_differ_in_numbers_share_a_program(scenario):
     names = {
-        kind: native._name(structure_of(other), plans_of(scenario), 0)
+        kind: native.program_name(structure_of(other), plans_of(scenario), 0)
         for kind, other in numbers(scenario).items()
     }
-    assert set(names.values()) == {native._name(structure_of(scenario), plans_of(scenario), 0)}
+    assert set(names.values()) == {native.program_name(structure_of(scenario), plans_of(scenario), 0)}
 
 
 def test_scenarios_of_another_structure_have_another_program(scenario):
     plans = plans_of(scenario)
     own = structure_of(scenario)
     for kind, other in structures(scenario).items():
-        assert native._name(structure_of(other), plans, 0) != native._name(own, plans, 0), kind
+        assert native.program_name(structure_of(other), plans, 0) != native.program_name(own, plans, 0), kind
 
 
 def test_other_options_of_jax_have_another_program(scenario, monkeypatch):
     structure, plans = structure_of(scenario), plans_of(scenario)
-    before = native._name(structure, plans, 0)
+    before = native.program_name(structure, plans, 0)
     # the noise of searches has parts
-    assert native._name(structure, plans, 121) != before
+    assert native.program_name(structure, plans, 121) != before
     monkeypatch.setenv("JAX_DEFAULT_MATMUL_PRECISION", "bfloat16")
-    assert native._name(structure, plans, 0) != before
+    assert native.program_name(structure, plans, 0) != before
 
 
 @pytest.fixture(scope="module")
 def trace(scenario):
     """The program of the scenario, traced."""
-    return native._trace(structure_of(scenario), plans_of(scenario), 0)
+    return native.trace(structure_of(scenario), plans_of(scenario), 0)
 
 
 def test_a_stored_program_gives_the_bits_of_a_new_one(scenario, small):
@@ -168,7 +168,7 @@ def test_a_stored_program_that_differs_is_reported(scenario, small, trace, monke
     program_of(structure, plans)
     monkeypatch.setattr(native, "_trace", lambda *given: trace)
     program_of(structure, plans, verify=True)
-    cache, name = private_cache(), native._name(structure, plans, 0)
+    cache, name = private_cache(), native.program_name(structure, plans, 0)
     content = cache.read(name)
     stored = pickle.loads(content)
     cache.write(name, pickle.dumps(stored._replace(begin=stored.begin._replace(text="other"))))

@@ -5,7 +5,8 @@ vectorised code does not treat all lanes alike: the last lanes may use other ins
 in the last bit. With the engine "jax", run n is therefore always simulated in lane n mod 64
 together with the same 63 other runs, even if only run n is requested, and by the same machine code
 whether its history is kept or not. In compiled C all SIMD lanes give the same bits: with the engine
-"native" runs are simulated in any combination.
+"native" runs are simulated in any combination. On an accelerator each work item has its own run: its
+bits are the same in any combination too, but those of another device may differ.
 """
 
 from collections.abc import Callable, Iterator, Sequence
@@ -16,11 +17,13 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
+from gyrostat.campaigns.accelerated import AcceleratedProgram, accelerated_program
 from gyrostat.campaigns.draws import draw, noise_keys
 from gyrostat.campaigns.native import Program, program_of
 from gyrostat.campaigns.pointing.campaign import PointingBudget
 from gyrostat.codegen.jax_versions import require_supported
 from gyrostat.codegen.simd.compiler import require_compiler
+from gyrostat.core.engines import ACCELERATED
 from gyrostat.core.jax64 import jax
 from gyrostat.core.random_keys import random_keys
 from gyrostat.core.threefry import Words
@@ -66,14 +69,14 @@ class _Ready:
         nominal: Nominal values.
         plans: Controller designs.
         runner: Runner of its loop.
-        program: Program of the native engine; None for the engine "jax".
+        program: Program of the native engine or of an accelerator; None for the engine "jax".
     """
 
     scenario: Scenario
     nominal: Vector
     plans: Plans
     runner: Runner
-    program: Program | None
+    program: Program | AcceleratedProgram | None
 
     def fly_with_jax(
         self, nominal: Vector, drawn: Drawn, plans: Plans, keys: Words, asked: Sequence[int]
@@ -97,27 +100,34 @@ def _begin(structure: Structure) -> Callable[..., Any]:
 @lru_cache(maxsize=8)
 def _ready(scenario: Scenario, engine: str, parts: int) -> _Ready:
     structure, plans = structure_of(scenario), plans_of(scenario)
-    return _Ready(
-        scenario,
-        np.array([*scenario.values.values()]),
-        plans,
-        runner_of(structure),
-        program_of(structure, plans, parts=parts) if engine == "native" else None,
-    )
+    program = None
+    if engine == "native":
+        program = program_of(structure, plans, parts=parts)
+    elif engine in ACCELERATED:
+        program = accelerated_program(structure, plans, engine)
+    nominal = np.array([*scenario.values.values()])
+    return _Ready(scenario, nominal, plans, runner_of(structure), program)
 
 
-def prepare(scenario: Scenario, *, parts: int = 0, verify: bool = False) -> None:
-    """Make the program of a scenario for the native engine; workers then find it in the cache.
+def prepare(
+    scenario: Scenario, *, parts: int = 0, verify: bool = False, engine: str = "native"
+) -> None:
+    """Make the program of a scenario for an engine; workers then find it in the cache.
 
     Args:
         scenario: Scenario.
         parts: See `gyrostat.campaigns.native.program_of`.
         verify: See `gyrostat.campaigns.native.program_of`.
+        engine: "native", or an engine that uses an accelerator.
 
     Raises:
-        InputError: See `gyrostat.campaigns.native.program_of`.
+        InputError: See `gyrostat.campaigns.native.program_of` and
+            `gyrostat.campaigns.accelerated.accelerated_program`.
     """
     require_supported()
+    if engine in ACCELERATED:
+        _ready(scenario, engine, parts)
+        return
     require_compiler()  # also where the program is loaded already
     if verify:
         program_of(structure_of(scenario), plans_of(scenario), parts=parts, verify=True)
@@ -139,7 +149,7 @@ def fly(
         seed: Seed of the campaign.
         runs: Indices of the runs, increasing; None for one run with the nominal values.
         keep: Indices of the runs whose histories are requested.
-        engine: "jax" or "native".
+        engine: "jax", "native" or one that uses an accelerator.
 
     Raises:
         InputError: The seed is out of range.
@@ -149,6 +159,8 @@ def fly(
     if runs is None:
         return _group(ready, np.zeros(1, np.int64), seed, keep, nominal=True)
     numbers = np.asarray(runs, dtype=np.int64)
+    if engine in ACCELERATED:  # which simulates all runs at a time
+        return _group(ready, numbers, seed, keep)
     results = [
         _group(ready, numbers[numbers // LANES == group], seed, keep)
         for group in np.unique(numbers // LANES)
@@ -187,9 +199,9 @@ def _group(
     ready: _Ready, runs: NDArray[np.int64], seed: int, keep: Sequence[int], *, nominal: bool = False
 ) -> Flown:
     """Simulate the requested runs of a group of 64; `nominal`: run 0 with the nominal values."""
-    scenario, native = ready.scenario, ready.program is not None
-    batch = runs if native else runs[0] // LANES * LANES + np.arange(LANES)
-    picked = np.arange(len(runs)) if native else runs % LANES
+    scenario, is_exact = ready.scenario, ready.program is not None
+    batch = runs if is_exact else runs[0] // LANES * LANES + np.arange(LANES)
+    picked = np.arange(len(runs)) if is_exact else runs % LANES
     if nominal:
         means = [scenario.values[key] for key in scenario.dispersed]
         values, keys = np.tile(means, (len(batch), 1)), noise_keys(seed, 0 * batch)
@@ -228,7 +240,8 @@ def _simulate(
     samples = len(ready.runner.starts) * ready.runner.length
     errors = collectors(len(values), samples, LANES, 1 + len(scenario.windows))
     budget = PointingBudget(scenario, len(values), samples, LANES)
-    records, last = [], None
+    records: list[Any] = []
+    last: Seen | None = None
     for observations, (counted, vectors), rows in fly_chunks(*arguments, record_indices):
         budget.add(counted, vectors)
         for collected, vectors_of_run in zip(errors, counted, strict=True):

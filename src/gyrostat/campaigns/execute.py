@@ -9,7 +9,7 @@ from gyrostat.campaigns.description import Campaign, DamagedError
 from gyrostat.campaigns.executors import Opener, carry_out, kept_open
 from gyrostat.campaigns.jobs import Job, executor_for, work
 from gyrostat.campaigns.store import Store
-from gyrostat.core.engines import engine_named, say_slower
+from gyrostat.core.engines import ACCELERATED, engine_named, say_slower
 from gyrostat.core.errors import InputError
 from gyrostat.core.files import set_aside
 from gyrostat.core.validation import check_seed
@@ -32,24 +32,29 @@ def chosen_engine(
     *,
     verify: bool = False,
 ) -> str:
-    """Choose the engine for a scenario, "native" or "jax", and compile for the native engine.
+    """Choose the engine for a scenario, and compile for it unless it is JAX.
 
     Args:
-        engine: "jax", "native", or "auto": native if possible on this machine.
+        engine: "jax", "native", "opencl", "cuda", or "auto": native if possible on this machine.
         scenario: Scenario.
         device: "cpu" or "gpu".
         say: Called with a message that explains why "auto" chose JAX.
         verify: See `gyrostat.campaigns.native.program_of`.
 
     Raises:
-        InputError: The native engine cannot simulate this scenario on this machine.
+        InputError: The engine cannot simulate this scenario on this machine.
     """
     if engine == "jax" or (engine == "auto" and device != "cpu"):
         return "jax"
     if device != "cpu":
-        raise InputError("--engine native: found --device gpu, expected cpu: it is compiled C")
+        what = "it has a device of its own" if engine in ACCELERATED else "it is compiled C"
+        name = engine if engine in ACCELERATED else "native"
+        raise InputError(f"--engine {name}: found --device gpu, expected cpu: {what}")
     from gyrostat.campaigns.engine import prepare
 
+    if engine in ACCELERATED:
+        prepare(scenario, verify=verify, engine=engine)
+        return engine
     try:
         prepare(scenario, verify=verify)
     except InputError as error:

@@ -6,6 +6,7 @@ from typing import Any, NamedTuple
 
 from gyrostat.campaigns.description import Campaign
 from gyrostat.campaigns.executors import Opener, processes, threads
+from gyrostat.core.engines import ACCELERATED
 from gyrostat.core.processors import usable_cores
 from gyrostat.runs.fingerprint import use_engine
 from gyrostat.scenario.scenario import Scenario
@@ -82,6 +83,9 @@ def executor_for(
         The opener, the number of workers, and the function.
     """
     cores = usable_cores()
+    if campaign.engine.get("engine") in ACCELERATED:
+        # threads prepare and conclude runs while the device computes those of others
+        return threads(workers or cores), workers or cores, work_here
     if opener is not None:
         return opener, workers or ELSEWHERE, fly_job or work
     if campaign.engine.get("engine") == "native" and workers is None and fly_job is None:

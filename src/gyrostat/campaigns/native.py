@@ -123,14 +123,14 @@ def program_of(
     """
     require_compiler()
     cache = private_cache() if is_shipped(structure) else None
-    name = _name(structure, plans, parts)
+    name = program_name(structure, plans, parts)
     content = None if cache is None else cache.read(name)
     stored = None if content is None else pickle.loads(content)
     if stored is not None and not verify:
         libraries = [stored_library(part.library) for part in (stored.begin, stored.chunk)]
         if None not in libraries:
             return _load(structure, stored, *libraries)
-    traces, metrics, records = _trace(structure, plans, parts)
+    traces, metrics, records = trace(structure, plans, parts)
     begin, chunk = map(_part, traces)
     entry = Stored(begin, chunk, metrics, records)
     if verify and stored is not None and [*stored[:2]] != [*entry[:2]]:
@@ -148,8 +148,15 @@ def program_of(
     return program
 
 
-def _name(structure: Structure, plans: Plans, keys: int) -> str:
-    """Name of the stored program in the cache."""
+def program_name(structure: Structure, plans: Plans, keys: int, kind: str = "lanes") -> str:
+    """Name of the stored program in the cache.
+
+    Args:
+        structure: Structure of the scenario.
+        plans: Designs; only the shapes and types of their numbers are used.
+        keys: See `parts` of `program_of`.
+        kind: Start of the name: "lanes" for compiled C, "kernel" for texts, which no compiler made.
+    """
     leaves, tree = jax.tree.flatten(plans)
     # the platform does not change the C code
     options = {
@@ -159,15 +166,25 @@ def _name(structure: Structure, plans: Plans, keys: int) -> str:
     }
     parts = (
         *(structure, keys, tree, [(np.shape(leaf), np.result_type(leaf)) for leaf in leaves]),
-        *(engine_record("cpu", FLAGS["cpu"], "native"), sorted(options.items())),
+        engine_record("cpu", FLAGS["cpu"], "native" if kind == "lanes" else "jax"),
+        sorted(options.items()),
     )
-    return f"lanes-program-{hashlib.sha256(repr(parts).encode()).hexdigest()}"
+    return f"{kind}-program-{hashlib.sha256(repr(parts).encode()).hexdigest()}"
 
 
-def _trace(
+def trace(
     structure: Structure, plans: Plans, parts: int
 ) -> tuple[tuple[Traced, Traced], Any, Any]:
-    """Functions of the initialisation and of a chunk as C, and trees of places; see `Stored`."""
+    """Functions of the initialisation and of a chunk as C, and trees of places; see `Stored`.
+
+    Args:
+        structure: Structure of the scenario.
+        plans: Designs; only the shapes and types of their numbers are used.
+        parts: See `program_of`.
+
+    Raises:
+        InputError: The scenario contains an operation that is not supported.
+    """
     make, length = loop_of(structure), runner_of(structure).length
 
     def begin(*arguments: Any) -> Any:

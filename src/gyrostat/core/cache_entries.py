@@ -14,7 +14,7 @@ __all__ = ["KINDS", "Entry", "clear", "entries", "evict", "limit"]
 
 KINDS: Mapping[str, str] = {
     **{"lanes-": "native engine", "jax-": "JAX", "scenario-": "designs"},
-    "texts-": "exported code",
+    **{"texts-": "exported code", "kernel-": "accelerators"},
 }
 """Prefix of an entry's name -> its origin: the engine that compiled it, designs of scenarios, or
 exported code."""

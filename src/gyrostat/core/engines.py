@@ -5,7 +5,9 @@ from collections.abc import Callable
 from gyrostat.core.errors import InputError
 from gyrostat.core.messages import silent, to_stderr
 
-ENGINES = ("auto", "native", "jax")
+ACCELERATED = ("opencl", "cuda")
+"""Engines that use an accelerator, with one run in each work item."""
+ENGINES = ("auto", "native", "jax", *ACCELERATED)
 """auto: native if possible; native: compiled C with one run in each SIMD lane; jax: JAX."""
 
 

@@ -7,6 +7,7 @@ from collections.abc import Mapping
 from importlib.metadata import PackageNotFoundError, version
 
 from gyrostat.codegen.simd import compiler_options, compiler_version
+from gyrostat.core.engines import ACCELERATED
 from gyrostat.core.errors import InputError
 from gyrostat.core.instructions import instructions, recorded, set_before, xla_flags
 from gyrostat.core.source_digest import source_digest
@@ -31,12 +32,19 @@ def engine_record(device: str, flags: str, engine: str = "jax") -> dict[str, str
     Args:
         device: "cpu" or "gpu".
         flags: Flags of XLA.
-        engine: "jax" or "native".
+        engine: "jax", "native" or one that uses an accelerator.
+
+    Raises:
+        InputError: There is no such accelerator.
     """
     python = platform.python_version()
     record = {"engine": engine, "device": device, "flags": flags, "python": python}
     if engine == "native":
         record["compiler"] = " ".join([compiler_version(), *compiler_options()])
+    if engine in ACCELERATED:
+        from gyrostat.codegen.accelerators.device import device as accelerator
+
+        record["accelerator"] = accelerator(engine).name
     for package in PACKAGES:
         try:
             record[package] = version(package)

@@ -67,6 +67,36 @@ class Layout(NamedTuple):
     places: tuple[Place, ...]
     words: dict[str, int]
 
+    def shared_words(self, arguments: Sequence[Any]) -> Words:
+        """Words that all runs share, (words,); the other arguments may be None.
+
+        Raises:
+            InputError: An argument has another shape or type than compiled for.
+        """
+        words = (word.ravel() for word in self._words(arguments, own=False))
+        return np.concatenate([np.zeros(0, np.uint64), *words])
+
+    def own_words(self, arguments: Sequence[Any]) -> Words:
+        """Words of each run, (runs, words); arguments that the runs share may be None.
+
+        Raises:
+            InputError: An argument has another shape or type than compiled for, or the arguments
+                have different numbers of runs.
+        """
+        words = self._words(arguments, own=True)
+        counts = [len(array) for array in words]
+        if len({*counts}) > 1:
+            found = ", ".join(map(str, counts))
+            raise InputError(f"runs: found {found}, expected one number of them")
+        return np.concatenate([w.reshape(counts[0], int(np.prod(w.shape[1:]))) for w in words], 1)
+
+    def _words(self, arguments: Sequence[Any], *, own: bool) -> list[Words]:
+        return [
+            _words(leaf, expected, own=own)
+            for leaf, is_own, expected in zip(arguments, self.own, self.types, strict=True)
+            if is_own == own
+        ]
+
 
 @dataclass(frozen=True)
 class Compiled:
@@ -99,18 +129,11 @@ class Compiled:
                 different numbers of runs; or a run in `asked` does not exist.
         """
         layout, width = self.layout, self.library.lanes()
-        split: tuple[list[Words], list[Words]] = ([], [])
-        for leaf, own, expected in zip(arguments, layout.own, layout.types, strict=True):
-            split[own].append(_words(leaf, expected, own=own))
-        runs = len(split[True][0])
-        if any(len(words) != runs for words in split[True]):
-            counts = ", ".join(str(len(words)) for words in split[True])
-            raise InputError(f"runs: found {counts}, expected one number of them")
+        shared, own = layout.shared_words(arguments), layout.own_words(arguments)
+        runs = len(own)
         if any(run not in range(runs) for run in asked):
             raise InputError(f"asked: found {list(asked)}, expected numbers below {runs}")
         groups = -(-runs // width)
-        shared = np.concatenate([np.zeros(0, np.uint64), *(word.ravel() for word in split[False])])
-        own = np.concatenate([w.reshape(runs, int(np.prod(w.shape[1:]))) for w in split[True]], 1)
         # unused lanes repeat the last run
         own = own[np.minimum(np.arange(groups * width), runs - 1)]
         own = own.reshape(groups, width, own.shape[1]).swapaxes(1, 2).copy()

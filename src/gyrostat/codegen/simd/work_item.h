@@ -35,8 +35,8 @@ typedef int int32_t;
 typedef unsigned uint32_t;
 #define INT64_C(x) x##LL
 #define UINT64_C(x) x##ULL
-#define INFINITY __builtin_inff()
-#define NAN __builtin_nanf("")
+#define INFINITY __builtin_bit_cast(double, 0x7ff0000000000000)
+#define NAN __builtin_bit_cast(double, 0x7ff8000000000000)
 #else
 #include <math.h>
 #include <stdint.h>
@@ -138,13 +138,19 @@ FUNCTION real rint_real(real x) { return rint(x); }
 #define LANE_BY_LANE_2(name)                                                                      \
     LONG_FUNCTION real name##_real(real x, real y) { return name(x, y); }
 
-/* Memory of the inputs and results, from the first word of this run on. What all runs share is a
-   constant of CUDA if there are SHARED_WORDS, which must fit in 64 KiB: operands without a register. */
+/* Memory of the inputs and results, from the first word of this run on. In CUDA, what all runs share
+   is an argument of SHARED_WORDS words if it is small: operands without a register. */
 #if defined(__CUDACC__) && defined(SHARED_WORDS)
-static __constant__ uint64_t constants[SHARED_WORDS];
-#define SHARED(index) constants[index]
+struct Shared {
+    uint64_t words[SHARED_WORDS];
+};
+#define SHARED(index) shared.words[index]
+#define SHARED_ARGUMENT const __grid_constant__ Shared shared
+#define SHARED_MEMORY const Shared &shared
 #else
 #define SHARED(index) shared[index]
+#define SHARED_ARGUMENT GLOBAL const uint64_t *shared
+#define SHARED_MEMORY SHARED_ARGUMENT
 #endif
 FUNCTION uint64_t word_of_real(real x) { return (uint64_t)as_integer(x); }
 FUNCTION uint64_t word_of_integer(integer x) { return (uint64_t)x; }
@@ -178,16 +184,18 @@ FUNCTION bits bits_of_word(uint64_t x) { return x; }
 
 #include "functions.h"
 
-/* Function of one run, and that of all runs. RECORDS says whether rows on demand are written, for the
-   runs with a `place` of 0 or above among the `kept` ones. */
+/* Function of one run, and that of all runs. The words of `own` begin with word `first`. RECORDS says
+   whether rows on demand are written, for the runs with a `place` of 0 or above among the `kept`. */
 #define MEMORY                                                                                    \
-    GLOBAL const uint64_t *shared, GLOBAL const uint64_t *own, GLOBAL uint64_t *made,             \
-        GLOBAL uint64_t *every, GLOBAL uint64_t *asked
-#define PROGRAM FUNCTION void fly(MEMORY, const int64_t runs, const int64_t kept)
+    GLOBAL const uint64_t *own, GLOBAL uint64_t *made, GLOBAL uint64_t *every,                    \
+        GLOBAL uint64_t *asked
+#define PROGRAM FUNCTION void fly(SHARED_MEMORY, MEMORY, const int64_t runs, const int64_t kept)
+#define ARGUMENTS                                                                                 \
+    SHARED_ARGUMENT, MEMORY, GLOBAL const int64_t *place, const int64_t runs, const int64_t kept, \
+        const int64_t first
 #define ONE_RUN                                                                                   \
-    fly(shared, own + run, made + run, every + run,                                               \
+    fly(shared, own + first * runs + run, made + run, every + run,                                \
         RECORDS && place[run] >= 0 ? asked + place[run] : 0, runs, kept)
-#define ARGUMENTS MEMORY, GLOBAL const int64_t *place, const int64_t runs, const int64_t kept
 #ifdef KERNEL
 #define ALL_RUNS(own_words, made_words, every_words, asked_words)                                 \
     KERNEL void fly_all(ARGUMENTS)                                                                \

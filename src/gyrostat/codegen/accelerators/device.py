@@ -1,0 +1,121 @@
+"""Interface of a device that runs programs with one run in each work item."""
+
+from typing import Any, NamedTuple, Protocol
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.core.engines import ACCELERATED
+from gyrostat.core.errors import InputError
+
+Words = NDArray[np.uint64]
+
+
+class Usage(NamedTuple):
+    """What a kernel takes of its device; None where the device does not tell.
+
+    Attributes:
+        registers: Registers of a work item, of 32 bits.
+        private: Private memory of a work item, bytes.
+        group: Work items of a work group.
+        occupancy: Share of the work items which a processor can hold, that it holds of this kernel.
+    """
+
+    registers: int | None
+    private: int | None
+    group: int
+    occupancy: float | None
+
+    def text(self) -> str:
+        """One line."""
+        occupancy = None if self.occupancy is None else f"{100.0 * self.occupancy:.0f} %"
+        names = {"registers": self.registers, "bytes private": self.private}
+        told = [f"{'?' if value is None else value} {name}" for name, value in names.items()]
+        return ", ".join([*told, f"groups of {self.group}", f"occupancy {occupancy or '?'}"])
+
+
+class Kernel(Protocol):
+    """Compiled program of a device."""
+
+    @property
+    def usage(self) -> Usage:
+        """What it takes of the device."""
+        ...
+
+
+class Queue(Protocol):
+    """Memory and operations of one thread, executed one after the other."""
+
+    def memory(self, words: int) -> Any:
+        """Memory of a number of words of 64 bits."""
+        ...
+
+    def write(self, memory: Any, first: int, words: Words) -> None:
+        """Copy words to memory, from its word `first` on."""
+        ...
+
+    def read(self, memory: Any, first: int, words: Words) -> None:
+        """Copy memory, from its word `first` on, to an array; waits for all operations before."""
+        ...
+
+    def copy(self, source: Any, first: int, target: Any, start: int, words: int) -> None:
+        """Copy words from one memory to another."""
+        ...
+
+    def launch(self, kernel: Any, shared: Words, memories: list[Any], numbers: list[int]) -> None:
+        """Start a kernel.
+
+        Args:
+            kernel: Kernel of this device.
+            shared: Words that all runs share.
+            memories: Memories `own`, `made`, `every`, `asked` and `place`.
+            numbers: Numbers of runs and of kept runs, and the first word of `own`.
+        """
+        ...
+
+
+class Device(Protocol):
+    """Device with its compiler.
+
+    Attributes:
+        name: Names and versions of device, driver and compiler: the same text, the same bits.
+    """
+
+    name: str
+
+    def kernel(self, module: str, shared: int, *, records: bool) -> Kernel:
+        """Compile a C module, once per process.
+
+        Args:
+            module: C module for SIMD lanes.
+            shared: Number of words that all runs share.
+            records: Whether rows on demand are written.
+
+        Raises:
+            InputError: The compiler refuses it.
+        """
+        ...
+
+    def queue(self) -> Queue:
+        """Queue of the current thread."""
+        ...
+
+
+def device(engine: str) -> Device:
+    """Device of an engine.
+
+    Args:
+        engine: One of `ACCELERATED`.
+
+    Raises:
+        InputError: There is no driver, no device or no double precision.
+    """
+    if engine == "opencl":
+        from gyrostat.codegen.accelerators.opencl import opencl
+
+        return opencl()
+    if engine == "cuda":
+        from gyrostat.codegen.accelerators.cuda import cuda
+
+        return cuda()
+    raise InputError(f"engine: found {engine!r}, expected one of {', '.join(ACCELERATED)}")
