@@ -1,13 +1,13 @@
-"""Runs on an accelerator: steps per second, agreement with the native engine, same bits in a replay.
+"""Runs on an accelerator: steps per second, agreement with the native engine, bits of a replay.
 
 python benchmarks/accelerators.py [--engine cuda] [--scenario zero_crossing] [--runs 65536]
     [--check 10000] [--repeats 3] [--threads 4] [--json FILE]
 
 One step is one integration step of one run. Times include the transfer of the drawn values to the
 device and of the errors of all samples and the metrics back; the first, untimed pass compiles.
-`native` is one thread of this machine. A run departs from that of the native engine if a count or its
-status differs, or a metric by more than 1e-10 of its scale: there a rounding decides an event, such as
-whether a wheel sticks.
+`native` is one thread of this machine. A run departs from that of the native engine if a count or
+its status differs, or a metric by more than 1e-10 of its scale: there a rounding decides an event,
+such as whether a wheel sticks.
 """
 
 import argparse
@@ -164,9 +164,7 @@ def main():
                 np.savez(options.reference, **reference)
         say(f"{options.check} runs against native", compare(columns, reference))
     if options.whole:
-        rate = whole(
-            scenario, options.engine, steps, options.whole, options.threads, options.block
-        )
+        rate = whole(scenario, options.engine, steps, options.whole, options.threads, options.block)
         say("steps per s with all metrics", rate)
 
 

@@ -85,14 +85,15 @@ def test_scenarios_that_differ_in_numbers_share_a_program(scenario):
         kind: native.program_name(structure_of(other), plans_of(scenario), 0)
         for kind, other in numbers(scenario).items()
     }
-    assert set(names.values()) == {native.program_name(structure_of(scenario), plans_of(scenario), 0)}
+    name = native.program_name(structure_of(scenario), plans_of(scenario), 0)
+    assert set(names.values()) == {name}
 
 
 def test_scenarios_of_another_structure_have_another_program(scenario):
     plans = plans_of(scenario)
-    own = structure_of(scenario)
+    own = native.program_name(structure_of(scenario), plans, 0)
     for kind, other in structures(scenario).items():
-        assert native.program_name(structure_of(other), plans, 0) != native.program_name(own, plans, 0), kind
+        assert native.program_name(structure_of(other), plans, 0) != own, kind
 
 
 def test_other_options_of_jax_have_another_program(scenario, monkeypatch):
@@ -141,7 +142,7 @@ def test_a_program_whose_library_was_removed_is_made_again(scenario, small, trac
     program_of(structure, plans)
     made = []
     monkeypatch.setattr(native, "stored_library", lambda name: None)
-    monkeypatch.setattr(native, "_trace", lambda *given: made.append(given) or trace)
+    monkeypatch.setattr(native, "trace", lambda *given: made.append(given) or trace)
     program_of(structure, plans)
     assert made == [(structure, plans, 0)]
 
@@ -158,7 +159,7 @@ def test_components_of_a_user_are_always_traced(scenario, small, trace, monkeypa
     monkeypatch.setitem(KINDS["compensator"], "own", Own)
     made = []
     monkeypatch.setattr(native, "private_cache", lambda: pytest.fail("stored or looked up"))
-    monkeypatch.setattr(native, "_trace", lambda *given: made.append(given) or trace)
+    monkeypatch.setattr(native, "trace", lambda *given: made.append(given) or trace)
     program_of(structure_of(other), plans)
     assert made == [(structure_of(other), plans, 0)]
 
@@ -166,7 +167,7 @@ def test_components_of_a_user_are_always_traced(scenario, small, trace, monkeypa
 def test_a_stored_program_that_differs_is_reported(scenario, small, trace, monkeypatch):
     structure, plans = structure_of(scenario), plans_of(scenario)
     program_of(structure, plans)
-    monkeypatch.setattr(native, "_trace", lambda *given: trace)
+    monkeypatch.setattr(native, "trace", lambda *given: trace)
     program_of(structure, plans, verify=True)
     cache, name = private_cache(), native.program_name(structure, plans, 0)
     content = cache.read(name)

@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gyrostat.campaigns.native import program_name, trace
-from gyrostat.codegen.accelerators.device import device
+from gyrostat.codegen.accelerators.devices import device
 from gyrostat.codegen.accelerators.program import DeviceProgram, Part
 from gyrostat.core.cache import private_cache
 from gyrostat.core.jax64 import jax

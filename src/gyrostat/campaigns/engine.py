@@ -5,8 +5,8 @@ vectorised code does not treat all lanes alike: the last lanes may use other ins
 in the last bit. With the engine "jax", run n is therefore always simulated in lane n mod 64
 together with the same 63 other runs, even if only run n is requested, and by the same machine code
 whether its history is kept or not. In compiled C all SIMD lanes give the same bits: with the engine
-"native" runs are simulated in any combination. On an accelerator each work item has its own run: its
-bits are the same in any combination too, but those of another device may differ.
+"native" runs are simulated in any combination. So they are on an accelerator, where each work item
+has its own run; another device may give other bits.
 """
 
 from collections.abc import Callable, Iterator, Sequence

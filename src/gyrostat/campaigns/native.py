@@ -172,9 +172,7 @@ def program_name(structure: Structure, plans: Plans, keys: int, kind: str = "lan
     return f"{kind}-program-{hashlib.sha256(repr(parts).encode()).hexdigest()}"
 
 
-def trace(
-    structure: Structure, plans: Plans, parts: int
-) -> tuple[tuple[Traced, Traced], Any, Any]:
+def trace(structure: Structure, plans: Plans, parts: int) -> tuple[tuple[Traced, Traced], Any, Any]:
     """Functions of the initialisation and of a chunk as C, and trees of places; see `Stored`.
 
     Args:

@@ -42,7 +42,7 @@ def engine_record(device: str, flags: str, engine: str = "jax") -> dict[str, str
     if engine == "native":
         record["compiler"] = " ".join([compiler_version(), *compiler_options()])
     if engine in ACCELERATED:
-        from gyrostat.codegen.accelerators.device import device as accelerator
+        from gyrostat.codegen.accelerators.devices import device as accelerator
 
         record["accelerator"] = accelerator(engine).name
     for package in PACKAGES:

@@ -5,9 +5,6 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.core.engines import ACCELERATED
-from gyrostat.core.errors import InputError
-
 Words = NDArray[np.uint64]
 
 
@@ -99,23 +96,3 @@ class Device(Protocol):
     def queue(self) -> Queue:
         """Queue of the current thread."""
         ...
-
-
-def device(engine: str) -> Device:
-    """Device of an engine.
-
-    Args:
-        engine: One of `ACCELERATED`.
-
-    Raises:
-        InputError: There is no driver, no device or no double precision.
-    """
-    if engine == "opencl":
-        from gyrostat.codegen.accelerators.opencl import opencl
-
-        return opencl()
-    if engine == "cuda":
-        from gyrostat.codegen.accelerators.cuda import cuda
-
-        return cuda()
-    raise InputError(f"engine: found {engine!r}, expected one of {', '.join(ACCELERATED)}")

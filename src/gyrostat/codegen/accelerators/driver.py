@@ -69,7 +69,7 @@ def call(name: str, *arguments: Any) -> None:
 
 
 def _candidates() -> Iterator[str]:
-    """Names and paths of the compiler's library: of the toolkit, or of a package beside this one."""
+    """Names and paths of the compiler's library: of the toolkit, or of an installed package."""
     for version in _VERSIONS:
         yield f"libnvrtc.so.{version}"
     for folder in map(Path, sys.path):

@@ -124,7 +124,8 @@ class DeviceProgram:
             words[name] = buffer.T
         # short rows on demand are among the results of all runs
         short = {**words, "made": words["made"][list(asked)]} if "made" in words else words
-        results = [place.of((short if place.on_demand else words)[place.memory]) for place in places]
+        memories = [short if place.on_demand else words for place in places]
+        results = [place.of(m[place.memory]) for m, place in zip(memories, places, strict=True)]
         return [*[None] * skip, *results]
 
 

@@ -108,7 +108,7 @@ def on_one(operation: str, operands: Sequence[Operand], texts: list[str]) -> str
     return f"{name}({', '.join(texts)})"
 
 
-def _reinterpreted(types: Mapping[Kind, str], kind: Kind, target: str, text: str) -> str:
+def _reinterpreted(types: Mapping[str, str], kind: Kind, target: str, text: str) -> str:
     """Value of another kind with the same 64 bits; `types` are those of lanes or of one number."""
     prefix, whole = ("one_", "int64_t") if types is ONE else ("", "integer")
     if target == kind == "real":
@@ -117,7 +117,7 @@ def _reinterpreted(types: Mapping[Kind, str], kind: Kind, target: str, text: str
         return f"{prefix}as_real(({whole}){text})"
     if kind == "real":
         text = f"{prefix}as_integer({text})"
-    return f"({types[target]}){text}"  # pyright: ignore[reportArgumentType]
+    return f"({types[target]}){text}"
 
 
 def case_test(kind: Kind, text: str, is_one: bool, case: int, last: int) -> str:
