@@ -15,6 +15,7 @@ from gyrostat.core.threefry import Words
 from gyrostat.core.types import Vector
 from gyrostat.runs.designs import Plans
 from gyrostat.runs.metrics.observer import Seen
+from gyrostat.runs.metrics.percentiles import FoundPercentiles, ranks
 from gyrostat.runs.run_loop import Drawn, runner_of
 from gyrostat.scenario.kinds.registry import is_shipped
 from gyrostat.scenario.structure import Structure
@@ -62,6 +63,33 @@ class AcceleratedProgram(NamedTuple):
             counted, rows = jax.tree.map(records.__getitem__, self.records)
             is_last = all(leaf is not None for leaf in carry)
             yield jax.tree.map(carry.__getitem__, self.seen) if is_last else None, counted, rows
+
+    def concluded(
+        self, nominal: Vector, drawn: Drawn, plans: Plans, keys: Words, percents: Sequence[float]
+    ) -> tuple[Seen, list[FoundPercentiles]]:
+        """Compute runs of which the samples are not needed: their errors stay on the device.
+
+        Args:
+            nominal: Nominal values.
+            drawn: What each run has of its own.
+            plans: Designs.
+            keys: Random keys of the noise, (runs,).
+            percents: Percentages of the percentiles of the errors.
+
+        Returns:
+            `Seen` after the last sample, and the percentiles of the errors of the run and of each
+            window.
+        """
+        arguments = (nominal, *map(np.asarray, jax.tree.leaves((drawn, plans))), keys)
+        state = len(self.program.begin.layout.places)
+        counted = [state + index for index in self.records[0][0]]
+        samples = sum(self.program.chunk.layout.places[counted[0]].type.shape) * len(self.starts)
+        table = np.stack([ranks(percent, samples) for percent in percents])
+        wanted = jax.tree.leaves(self.seen)
+        results, values = self.program.ranked(self.starts, arguments, wanted, counted, table)
+        seen = jax.tree.map(results.__getitem__, self.seen)
+        pairs = [dict(zip(percents, each, strict=True)) for each in values]
+        return seen, [*map(FoundPercentiles, pairs)]
 
 
 def accelerated_program(

@@ -31,7 +31,7 @@ from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.validation import check_seed
 from gyrostat.runs.designs import Plans
 from gyrostat.runs.metrics.observer import Seen, concluded, ended
-from gyrostat.runs.metrics.percentiles import collectors
+from gyrostat.runs.metrics.percentiles import Percentiles, are_sorted, collectors
 from gyrostat.runs.plans import plans_of
 from gyrostat.runs.run_loop import OWN, Drawn, loop_of, runner_of
 from gyrostat.scenario.kinds.orbits import own_orbits
@@ -44,6 +44,8 @@ from gyrostat.simulation.labels import ERROR
 LANES = 64
 """Number of runs that JAX simulates together; 128 take 10 % less time for each run, but as long for
 fewer runs."""
+ERROR_MEMORY = 500e6
+"""Memory for the pointing errors of the runs that an accelerator computes together, bytes."""
 
 
 class Flown(NamedTuple):
@@ -159,11 +161,10 @@ def fly(
     if runs is None:
         return _group(ready, np.zeros(1, np.int64), seed, keep, nominal=True)
     numbers = np.asarray(runs, dtype=np.int64)
-    if engine in ACCELERATED:  # which simulates all runs at a time
-        return _group(ready, numbers, seed, keep)
+    size = LANES if engine not in ACCELERATED else _runs_at_a_time(ready)
     results = [
-        _group(ready, numbers[numbers // LANES == group], seed, keep)
-        for group in np.unique(numbers // LANES)
+        _group(ready, numbers[numbers // size == group], seed, keep)
+        for group in np.unique(numbers // size)
     ]
     histories = [part.histories for part in results if part.histories is not None]
     return Flown(
@@ -195,6 +196,13 @@ def fly_given(
     return _simulate(ready, numbers, np.arange(len(runs)), values, keys, keep)
 
 
+def _runs_at_a_time(ready: _Ready) -> int:
+    """Number of runs that an accelerator computes together, by the memory of their errors."""
+    samples = len(ready.runner.starts) * ready.runner.length
+    of_run = 8 * samples * (1 + len(ready.scenario.windows))
+    return max(LANES, int(ERROR_MEMORY / of_run) // LANES * LANES)
+
+
 def _group(
     ready: _Ready, runs: NDArray[np.int64], seed: int, keep: Sequence[int], *, nominal: bool = False
 ) -> Flown:
@@ -208,6 +216,40 @@ def _group(
     else:
         values, keys = draw(scenario, seed, batch)
     return _simulate(ready, runs, picked, values, keys, keep, lists=not nominal)
+
+
+def _observe(
+    ready: _Ready,
+    runs: NDArray[np.int64],
+    arguments: tuple[Vector, Drawn, Plans, Words],
+    record_indices: Sequence[int],
+    budget: PointingBudget,
+) -> tuple[Any, Sequence[Percentiles], list[Any]]:
+    """Simulate runs; returns `Seen`, percentiles of the errors, and records chunk by chunk.
+
+    Args:
+        ready: Scenario.
+        runs: Numbers of the runs.
+        arguments: Nominal values, drawn ones, designs and random keys.
+        record_indices: Indices of the runs whose records are requested.
+        budget: Pointing budget, to which the errors are added.
+    """
+    scenario, program, count = ready.scenario, ready.program, len(arguments[-1])
+    samples, signals = len(ready.runner.starts) * ready.runner.length, 1 + len(scenario.windows)
+    stay = are_sorted(LANES, samples, signals) and not budget.needs_errors(runs)
+    if isinstance(program, AcceleratedProgram) and not record_indices and stay:
+        return *program.concluded(*arguments, scenario.percentiles), []
+    errors, records, last = collectors(count, samples, LANES, signals), [], None
+    fly_chunks = ready.fly_with_jax if program is None else program.chunks
+    for observations, (counted, vectors), rows in fly_chunks(*arguments, record_indices):
+        budget.add(counted, vectors)
+        for collected, vectors_of_run in zip(errors, counted, strict=True):
+            collected.add(vectors_of_run)
+        if record_indices:
+            records.append(rows)
+        last = observations
+    budget.finish()
+    return last, errors, records
 
 
 def _simulate(
@@ -236,20 +278,9 @@ def _simulate(
     record_indices = picked[is_kept].tolist()
     drawn = Drawn(values, own_orbits(scenario, values))
     arguments = (ready.nominal, drawn, ready.plans, keys)
-    fly_chunks = ready.fly_with_jax if ready.program is None else ready.program.chunks
     samples = len(ready.runner.starts) * ready.runner.length
-    errors = collectors(len(values), samples, LANES, 1 + len(scenario.windows))
     budget = PointingBudget(scenario, len(values), samples, LANES)
-    records: list[Any] = []
-    last: Seen | None = None
-    for observations, (counted, vectors), rows in fly_chunks(*arguments, record_indices):
-        budget.add(counted, vectors)
-        for collected, vectors_of_run in zip(errors, counted, strict=True):
-            collected.add(vectors_of_run)
-        if record_indices:
-            records.append(rows)
-        last = observations
-    budget.finish()
+    last, errors, records = _observe(ready, runs, arguments, record_indices, budget)
     observations: Any = jax.tree.map(np.asarray, last)
     period = scenario.values["run.control_period"]
     values = values[picked]

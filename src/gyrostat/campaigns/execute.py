@@ -9,7 +9,7 @@ from gyrostat.campaigns.description import Campaign, DamagedError
 from gyrostat.campaigns.executors import Opener, carry_out, kept_open
 from gyrostat.campaigns.jobs import Job, executor_for, work
 from gyrostat.campaigns.store import Store
-from gyrostat.core.engines import ACCELERATED, engine_named, say_slower
+from gyrostat.core.engines import ACCELERATED, ENGINES, engine_named, say_slower
 from gyrostat.core.errors import InputError
 from gyrostat.core.files import set_aside
 from gyrostat.core.validation import check_seed
@@ -18,6 +18,8 @@ from gyrostat.scenario.scenario import Scenario
 
 BLOCK = 64
 """Number of runs in a block; the same as the number of runs that are simulated together."""
+ACCELERATED_BLOCK = 16384
+"""Number of runs in a block of an accelerator, of which it computes several at a time."""
 AT_ONCE = 8
 """Number of runs that are replayed together; their histories are in memory at the same time."""
 MOST_RUNS = 2**32
@@ -75,7 +77,7 @@ def run_campaign(
     engine: str = "auto",
     opener: Opener | None = None,
     workers: int | None = None,
-    block: int = BLOCK,
+    block: int | None = None,
     keep: Sequence[int] = (),
     worst: int = 3,
     worst_by: str | None = None,
@@ -93,11 +95,11 @@ def run_campaign(
         runs: Number of runs.
         seed: Seed of the draws.
         device: "cpu" or "gpu".
-        engine: "native", "jax", or "auto". When a campaign is resumed, "auto" is its engine;
-            otherwise see `chosen_engine`.
+        engine: See `chosen_engine`. When a campaign is resumed, "auto" is its engine.
         opener: See `executor_for`.
         workers: See `executor_for`.
-        block: Number of runs in a block; the results do not depend on it.
+        block: Number of runs in a block; the results do not depend on it. None: `BLOCK`, or
+            `ACCELERATED_BLOCK`.
         keep: Indices of runs whose histories are kept.
         worst: Number of worst runs whose histories are kept in addition.
         worst_by: Metric that ranks the worst runs; None for the last percentile of the error.
@@ -118,12 +120,12 @@ def run_campaign(
     from gyrostat.scenario.metrics.results import metrics_of, percentile_name
 
     check_seed(seed)
-    if not 1 <= runs <= MOST_RUNS or block < 1:
+    if not 1 <= runs <= MOST_RUNS or (block is not None and block < 1):
         raise InputError(f"runs: found {runs}, expected 1 to {MOST_RUNS}")
     for run in keep:
         if run not in range(runs):
             raise InputError(f"kept run: found {run}, expected 0 to {runs - 1}")
-    engine = engine_named(engine, say, "--engine")
+    engine = engine_named(engine, say, "--engine", (*ENGINES, *ACCELERATED))
     metrics = metrics_of(scenario)
     worst_by = worst_by or percentile_name(scenario.percentiles[-1])
     if worst_by not in metrics:
@@ -148,6 +150,7 @@ def run_campaign(
 
         check_draws(scenario, seed, runs)
     with store.locked():
+        block = block or (ACCELERATED_BLOCK if engine in ACCELERATED else BLOCK)
         request = Campaign(scenario.text(), scenario.digest(), seed, runs, block, record)
         campaign = store.begin(request, force=force)
         refuse_other(campaign.engine, str(out))

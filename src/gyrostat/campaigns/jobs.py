@@ -70,7 +70,7 @@ def executor_for(
 ) -> tuple[Opener, int, Callable[[Job], Any]]:
     """Choose the executor of a campaign: by default threads for a few runs of the native engine.
 
-    Threads start at once. The engine JAX needs processes, because its flags are fixed at its start.
+    Threads start at once; an accelerator has them for any number of runs. The engine JAX needs processes, because its flags are fixed at its start.
 
     Args:
         campaign: Campaign.
@@ -83,11 +83,11 @@ def executor_for(
         The opener, the number of workers, and the function.
     """
     cores = usable_cores()
-    if campaign.engine.get("engine") in ACCELERATED:
-        # threads prepare and conclude runs while the device computes those of others
-        return threads(workers or cores), workers or cores, work_here
     if opener is not None:
         return opener, workers or ELSEWHERE, fly_job or work
+    if campaign.engine.get("engine") in ACCELERATED:
+        # threads prepare and conclude runs while the device computes those of others
+        return threads(workers or cores), workers or cores, fly_job or work_here
     if campaign.engine.get("engine") == "native" and workers is None and fly_job is None:
         scenario = _scenario(campaign.scenario)
         if runs * scenario.count <= FEW_PERIODS:

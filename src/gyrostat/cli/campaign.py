@@ -22,6 +22,13 @@ Device = Annotated[str, typer.Option(help="cpu, or gpu if JAX finds one.")]
 Engine = Annotated[
     str, typer.Option(help="native (compiled C), jax, or auto: native if there is a C compiler.")
 ]
+CampaignEngine = Annotated[
+    str,
+    typer.Option(
+        help="native (compiled C), jax, opencl or cuda (an accelerator with double precision), or "
+        "auto: native if there is a C compiler."
+    ),
+]
 Workers = Annotated[
     int | None,
     typer.Option(
@@ -94,7 +101,7 @@ def campaign(
     workers: Workers = None,
     scheduler: Scheduler = None,
     device: Device = "cpu",
-    engine: Engine = "auto",
+    engine: CampaignEngine = "auto",
     instructions: Annotated[
         str | None,
         typer.Option(
@@ -103,8 +110,13 @@ def campaign(
         ),
     ] = None,
     block: Annotated[
-        int, typer.Option(min=1, max=2**32, help="Runs in a block; a multiple of 64 is fastest.")
-    ] = 64,
+        int | None,
+        typer.Option(
+            min=1,
+            max=2**32,
+            help="Runs in a block [default: 64, on accelerators 16384].",
+        ),
+    ] = None,
     keep: Annotated[str, typer.Option(help="Indices of runs whose histories are kept: 0,5.")] = "",
     worst: Annotated[int, typer.Option(min=0, help="Number of worst runs to keep too.")] = 3,
     worst_by: Annotated[

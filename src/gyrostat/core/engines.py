@@ -1,23 +1,29 @@
 """Names of the engines that simulate, and the message that JAX replaces the native engine."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.messages import silent, to_stderr
 
 ACCELERATED = ("opencl", "cuda")
 """Engines that use an accelerator, with one run in each work item."""
-ENGINES = ("auto", "native", "jax", *ACCELERATED)
+ENGINES = ("auto", "native", "jax")
 """auto: native if possible; native: compiled C with one run in each SIMD lane; jax: JAX."""
 
 
-def engine_named(name: str, say: Callable[[str], None], option: str = "engine") -> str:
+def engine_named(
+    name: str,
+    say: Callable[[str], None],
+    option: str = "engine",
+    engines: Sequence[str] = ENGINES,
+) -> str:
     """Validate the name of an engine; former names are replaced and reported.
 
     Args:
         name: Name of the engine.
         say: Called with a message about a former name.
         option: Name of the option, for messages.
+        engines: Names of the engines that can be used.
 
     Raises:
         InputError: No engine has this name.
@@ -25,8 +31,8 @@ def engine_named(name: str, say: Callable[[str], None], option: str = "engine") 
     if name == "lanes":
         say(f"{option}: lanes is now called native")
         return "native"
-    if name not in ENGINES:
-        raise InputError(f"{option}: found {name!r}, expected one of {', '.join(ENGINES)}")
+    if name not in engines:
+        raise InputError(f"{option}: found {name!r}, expected one of {', '.join(engines)}")
     return name
 
 

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gyrostat.core.engines import engine_named
+from gyrostat.core.engines import ACCELERATED, ENGINES, engine_named
 from gyrostat.core.errors import InputError
 from gyrostat.core.instructions import check_instructions
 from gyrostat.verbs import searches
@@ -24,9 +24,6 @@ if TYPE_CHECKING:
 
     from gyrostat.scenario import Scenario
 
-BLOCK = 64
-"""Default number of runs in a block of a campaign."""
-
 
 def campaign(
     scenario: "Scenario | str | Path",
@@ -39,7 +36,7 @@ def campaign(
     device: str = "cpu",
     engine: str = "auto",
     instructions: str | None = None,
-    block: int = BLOCK,
+    block: int | None = None,
     keep: str | Iterable[int] = (),
     worst: int = 3,
     worst_by: str | None = None,
@@ -65,12 +62,13 @@ def campaign(
             for a small campaign of the native engine.
         scheduler: Address of a Dask scheduler, which replaces the local processes.
         device: "cpu", or "gpu" if JAX finds one.
-        engine: "native" (compiled C), "jax", or "auto": native if there is a C compiler.
+        engine: "native" (compiled C), "jax", "opencl" or "cuda" (an accelerator with double
+            precision), or "auto": native if there is a C compiler.
         instructions: Name of an instruction set that all processors of a cluster have, "x86-64-v3"
             (AVX2) or "x86-64-v4" (AVX-512), for results with the same bits on each; None: that of
             this process. It must be in the environment before Python imports NumPy; the error names
             the variables.
-        block: Runs in a block; results do not depend on it.
+        block: Runs in a block; results do not depend on it. None: 64, or 16384 for an accelerator.
         keep: Numbers of runs whose histories are kept.
         worst: Number of worst runs whose histories are kept too.
         worst_by: Metric that ranks them; None: the last percentile of the error.
@@ -106,7 +104,7 @@ def campaign(
         raise InputError(f"--worst: found {worst}, expected 0 or more")
     check_device(device)
     check_instructions(instructions)
-    engine = engine_named(engine, say, "--engine")
+    engine = engine_named(engine, say, "--engine", (*ENGINES, *ACCELERATED))
     definition = scenario_of(scenario, force=force, changes=changes)
     if not definition.dispersions:
         source = scenario if isinstance(scenario, str | Path) else definition.name
@@ -117,7 +115,7 @@ def campaign(
         campaign_options = {"--scheduler": scheduler, "--keep": keep, "--worst-by": worst_by}
         is_rare = rare is not None
         campaign_options |= {"--worst-case": worst_case if is_rare else None}
-        campaign_options |= {"--block": None if block == BLOCK else block}
+        campaign_options |= {"--block": block}
         campaign_options |= {"--within": within if is_rare else None}
         option = "--rare" if is_rare else "--worst-case"
         refuse_given(campaign_options, option, "a campaign")

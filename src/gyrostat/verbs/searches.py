@@ -21,8 +21,8 @@ def check_native(option: str, device: str, engine: str) -> None:
     """Check that a search is to use the native engine, and configure it; raises `InputError`."""
     from gyrostat.runs.fingerprint import FLAGS, engine_record, use_engine
 
-    if device != "cpu" or engine == "jax":
-        found = f"--device {device}" if device != "cpu" else "--engine jax"
+    if device != "cpu" or engine not in ("auto", "native"):
+        found = f"--device {device}" if device != "cpu" else f"--engine {engine}"
         raise InputError(f"{option}: found {found}, expected the native engine")
     use_engine(engine_record("cpu", FLAGS["cpu"]))
 

@@ -73,6 +73,10 @@ class PointingBudget:
         for _, signal, places, collected in self._entries:
             collected.add(vectors[signal], [counted[index] < np.inf for index in places])
 
+    def needs_errors(self, runs: NDArray[np.int64]) -> bool:
+        """Whether the errors of these runs must be added: for a requirement or a profile."""
+        return bool(self._entries) or bool(np.any(runs < PROFILED))
+
     def finish(self) -> None:
         """Process what remains after the last sample."""
         for *_, collected in self._entries:

@@ -2,18 +2,21 @@
 
 import ctypes
 import hashlib
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
+import numpy as np
+
 from gyrostat.codegen.accelerators.device import Usage, Words
 from gyrostat.codegen.accelerators.driver import Attribute, call, compiled, compiler_version, driver
-from gyrostat.codegen.accelerators.source import source
 from gyrostat.core.cache import private_cache
 
-GROUP = 128
-"""Work items of a work group."""
-LARGEST_ARGUMENT = 4000 // 8 - 8
-"""Largest number of words that all runs share, as an argument of the kernel; more are in memory."""
+GROUP = 256
+"""Work items of a work group: with 255 registers each, all that a processor holds. They execute the
+same instructions at about the same time."""
+BY_VALUE = 480
+"""Words of an argument: of the 4096 bytes of all arguments, less those of the others."""
 
 
 @lru_cache
@@ -38,10 +41,15 @@ class Cuda:
         call("cuDeviceGetName", text, ctypes.c_int(256), self._device)
         call("cuDriverGetVersion", ctypes.byref(version))
         architecture = f"sm_{self.attribute(Attribute.MAJOR)}{self.attribute(Attribute.MINOR)}"
+        pool, threshold = ctypes.c_void_p(), ctypes.c_uint64(2**64 - 1)
+        call("cuDeviceGetDefaultMemPool", ctypes.byref(pool), self._device)
+        # memory that is freed stays with this process
+        call("cuMemPoolSetAttribute", pool, Attribute.THRESHOLD, ctypes.byref(threshold))
         self._options = (f"-arch={architecture}", "-fmad=false", "-std=c++17")
         names = (text.value.decode(), f"driver {version.value}", f"NVRTC {compiler_version()}")
         self.name = ", ".join([*names, *self._options])
-        self._kernels: dict[tuple[str, bool], CudaKernel] = {}
+        self.group, self.by_value = GROUP, BY_VALUE
+        self._kernels: dict[str, CudaKernel] = {}
 
     def attribute(self, number: int) -> int:
         """Attribute of the device."""
@@ -53,16 +61,11 @@ class Cuda:
         """Use the device in this thread."""
         call("cuCtxSetCurrent", self._context)
 
-    def kernel(self, module: str, shared: int, *, records: bool) -> "CudaKernel":
+    def kernel(self, text: str, name: str) -> "CudaKernel":
         """See `Device`; the machine code is stored in the cache."""
-        if (module, records) not in self._kernels:
-            definitions = {"RECORDS": int(records), "WORK_GROUP": GROUP}
-            is_argument = 0 < shared <= LARGEST_ARGUMENT
-            if is_argument:
-                definitions["SHARED_WORDS"] = shared
-            content = self._compiled(source(module, definitions))
-            self._kernels[module, records] = CudaKernel(self, content, is_argument=is_argument)
-        return self._kernels[module, records]
+        if text not in self._kernels:
+            self._kernels[text] = CudaKernel(self, self._compiled(text), name)
+        return self._kernels[text]
 
     def _compiled(self, text: str) -> bytes:
         digest = hashlib.sha256("\0".join((text, self.name)).encode()).hexdigest()
@@ -84,16 +87,13 @@ class CudaKernel:
 
     Attributes:
         function: Handle of the driver.
-        is_argument: Whether the words that runs share are an argument of the kernel.
     """
 
-    def __init__(self, device: Cuda, content: bytes, *, is_argument: bool):
+    def __init__(self, device: Cuda, content: bytes, name: str):
         device.enter()
         self._device, self._module, self.function = device, ctypes.c_void_p(), ctypes.c_void_p()
-        self.is_argument = is_argument
         call("cuModuleLoadData", ctypes.byref(self._module), content)
-        name = b"fly_all"
-        call("cuModuleGetFunction", ctypes.byref(self.function), self._module, name)
+        call("cuModuleGetFunction", ctypes.byref(self.function), self._module, name.encode())
 
     def _attribute(self, number: int) -> int:
         value = ctypes.c_int()
@@ -107,28 +107,31 @@ class CudaKernel:
         groups = ctypes.c_int()
         call(
             "cuOccupancyMaxActiveBlocksPerMultiprocessor",
-            *(ctypes.byref(groups), self.function, ctypes.c_int(GROUP), ctypes.c_size_t(0)),
+            *(ctypes.byref(groups), self.function),
+            *(ctypes.c_int(self._device.group), ctypes.c_size_t(0)),
         )
-        occupancy = groups.value * GROUP / self._device.attribute(Attribute.THREADS)
+        group = self._device.group
+        occupancy = groups.value * group / self._device.attribute(Attribute.THREADS)
         registers = self._attribute(Attribute.REGISTERS)
-        return Usage(registers, self._attribute(Attribute.PRIVATE_BYTES), GROUP, occupancy)
+        return Usage(registers, self._attribute(Attribute.PRIVATE_BYTES), group, occupancy)
 
 
 class _Memory:
-    """Memory of a device, freed with this object.
+    """Memory of a queue, freed with this object after the operations of the queue so far.
 
     Attributes:
         address: Address on the device.
     """
 
-    def __init__(self, device: Cuda, words: int):
-        self._device, self.address = device, ctypes.c_uint64()
-        call("cuMemAlloc_v2", ctypes.byref(self.address), ctypes.c_size_t(8 * max(words, 1)))
+    def __init__(self, queue: "CudaQueue", words: int):
+        self._queue, self.address = queue, ctypes.c_uint64()
+        size = ctypes.c_size_t(8 * max(words, 1))
+        call("cuMemAllocAsync", ctypes.byref(self.address), size, queue.stream)
 
     def __del__(self) -> None:
         if self.address.value:
-            self._device.enter()
-            driver().cuMemFree_v2(self.address)
+            self._queue.enter()
+            driver().cuMemFreeAsync(self.address, self._queue.stream)
 
     def at(self, word: int) -> ctypes.c_uint64:
         """Address of a word."""
@@ -136,60 +139,72 @@ class _Memory:
 
 
 class CudaQueue:
-    """See `gyrostat.codegen.accelerators.device.Queue`."""
+    """See `gyrostat.codegen.accelerators.device.Queue`.
+
+    Attributes:
+        stream: Handle of the driver.
+    """
 
     def __init__(self, device: Cuda):
         device.enter()
-        self._device, self._stream = device, ctypes.c_void_p()
+        self._device, self.stream, self.enter = device, ctypes.c_void_p(), device.enter
         # 1: does not wait for the default stream
-        call("cuStreamCreate", ctypes.byref(self._stream), ctypes.c_uint(1))
+        call("cuStreamCreate", ctypes.byref(self.stream), ctypes.c_uint(1))
 
     def __del__(self) -> None:
-        if self._stream.value:
+        if self.stream.value:
             self._device.enter()
-            driver().cuStreamDestroy_v2(self._stream)
+            driver().cuStreamDestroy_v2(self.stream)
 
     def memory(self, words: int) -> _Memory:
         """See `Queue`."""
-        return _Memory(self._device, words)
+        return _Memory(self, words)
 
     def write(self, memory: _Memory, first: int, words: Words) -> None:
         """See `Queue`."""
         arguments = (memory.at(first), ctypes.c_void_p(words.ctypes.data))
-        call("cuMemcpyHtoDAsync_v2", *arguments, ctypes.c_size_t(words.nbytes), self._stream)
+        call("cuMemcpyHtoDAsync_v2", *arguments, ctypes.c_size_t(words.nbytes), self.stream)
         self._wait()  # the array may end now
 
     def read(self, memory: _Memory, first: int, words: Words) -> None:
         """See `Queue`."""
         arguments = (ctypes.c_void_p(words.ctypes.data), memory.at(first))
-        call("cuMemcpyDtoHAsync_v2", *arguments, ctypes.c_size_t(words.nbytes), self._stream)
+        call("cuMemcpyDtoHAsync_v2", *arguments, ctypes.c_size_t(words.nbytes), self.stream)
         self._wait()
 
     def _wait(self) -> None:
-        call("cuStreamSynchronize", self._stream)
+        call("cuStreamSynchronize", self.stream)
 
     def copy(self, source: _Memory, first: int, target: _Memory, start: int, words: int) -> None:
         """See `Queue`."""
         places = (target.at(start), source.at(first), ctypes.c_size_t(8 * words))
-        call("cuMemcpyDtoDAsync_v2", *places, self._stream)
+        call("cuMemcpyDtoDAsync_v2", *places, self.stream)
 
-    def launch(
-        self, kernel: CudaKernel, shared: Words, memories: list[Any], numbers: list[int]
-    ) -> None:
+    def launch(self, kernel: CudaKernel, runs: int, arguments: Sequence[Any]) -> None:
         """See `Queue`."""
-        held: list[Any] = [memory.address for memory in memories]
-        held += [ctypes.c_int64(number) for number in numbers]
-        memory = None
-        if kernel.is_argument:
-            held.insert(0, (ctypes.c_uint64 * shared.size)(*shared.tolist()))
-        else:
-            memory = self.memory(shared.size)
-            self.write(memory, 0, shared)
-            held.insert(0, memory.address)
-        pointers = (ctypes.c_void_p * len(held))(*map(ctypes.addressof, held))
-        groups = ctypes.c_uint(-(-numbers[0] // GROUP))
+        held = [
+            self._uploaded(each) if isinstance(each, np.ndarray) else each for each in arguments
+        ]
+        values = [_value(each) for each in held]
+        pointers = (ctypes.c_void_p * len(values))(*map(ctypes.addressof, values))
+        group = self._device.group
         one, none = ctypes.c_uint(1), ctypes.c_uint(0)
-        shape = (groups, one, one, ctypes.c_uint(GROUP), one, one)
-        call("cuLaunchKernel", kernel.function, *shape, none, self._stream, pointers, None)
-        if memory is not None:
-            self._wait()
+        shape = (ctypes.c_uint(-(-runs // group)), one, one, ctypes.c_uint(group), one, one)
+        call("cuLaunchKernel", kernel.function, *shape, none, self.stream, pointers, None)
+
+    def _uploaded(self, words: Words) -> Any:
+        """Words in memory, unless they are few enough for an argument by value."""
+        if 0 < words.size <= self._device.by_value:
+            return words
+        memory = self.memory(words.size)
+        self.write(memory, 0, words)
+        return memory
+
+
+def _value(argument: Any) -> Any:
+    """Argument of a kernel as a value of C."""
+    if isinstance(argument, int):
+        return ctypes.c_int64(argument)
+    if isinstance(argument, np.ndarray):
+        return (ctypes.c_uint64 * argument.size)(*argument.tolist())
+    return argument.address

@@ -1,5 +1,6 @@
 """Interface of a device that runs programs with one run in each work item."""
 
+from collections.abc import Sequence
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -59,14 +60,13 @@ class Queue(Protocol):
         """Copy words from one memory to another."""
         ...
 
-    def launch(self, kernel: Any, shared: Words, memories: list[Any], numbers: list[int]) -> None:
+    def launch(self, kernel: Any, runs: int, arguments: Sequence[Any]) -> None:
         """Start a kernel.
 
         Args:
             kernel: Kernel of this device.
-            shared: Words that all runs share.
-            memories: Memories `own`, `made`, `every`, `asked` and `place`.
-            numbers: Numbers of runs and of kept runs, and the first word of `own`.
+            runs: Number of runs.
+            arguments: Memories, numbers, and words that all runs share.
         """
         ...
 
@@ -76,17 +76,21 @@ class Device(Protocol):
 
     Attributes:
         name: Names and versions of device, driver and compiler: the same text, the same bits.
+        group: Work items of a work group.
+        by_value: Largest number of words that all runs share, which a kernel takes by value; more
+            are in memory.
     """
 
     name: str
+    group: int
+    by_value: int
 
-    def kernel(self, module: str, shared: int, *, records: bool) -> Kernel:
-        """Compile a C module, once per process.
+    def kernel(self, text: str, name: str) -> Kernel:
+        """Compile a text, once per process.
 
         Args:
-            module: C module for SIMD lanes.
-            shared: Number of words that all runs share.
-            records: Whether rows on demand are written.
+            text: Text.
+            name: Name of its kernel.
 
         Raises:
             InputError: The compiler refuses it.

@@ -15,13 +15,14 @@ _VERSIONS = ("13", "12")
 
 
 class Attribute:
-    """Numbers by which the driver knows the attributes of a device and of a function."""
+    """Numbers of attributes: of a device, of its memory and of a function."""
 
     PROCESSORS = 16
     WARP = 10
     THREADS = 39
     MAJOR = 75
     MINOR = 76
+    THRESHOLD = 4
     PRIVATE_BYTES = 3
     REGISTERS = 4
 

@@ -1,13 +1,13 @@
 """Devices of OpenCL, by pyopencl."""
 
 import warnings
+from collections.abc import Sequence
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from gyrostat.codegen.accelerators.device import Usage, Words
-from gyrostat.codegen.accelerators.source import source
 from gyrostat.core.errors import InputError
 from gyrostat.core.extras import missing
 
@@ -51,15 +51,14 @@ class OpenCL:
         self.group = 1 if device.type & cl.device_type.CPU else GROUP
         names = (device.platform.name, device.name, device.version, device.driver_version, _OPTIONS)
         self.name = ", ".join(map(str, names))
-        self._kernels: dict[tuple[str, bool], OpenCLKernel] = {}
+        self.by_value = 0
+        self._kernels: dict[str, OpenCLKernel] = {}
 
-    def kernel(self, module: str, shared: int, *, records: bool) -> "OpenCLKernel":
-        """See `Device`; the words that runs share are in global memory."""
-        del shared
-        if (module, records) not in self._kernels:
-            definitions = {"RECORDS": int(records), "WORK_GROUP": self.group}
+    def kernel(self, text: str, name: str) -> "OpenCLKernel":
+        """See `Device`."""
+        if text not in self._kernels:
             try:
-                program = self.cl.Program(self.context, source(module, definitions))
+                program = self.cl.Program(self.context, text)
                 with warnings.catch_warnings():
                     warnings.simplefilter("ignore")  # those of the compiler
                     program.build(_OPTIONS)
@@ -69,8 +68,8 @@ class OpenCL:
                     f"--engine opencl: found {lines[0]!r} from {self.device.name}, expected it to "
                     "compile"
                 ) from None
-            self._kernels[module, records] = OpenCLKernel(self, program)
-        return self._kernels[module, records]
+            self._kernels[text] = OpenCLKernel(self, program, name)
+        return self._kernels[text]
 
     def queue(self) -> "OpenCLQueue":
         """See `Device`."""
@@ -80,16 +79,19 @@ class OpenCL:
 class OpenCLKernel:
     """See `gyrostat.codegen.accelerators.device.Kernel`."""
 
-    def __init__(self, device: OpenCL, program: Any):
-        self.device, self.program = device, program
+    def __init__(self, device: OpenCL, program: Any, name: str):
+        self._device, self._program, self._name = device, program, name
+
+    def function(self) -> Any:
+        """Kernel with arguments of its own."""
+        return self._device.cl.Kernel(self._program, self._name)
 
     @property
     def usage(self) -> Usage:
         """See `Kernel`; OpenCL tells neither registers nor occupancy."""
-        kind = self.device.cl.kernel_work_group_info.PRIVATE_MEM_SIZE
-        kernel = self.device.cl.Kernel(self.program, "fly_all")
-        private = kernel.get_work_group_info(kind, self.device.device)
-        return Usage(None, int(private) or None, self.device.group, None)
+        kind = self._device.cl.kernel_work_group_info.PRIVATE_MEM_SIZE
+        private = self.function().get_work_group_info(kind, self._device.device)
+        return Usage(None, int(private) or None, self._device.group, None)
 
 
 class OpenCLQueue:
@@ -119,14 +121,20 @@ class OpenCLQueue:
         places = {"src_offset": 8 * first, "dst_offset": 8 * start, "byte_count": 8 * words}
         self._cl.enqueue_copy(self._queue, target, source, **places)
 
-    def launch(
-        self, kernel: OpenCLKernel, shared: Words, memories: list[Any], numbers: list[int]
-    ) -> None:
+    def launch(self, kernel: OpenCLKernel, runs: int, arguments: Sequence[Any]) -> None:
         """See `Queue`."""
-        memory = self.memory(shared.size)
-        self.write(memory, 0, shared)
-        function = self._cl.Kernel(kernel.program, "fly_all")
-        function.set_args(memory, *memories, *map(np.int64, numbers))
+        function = kernel.function()
+        values = [self._argument(each) for each in arguments]  # until the kernel is enqueued
+        function.set_args(*values)
         group = self._device.group
-        size = -(-numbers[0] // group) * group
+        size = -(-runs // group) * group
         self._cl.enqueue_nd_range_kernel(self._queue, function, (size,), (group,))
+
+    def _argument(self, value: Any) -> Any:
+        if isinstance(value, int):
+            return np.int64(value)
+        if isinstance(value, np.ndarray):
+            memory = self.memory(value.size)
+            self.write(memory, 0, value)
+            return memory
+        return value

@@ -1,5 +1,5 @@
 /* Operations for programs with one run in each work item of an accelerator: OpenCL C, CUDA C++, or C
-   that computes one run after the other. They are those of `lanes.h` for a single lane.
+   whose caller counts `work_item`. They are those of `lanes.h` for a single lane.
 
    Words of the inputs and results lie one run beside the other, so that neighbouring work items read
    and write neighbouring words. */
@@ -50,6 +50,9 @@ FUNCTION int64_t one_as_integer(double x) { return __double_as_longlong(x); }
 #include <string.h>
 #define FUNCTION static inline __attribute__((unused))
 #define LONG_FUNCTION static __attribute__((unused))
+#define KERNEL
+#define WORK_ITEM work_item
+int64_t work_item;
 #define GLOBAL
 #define TABLE static const
 #define TABLE_OF(type) const type *
@@ -184,6 +187,18 @@ FUNCTION bits bits_of_word(uint64_t x) { return x; }
 
 #include "functions.h"
 
+/* The runs of a work group of CUDA take the same branches, as those of lanes do: the program is larger
+   than the memory for instructions, which it then leaves once for all of them. */
+#ifdef __CUDACC__
+#undef any
+#define any(m) __syncthreads_or(m)
+#define OWN_RUN(item) ((item) < runs ? (item) : runs - 1)
+#define IS_RUN(item) true
+#else
+#define OWN_RUN(item) (item)
+#define IS_RUN(item) ((item) < runs)
+#endif
+
 /* Function of one run, and that of all runs. The words of `own` begin with word `first`. RECORDS says
    whether rows on demand are written, for the runs with a `place` of 0 or above among the `kept`. */
 #define MEMORY                                                                                    \
@@ -196,17 +211,9 @@ FUNCTION bits bits_of_word(uint64_t x) { return x; }
 #define ONE_RUN                                                                                   \
     fly(shared, own + first * runs + run, made + run, every + run,                                \
         RECORDS && place[run] >= 0 ? asked + place[run] : 0, runs, kept)
-#ifdef KERNEL
 #define ALL_RUNS(own_words, made_words, every_words, asked_words)                                 \
     KERNEL void fly_all(ARGUMENTS)                                                                \
     {                                                                                             \
-        const int64_t run = WORK_ITEM;                                                            \
-        if (run < runs) { ONE_RUN; }                                                              \
+        const int64_t item = WORK_ITEM, run = OWN_RUN(item);                                      \
+        if (IS_RUN(item)) { ONE_RUN; }                                                            \
     }
-#else
-#define ALL_RUNS(own_words, made_words, every_words, asked_words)                                 \
-    void fly_all(ARGUMENTS)                                                                       \
-    {                                                                                             \
-        for (int64_t run = 0; run < runs; ++run) { ONE_RUN; }                                     \
-    }
-#endif

@@ -15,7 +15,7 @@ from gyrostat.core.types import Vector
 from gyrostat.runs.build import Setup
 from gyrostat.runs.metrics import windows
 from gyrostat.runs.metrics.error_vectors import error_vector
-from gyrostat.runs.metrics.percentiles import Collector
+from gyrostat.runs.metrics.percentiles import Percentiles
 from gyrostat.runs.metrics.windows import SeenWindow, WindowObserver, pointing_error
 from gyrostat.scenario.metrics.budget import Budget
 from gyrostat.scenario.metrics.kinds import RUN_METRICS
@@ -188,14 +188,14 @@ def ended(seen: Any, period: float) -> Vector:
 
 
 def concluded(
-    scenario: Scenario, seen: Any, errors: Sequence[Collector], budget: Mapping[str, Vector]
+    scenario: Scenario, seen: Any, errors: Sequence[Percentiles], budget: Mapping[str, Vector]
 ) -> dict[str, Vector]:
     """Compute the metrics of several runs; NaN for incomplete runs and missing metrics.
 
     Args:
         scenario: Scenario of the runs.
         seen: `Seen` with a leading axis of runs.
-        errors: Collected pointing errors of the runs, and of each window.
+        errors: Percentiles of the pointing errors of the runs, and of each window.
         budget: Metrics of the pointing requirements.
     """
     seen = jax.tree.map(np.asarray, seen)
@@ -212,6 +212,6 @@ def concluded(
     return {name: np.where(seen.status == 0, table[name], np.nan) for name in metrics_of(scenario)}
 
 
-def _percentiles(scenario: Scenario, errors: Collector) -> dict[str, Vector]:
+def _percentiles(scenario: Scenario, errors: Percentiles) -> dict[str, Vector]:
     """Percentiles of collected errors, by name."""
     return {percentile_name(p): errors.percentile(p) for p in scenario.percentiles}

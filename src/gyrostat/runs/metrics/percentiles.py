@@ -5,9 +5,11 @@ value such that at least p % of the values do not exceed it. This is definition 
 and Y. Fan, "Sample quantiles in statistical packages", 1996, and "inverted_cdf" of NumPy.
 """
 
+from collections.abc import Mapping
 from fractions import Fraction
 from functools import lru_cache
 from math import ceil
+from typing import Protocol
 
 import numpy as np
 from numpy.typing import NDArray
@@ -41,6 +43,41 @@ def rank(percent: float, count: int) -> int:
         count: Number of values.
     """
     return max(1, ceil(Fraction(repr(float(percent))) * count / 100))
+
+
+def ranks(percent: float, most: int) -> NDArray[np.int64]:
+    """Rank of a percentile for 0 to `most` values, (1 + most,); see `rank`."""
+    share = Fraction(repr(float(percent))) / 100
+    up, down = share.as_integer_ratio()
+    return np.array([max(1, -(-up * count // down)) for count in range(most + 1)])
+
+
+def are_sorted(group: int, samples: int, count: int) -> bool:
+    """Whether percentiles are exact; see `collectors`."""
+    return 8 * group * samples * count <= MEMORY
+
+
+class Percentiles(Protocol):
+    """Percentiles of the errors of several runs."""
+
+    def percentile(self, percent: float) -> Vector:
+        """Percentile of each run, (runs,), rad; NaN for a run without errors."""
+        ...
+
+
+class FoundPercentiles:
+    """Percentiles that an accelerator has found.
+
+    Args:
+        values: Percentage -> percentile of each run, (runs,), rad.
+    """
+
+    def __init__(self, values: Mapping[float, Vector]):
+        self._values = values
+
+    def percentile(self, percent: float) -> Vector:
+        """Percentile of each run; see `SortedErrors`."""
+        return self._values[percent]
 
 
 class SortedErrors:
@@ -119,6 +156,6 @@ def collectors(runs: int, samples: int, group: int, count: int) -> list[Collecto
         group: Number of runs of the whole group.
         count: Number of signals, each with its own collector.
     """
-    if 8 * group * samples * count <= MEMORY:
+    if are_sorted(group, samples, count):
         return [SortedErrors(runs, samples) for _ in range(count)]
     return [BinnedErrors(runs) for _ in range(count)]
