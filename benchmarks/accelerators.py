@@ -22,7 +22,8 @@ import numpy as np
 
 from gyrostat.campaigns import run_campaign
 from gyrostat.campaigns.draws import draw
-from gyrostat.campaigns.engine import _ready, fly
+from gyrostat.campaigns.engine import fly
+from gyrostat.campaigns.ready import make_ready
 from gyrostat.codegen.simd.compiler import compiler
 from gyrostat.runs.run_loop import Drawn
 from gyrostat.scenario.kinds.orbits import own_orbits
@@ -142,7 +143,7 @@ def main():
             options.json.write_text(json.dumps(result, indent=1))
 
     start = time.perf_counter()
-    ready = _ready(scenario, options.engine, 0)
+    ready = make_ready(scenario, options.engine)
     say("device", ready.program.program.device.name)
     say("seconds to the first program", round(time.perf_counter() - start, 1))
     begin, chunk = ready.program.program.kernels()
@@ -151,7 +152,7 @@ def main():
     for runs in options.runs:
         say(f"{runs} runs", measure(ready, steps, runs, options.repeats, options.threads))
     if compiler():
-        native = _ready(scenario, "native", 0)
+        native = make_ready(scenario, "native")
         compute(native, range(1024))
         seconds = min(compute(native, range(1024))[1] for _ in range(options.repeats))
         say("native steps per s, one thread", 1024 * steps / seconds)

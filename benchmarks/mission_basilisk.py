@@ -29,7 +29,8 @@ from pathlib import Path
 import numpy as np
 
 import gyrostat as gs
-from gyrostat.campaigns.engine import fly, prepare
+from gyrostat.campaigns.engine import fly
+from gyrostat.campaigns.ready import prepare
 from gyrostat.core import rotations
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.scenario.build_spacecraft import spacecraft_of

@@ -16,9 +16,9 @@ from scipy.special import ndtri
 from short_flights import short_flight
 
 from gyrostat.campaigns import Campaign
-from gyrostat.campaigns.engine import prepare
 from gyrostat.campaigns.executors import kept_open, threads
 from gyrostat.campaigns.noise import parts_of
+from gyrostat.campaigns.ready import prepare
 from gyrostat.search.condition import Condition
 from gyrostat.search.estimate import rarity
 from gyrostat.search.flights import Flights, together

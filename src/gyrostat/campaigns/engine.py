@@ -9,35 +9,28 @@ whether its history is kept or not. In compiled C all SIMD lanes give the same b
 has its own run; another device may give other bits.
 """
 
-from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
-from functools import lru_cache
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.campaigns.accelerated import AcceleratedProgram, accelerated_program
+from gyrostat.campaigns.accelerated import AcceleratedProgram
 from gyrostat.campaigns.draws import draw, noise_keys
-from gyrostat.campaigns.native import Program, program_of
 from gyrostat.campaigns.pointing.campaign import PointingBudget
-from gyrostat.codegen.jax_versions import require_supported
-from gyrostat.codegen.simd.compiler import require_compiler
+from gyrostat.campaigns.ready import Ready, make_ready
 from gyrostat.core.engines import ACCELERATED
 from gyrostat.core.jax64 import jax
-from gyrostat.core.random_keys import random_keys
 from gyrostat.core.threefry import Words
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.validation import check_seed
 from gyrostat.runs.designs import Plans
-from gyrostat.runs.metrics.observer import Seen, concluded, ended
+from gyrostat.runs.metrics.observer import concluded, ended
 from gyrostat.runs.metrics.percentiles import Percentiles, are_sorted, collectors
-from gyrostat.runs.plans import plans_of
-from gyrostat.runs.run_loop import OWN, Drawn, loop_of, runner_of
+from gyrostat.runs.run_loop import Drawn
 from gyrostat.scenario.kinds.orbits import own_orbits
 from gyrostat.scenario.scenario import Scenario
-from gyrostat.scenario.structure import Structure, structure_of
-from gyrostat.simulation import Runner, Status, labelled
+from gyrostat.simulation import Status, labelled
 from gyrostat.simulation.labelled import Labelled, Signal, joined
 from gyrostat.simulation.labels import ERROR
 
@@ -62,80 +55,6 @@ class Flown(NamedTuple):
     histories: Labelled | None
 
 
-@dataclass(frozen=True)
-class _Ready:
-    """Scenario that is ready to be simulated.
-
-    Attributes:
-        scenario: Scenario.
-        nominal: Nominal values.
-        plans: Controller designs.
-        runner: Runner of its loop.
-        program: Program of the native engine or of an accelerator; None for the engine "jax".
-    """
-
-    scenario: Scenario
-    nominal: Vector
-    plans: Plans
-    runner: Runner
-    program: Program | AcceleratedProgram | None
-
-    def fly_with_jax(
-        self, nominal: Vector, drawn: Drawn, plans: Plans, keys: Words, asked: Sequence[int]
-    ) -> Iterator[tuple[Seen, Any, Any]]:
-        """Simulate 64 runs by JAX; see `gyrostat.campaigns.native.Program.chunks`."""
-        arguments = (nominal, drawn, plans, random_keys(keys))
-        carry = _begin(structure_of(self.scenario))(*arguments)
-        for (_, metrics), (errors, rows) in self.runner.chunks(
-            *arguments, carry=carry, asked=asked
-        ):
-            yield metrics, errors, rows
-
-
-@lru_cache(maxsize=8)
-def _begin(structure: Structure) -> Callable[..., Any]:
-    make = loop_of(structure)
-    axes = tuple(0 if is_drawn else None for is_drawn in OWN)
-    return jax.jit(jax.vmap(lambda *arguments: make(*arguments).begin(), axes))
-
-
-@lru_cache(maxsize=8)
-def _ready(scenario: Scenario, engine: str, parts: int) -> _Ready:
-    structure, plans = structure_of(scenario), plans_of(scenario)
-    program = None
-    if engine == "native":
-        program = program_of(structure, plans, parts=parts)
-    elif engine in ACCELERATED:
-        program = accelerated_program(structure, plans, engine)
-    nominal = np.array([*scenario.values.values()])
-    return _Ready(scenario, nominal, plans, runner_of(structure), program)
-
-
-def prepare(
-    scenario: Scenario, *, parts: int = 0, verify: bool = False, engine: str = "native"
-) -> None:
-    """Make the program of a scenario for an engine; workers then find it in the cache.
-
-    Args:
-        scenario: Scenario.
-        parts: See `gyrostat.campaigns.native.program_of`.
-        verify: See `gyrostat.campaigns.native.program_of`.
-        engine: "native", or an engine that uses an accelerator.
-
-    Raises:
-        InputError: See `gyrostat.campaigns.native.program_of` and
-            `gyrostat.campaigns.accelerated.accelerated_program`.
-    """
-    require_supported()
-    if engine in ACCELERATED:
-        _ready(scenario, engine, parts)
-        return
-    require_compiler()  # also where the program is loaded already
-    if verify:
-        program_of(structure_of(scenario), plans_of(scenario), parts=parts, verify=True)
-    _ready(scenario, "native", parts)
-
-
 def fly(
     scenario: Scenario,
     seed: int,
@@ -157,7 +76,7 @@ def fly(
         InputError: The seed is out of range.
     """
     check_seed(seed)
-    ready = _ready(scenario, engine, 0)
+    ready = make_ready(scenario, engine, 0)
     if runs is None:
         return _group(ready, np.zeros(1, np.int64), seed, keep, nominal=True)
     numbers = np.asarray(runs, dtype=np.int64)
@@ -191,12 +110,12 @@ def fly_given(
         keep: Numbers of the runs whose histories are requested.
     """
     parts = keys.shape[1] if keys.ndim == 2 else 0
-    ready = _ready(scenario, "native", parts)
+    ready = make_ready(scenario, "native", parts)
     numbers = np.asarray(runs, dtype=np.int64)
     return _simulate(ready, numbers, np.arange(len(runs)), values, keys, keep)
 
 
-def _runs_at_a_time(ready: _Ready) -> int:
+def _runs_at_a_time(ready: Ready) -> int:
     """Number of runs that an accelerator computes together, by the memory of their errors."""
     samples = len(ready.runner.starts) * ready.runner.length
     of_run = 8 * samples * (1 + len(ready.scenario.windows))
@@ -204,7 +123,7 @@ def _runs_at_a_time(ready: _Ready) -> int:
 
 
 def _group(
-    ready: _Ready, runs: NDArray[np.int64], seed: int, keep: Sequence[int], *, nominal: bool = False
+    ready: Ready, runs: NDArray[np.int64], seed: int, keep: Sequence[int], *, nominal: bool = False
 ) -> Flown:
     """Simulate the requested runs of a group of 64; `nominal`: run 0 with the nominal values."""
     scenario, is_exact = ready.scenario, ready.program is not None
@@ -219,7 +138,7 @@ def _group(
 
 
 def _observe(
-    ready: _Ready,
+    ready: Ready,
     runs: NDArray[np.int64],
     arguments: tuple[Vector, Drawn, Plans, Words],
     record_indices: Sequence[int],
@@ -253,7 +172,7 @@ def _observe(
 
 
 def _simulate(
-    ready: _Ready,
+    ready: Ready,
     runs: NDArray[np.int64],
     picked: NDArray[np.int64],
     values: Matrix,

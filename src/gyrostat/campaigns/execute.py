@@ -52,7 +52,7 @@ def chosen_engine(
         what = "it has a device of its own" if engine in ACCELERATED else "it is compiled C"
         name = engine if engine in ACCELERATED else "native"
         raise InputError(f"--engine {name}: found --device gpu, expected cpu: {what}")
-    from gyrostat.campaigns.engine import prepare
+    from gyrostat.campaigns.ready import prepare
 
     if engine in ACCELERATED:
         prepare(scenario, verify=verify, engine=engine)

@@ -70,7 +70,8 @@ def executor_for(
 ) -> tuple[Opener, int, Callable[[Job], Any]]:
     """Choose the executor of a campaign: by default threads for a few runs of the native engine.
 
-    Threads start at once; an accelerator has them for any number of runs. The engine JAX needs processes, because its flags are fixed at its start.
+    Threads start at once; an accelerator has them for any number of runs. The engine JAX needs
+    processes, because its flags are fixed at its start.
 
     Args:
         campaign: Campaign.
@@ -86,13 +87,16 @@ def executor_for(
     if opener is not None:
         return opener, workers or ELSEWHERE, fly_job or work
     if campaign.engine.get("engine") in ACCELERATED:
+        from gyrostat.campaigns.ready import prepare
+
+        prepare(_scenario(campaign.scenario), engine=campaign.engine["engine"])
         # threads prepare and conclude runs while the device computes those of others
         return threads(workers or cores), workers or cores, fly_job or work_here
     if campaign.engine.get("engine") == "native" and workers is None and fly_job is None:
         scenario = _scenario(campaign.scenario)
         if runs * scenario.count <= FEW_PERIODS:
-            from gyrostat.campaigns.engine import prepare
             from gyrostat.campaigns.noise import parts_of
+            from gyrostat.campaigns.ready import prepare
 
             parts = 0 if campaign.search is None else parts_of(scenario)
             prepare(scenario, parts=parts)  # once, not in each thread

@@ -8,11 +8,11 @@ import numpy as np
 
 from gyrostat.campaigns.blocks import columns_of, table_at
 from gyrostat.campaigns.description import Campaign
-from gyrostat.campaigns.engine import prepare
 from gyrostat.campaigns.execute import replay
 from gyrostat.campaigns.executors import Opener, kept_open, threads
 from gyrostat.campaigns.jobs import work_here
 from gyrostat.campaigns.noise import parts_of
+from gyrostat.campaigns.ready import prepare
 from gyrostat.campaigns.store import Store
 from gyrostat.core.files import set_aside
 from gyrostat.core.processors import usable_cores
