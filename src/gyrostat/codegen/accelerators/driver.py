@@ -9,6 +9,7 @@ from pathlib import Path
 from typing import Any
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.extras import missing
 
 _VERSIONS = ("13", "12")
 """Major versions of CUDA whose compiler is looked for."""
@@ -88,10 +89,7 @@ def _compiler() -> ctypes.CDLL:
             return ctypes.CDLL(name)
         except OSError:
             continue
-    raise InputError(
-        "--engine cuda: found no compiler NVRTC, expected it: "
-        "pip install 'nvidia-cuda-nvrtc>=13', or the toolkit of CUDA"
-    )
+    raise missing("--engine cuda", "compiler NVRTC", "cuda")
 
 
 def compiler_version() -> str:
