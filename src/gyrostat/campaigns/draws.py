@@ -131,25 +131,35 @@ def _check_combinations(scenario: Scenario, numbers: range, values: Matrix) -> N
     _check_sensing(scenario, numbers, columns)
     if has_own_orbits(scenario.dispersed):
         check_own_orbits(scenario, values)
-    structure = structure_of(scenario)
-    inertia = any(key.startswith("body.inertia.") for key in scenario.dispersed)
-    events = any(key.startswith("event.") for key in scenario.dispersed)
-    if not inertia and not events:
+    if any(key.startswith("body.inertia.") for key in scenario.dispersed):
+        _check_inertias(scenario, numbers, columns)
+    if not any(key.startswith("event.") for key in scenario.dispersed):
         return
+    structure = structure_of(scenario)
     for number, row in zip(numbers, values.tolist(), strict=True):
         of_run = {**scenario.values, **dict(zip(scenario.dispersed, row, strict=True))}
-        if inertia:
-            xx, yy, zz, xy, xz, yz = (of_run[f"body.inertia.{end}"] for end in INERTIA)
-            try:
-                check_inertia(np.array([[xx, xy, xz], [xy, yy, yz], [xz, yz, zz]]))
-            except InputError as error:
-                raise InputError(f"dispersion of body.inertia in run {number}: {error}") from None
         starts = phase_starts(structure, of_run)
         if starts != sorted(starts):
             raise InputError(
                 f"dispersion of event times: found events in another order in run {number}, "
                 "expected times that do not overlap"
             )
+
+
+def _check_inertias(scenario: Scenario, numbers: range, columns: Mapping[str, Vector]) -> None:
+    """Validate the inertia of the body in all runs at once; raises `InputError`."""
+    keys = [f"body.inertia.{end}" for end in INERTIA]
+    values = [columns.get(key, scenario.values[key]) for key in keys]
+    xx, yy, zz, xy, xz, yz = np.broadcast_arrays(*values)
+    matrices = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(-1, 3, 3)
+    try:
+        check_inertia(matrices)
+    except InputError:  # find the run
+        for number, matrix in zip(numbers, matrices, strict=True):
+            try:
+                check_inertia(matrix)
+            except InputError as error:
+                raise InputError(f"dispersion of body.inertia in run {number}: {error}") from None
 
 
 def _check_speeds(scenario: Scenario, numbers: range, columns: Mapping[str, Vector]) -> None:

@@ -6,7 +6,7 @@ from typing import Annotated
 import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Float
-from numpy.typing import ArrayLike
+from numpy.typing import ArrayLike, NDArray
 
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.checked import Checked, Rule, positive, three
@@ -33,6 +33,8 @@ def check_inertia(inertia: ArrayLike) -> None:
     every = np.asarray(inertia, dtype=float)
     if every.shape[-2:] != (3, 3):
         raise InputError(f"body inertia: found shape {every.shape}, expected (3, 3)")
+    if _are_possible(every):
+        return
     for matrix in every.reshape(-1, 3, 3):
         if not np.all(np.isfinite(matrix)):
             raise InputError("body inertia: found a value that is not finite, expected kg·m²")
@@ -51,6 +53,18 @@ def check_inertia(inertia: ArrayLike) -> None:
                 f"body inertia: found principal inertias {smallest:g}, {middle:g}, {largest:g} "
                 "kg·m², expected none larger than the sum of the others"
             )
+
+
+def _are_possible(inertia: NDArray[np.float64]) -> bool:
+    """Whether all matrices fulfil `check_inertia`."""
+    if not np.all(np.isfinite(inertia)):
+        return False
+    difference = np.max(np.abs(inertia - np.swapaxes(inertia, -1, -2)), axis=(-1, -2))
+    if np.any(difference > SYMMETRY * np.max(np.abs(inertia), axis=(-1, -2))):
+        return False
+    smallest, middle, largest = np.moveaxis(np.linalg.eigvalsh(inertia), -1, 0)
+    fits = largest <= (smallest + middle) * (1.0 + SYMMETRY)
+    return bool(np.all((smallest > 0.0) & fits))
 
 
 def check_rotors(inertia: ArrayLike, axes: ArrayLike, rotors: ArrayLike) -> None:

@@ -78,8 +78,8 @@ FUNCTION real rest_of_ln2(real x, real number)
 
 FUNCTION real power_of_two(integer k) { return as_real((k + 1023) << 52); }
 
-/* short enough to be inlined: a call would spill the registers to memory */
-FUNCTION real exp_real(real x)
+/* In lanes short enough to be inlined: a call would spill the registers to memory. */
+MIDDLE_FUNCTION real exp_real(real x)
 {
     x = at_least(-760.0, at_most(720.0, x));
     const real number = rint_real(x * 1.4426950408889634);

@@ -41,6 +41,7 @@ typedef uint64_t bits_memory __attribute__((vector_size(8 * LANES), aligned(8), 
 #endif
 
 #define FUNCTION static inline __attribute__((unused, always_inline))
+#define MIDDLE_FUNCTION FUNCTION
 #define SELDOM(test) __builtin_expect(test, 0)
 /* Long functions are not inlined: a program calls them from hundreds of places. The compiler knows
    which registers they change, and keeps its values in the others. */
@@ -67,6 +68,8 @@ FUNCTION integer as_integer(real x) { return (integer)x; }
 #define SHARED(index) shared[index]
 #define OWN(kind, index) ((const kind##_memory *)own)[index]
 #define PUT(kind, memory, index, value) ((kind##_memory *)memory)[index] = value
+#define COMMON(type, name, value) const type name = value
+#define ALIGN
 #define TABLE static const
 #define TABLE_OF(type) const type *
 

@@ -20,6 +20,8 @@ INFIX = {
     **{"and": "&", "or": "|", "xor": "^"},
 }
 """Operations with a C operator, which also works on lanes."""
+MOST_COMMON = 1024
+"""Largest number of results common to all runs that a header may keep in a memory of its choice."""
 _COMPARED = {"lt": "<", "le": "<=", "gt": ">", "ge": ">=", "eq": "==", "ne": "!="}
 BOUND = {"max": "at_least", "min": "at_most"}
 """Operations with a simpler function if one operand is a constant."""

@@ -7,6 +7,7 @@
 #pragma OPENCL FP_CONTRACT OFF
 #define FUNCTION static inline __attribute__((always_inline))
 #define LONG_FUNCTION static
+#define MIDDLE_FUNCTION FUNCTION
 #define GLOBAL __global
 #define TABLE __constant const
 #define TABLE_OF(type) __constant const type *
@@ -23,6 +24,7 @@ FUNCTION int64_t one_as_integer(double x) { return as_long(x); }
 #elif defined(__CUDACC__)
 #define FUNCTION static __device__ __forceinline__
 #define LONG_FUNCTION static __device__ __noinline__
+#define MIDDLE_FUNCTION LONG_FUNCTION
 #define GLOBAL
 #define TABLE static __device__ const
 #define TABLE_OF(type) const type *
@@ -50,6 +52,7 @@ FUNCTION int64_t one_as_integer(double x) { return __double_as_longlong(x); }
 #include <string.h>
 #define FUNCTION static inline __attribute__((unused))
 #define LONG_FUNCTION static __attribute__((unused))
+#define MIDDLE_FUNCTION FUNCTION
 #define KERNEL
 #define WORK_ITEM work_item
 int64_t work_item;
@@ -187,16 +190,28 @@ FUNCTION bits bits_of_word(uint64_t x) { return x; }
 
 #include "functions.h"
 
-/* The runs of a work group of CUDA take the same branches, as those of lanes do: the program is larger
-   than the memory for instructions, which it then leaves once for all of them. */
+/* A program is larger than the memory of a processor for instructions. In CUDA, the runs of a work group
+   therefore begin each pass of an outer loop together, so that they share what is fetched; a work item
+   without a run repeats the last one. Numbers that all runs compute alike are in the memory of the work
+   group, where the compiler also puts some of what the registers cannot hold. */
 #ifdef __CUDACC__
-#undef any
-#define any(m) __syncthreads_or(m)
+#define ALIGN __syncthreads()
+#define COMMON(type, name, value)                                                                 \
+    __shared__ type name;                                                                         \
+    name = value
 #define OWN_RUN(item) ((item) < runs ? (item) : runs - 1)
 #define IS_RUN(item) true
+#if __CUDACC_VER_MAJOR__ >= 13
+#define SPILLING asm volatile(".pragma \"enable_smem_spilling\";")
 #else
+#define SPILLING
+#endif
+#else
+#define ALIGN
+#define COMMON(type, name, value) const type name = value
 #define OWN_RUN(item) (item)
 #define IS_RUN(item) ((item) < runs)
+#define SPILLING
 #endif
 
 /* Function of one run, and that of all runs. The words of `own` begin with word `first`. RECORDS says
@@ -214,6 +229,7 @@ FUNCTION bits bits_of_word(uint64_t x) { return x; }
 #define ALL_RUNS(own_words, made_words, every_words, asked_words)                                 \
     KERNEL void fly_all(ARGUMENTS)                                                                \
     {                                                                                             \
+        SPILLING;                                                                                 \
         const int64_t item = WORK_ITEM, run = OWN_RUN(item);                                      \
         if (IS_RUN(item)) { ONE_RUN; }                                                            \
     }

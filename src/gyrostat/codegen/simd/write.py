@@ -23,6 +23,7 @@ from gyrostat.codegen.program import (
 from gyrostat.codegen.simd.operations import (
     BOUND,
     INFIX,
+    MOST_COMMON,
     ONE,
     VECTOR,
     case_test,
@@ -41,7 +42,7 @@ class Writer:
         self._varying = varying
         self._texts: dict[Name | Table, str] = {}
         self._kept: Mapping[Table, Sequence[tuple[str, int]]] = {}
-        self._depth = 1
+        self._depth, self._common = 1, 0
         self._active: str | None = None
         self._declared_in: dict[Table, str | None] = {}
 
@@ -93,6 +94,15 @@ class Writer:
         const = "const " if constant else ""
         self._line(f"{const}{self._type(name)} {self._new(name)} = {value};")
 
+    def _assign(self, name: Name, value: str) -> None:
+        """Declare a result; outside loops, real numbers common to all runs by a macro."""
+        is_common = name.kind == "real" and self._is_one(name) and self._depth == 1
+        self._common += is_common
+        if is_common and self._common <= MOST_COMMON:
+            self._line(f"COMMON({ONE[name.kind]}, {self._new(name)}, {value});")
+        else:
+            self._declare(name, value, constant=True)
+
     def _text(self, operand: Operand) -> str:
         """C expression of an operand, as one number or as lanes."""
         if isinstance(operand, Name):
@@ -119,7 +129,7 @@ class Writer:
     def _statement(self, statement: Statement) -> None:
         match statement:
             case Assign(target):
-                self._declare(target, self._expression(statement), constant=True)
+                self._assign(target, self._expression(statement))
             case Fill(table, values):
                 elements = ", ".join(self._for(table, value) for value in values)
                 const, filled = ("const ", f" = {{{elements}}}") if values else ("", "")
@@ -218,6 +228,8 @@ class Writer:
         if loop.goes_on is None:
             first = f"int64_t {counter} = {self._text(loop.start)}"
             self._line(f"for ({first}; {counter} < {loop.count}; ++{counter}) {{")
+            if self._depth == 1:
+                self._line("ALIGN;")
         else:
             if loop.goes_on in self._varying:
                 alive = f"alive_{counter}"
