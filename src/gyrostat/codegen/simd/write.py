@@ -227,9 +227,8 @@ class Writer:
         alive = None
         if loop.goes_on is None:
             first = f"int64_t {counter} = {self._text(loop.start)}"
-            self._line(f"for ({first}; {counter} < {loop.count}; ++{counter}) {{")
-            if self._depth == 1:
-                self._line("ALIGN;")
+            align = " ALIGN;" if self._depth == 1 else ""
+            self._line(f"for ({first}; {counter} < {loop.count}; ++{counter}) {{{align}")
         else:
             if loop.goes_on in self._varying:
                 alive = f"alive_{counter}"
