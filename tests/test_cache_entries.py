@@ -99,6 +99,7 @@ def test_the_command_line_shows_and_clears(run, cache):
         "JAX": {"count": 1, "size": 1000 + OVERHEAD},
         "designs": {"count": 0, "size": 0},
         "exported code": {"count": 0, "size": 0},
+        "accelerators": {"count": 0, "size": 0},
     }
     code, out, _ = run("cache", "--clear", "--json")
     assert code == 0

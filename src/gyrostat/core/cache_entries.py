@@ -16,7 +16,7 @@ KINDS: Mapping[str, str] = {
     **{"lanes-": "native engine", "jax-": "JAX", "scenario-": "designs"},
     **{"texts-": "exported code", "kernel-": "accelerators"},
 }
-"""Prefix of an entry's name -> its origin: the engine that compiled it, designs of scenarios, or
+"""Prefix of an entry's name -> its origin: the engine that compiled it, designs of scenarios or
 exported code."""
 _DEFAULT = 10**9
 _FACTORS = {"": 1, "B": 1, "KB": 10**3, "MB": 10**6, "GB": 10**9, "TB": 10**12}
