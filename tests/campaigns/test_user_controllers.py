@@ -223,7 +223,7 @@ def test_nothing_of_an_own_part_is_stored(own, monkeypatch):
 
     for module in (native, plans):
         monkeypatch.setattr(module, "private_cache", lambda: pytest.fail("stored or looked up"))
-    monkeypatch.setattr(native, "_trace", lambda *given: pytest.fail("traced"))
+    monkeypatch.setattr(native, "trace", lambda *given: pytest.fail("traced"))
     with pytest.raises(pytest.fail.Exception, match="traced"):
         native.program_of(structure_of(own), plans.plans_of.__wrapped__(own))
 
