@@ -5,7 +5,9 @@ import pytest
 from gyrostat.codegen.flight.reader.decisions import Decision
 from gyrostat.codegen.flight.reader.tokens import Position
 from gyrostat.core.errors import InputError
+from gyrostat.exports.evidence.kinds import coverage
 from gyrostat.exports.reasons import read_reasons
+from gyrostat.exports.vectors.justifications import Gap
 from gyrostat.verbs import export
 
 LINE = "tests/my_law.py:12: never = (measured > 1.0) & (measured < 0.5)"
@@ -94,3 +96,11 @@ def test_a_reason_about_no_condition_is_refused(read):
 def test_reasons_without_evidence_are_refused(tmp_path):
     with pytest.raises(InputError, match="--reasons: found without --evidence"):
         export("model.toml", tmp_path / "out", "c", reasons=tmp_path / "reasons.toml")
+
+
+def test_a_condition_that_is_not_evaluated_may_leave_its_second_line_out():
+    at = Position(5, 3)
+    only = {Gap(0, 1, at, "true"): "So.", Gap(0, 2, at, "alone"): "So."}
+    assert not coverage._unevaluated_lines(only)
+    both = {**only, Gap(0, 1, at, "false"): "So."}
+    assert coverage._unevaluated_lines(both) == "line 6\tSo.\n"

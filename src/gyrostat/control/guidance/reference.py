@@ -1,6 +1,6 @@
 """Reference of one or several modes, which follow each other by conditions."""
 
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import Any, NamedTuple, Self, TypeVar, cast
 
@@ -206,10 +206,16 @@ class Reference(Checked):
         else:
             ends = jax.lax.cond(
                 ends,
-                lambda: self._is_met(until, measurement, self.at(mode, time).attitude),
+                lambda: self._is_met(until, measurement, self._ending(mode.number, time)),
                 lambda: jnp.zeros((), bool),
             )
         return self.entered(mode, mode.number + ends, jnp.where(ends, time, mode.start))
+
+    def _ending(self, number: Int[Array, ""], time: Scalar) -> Quaternion:
+        """Attitude of a mode that may end: not the last one, and the rotation to it is over."""
+        count = max(len(self.modes) - 1, 1)
+        every = self._motions([number == k for k in range(count)], time)
+        return jax.tree.map(lambda rows: rows[number], every).reference.attitude
 
     def _is_met(self, until: Condition, measurement: Any, target: Quaternion) -> Bool[Array, ""]:
         """Whether the conditions of a mode on the measurement hold."""
@@ -240,20 +246,23 @@ class Reference(Checked):
             turning: Whether that of the mode before is needed; if not, it may be wrong.
         """
         previous = jnp.maximum(number - 1, 0)
+        needed = [(number == k) | (turning & (previous == k)) for k in range(len(self.modes))]
+        every = self._motions(needed, time)
+        first, second = (jax.tree.map(lambda rows, k=k: rows[k], every) for k in (previous, number))
+        return first, second
+
+    def _motions(self, needed: Sequence[Bool[Array, ""]], time: Scalar) -> Motion:
+        """Motions of the first modes, of which those that are not needed may be wrong."""
         every = [
             jax.lax.cond(
-                (number == k) | (turning & (previous == k)),
+                is_needed,
                 lambda time, mode=mode: Motion.of(mode, time),
                 lambda time: Motion(jnp.full(4, 0.5), jnp.zeros(4), jnp.zeros(4)),
                 jnp.asarray(time, dtype=float),
             )
-            for k, mode in enumerate(self.modes)
+            for is_needed, mode in zip(needed, self.modes, strict=False)
         ]
-        first, second = (
-            Motion(*(jnp.stack(each)[row] for each in zip(*every, strict=True)))
-            for row in (previous, number)
-        )
-        return first, second
+        return Motion(*(jnp.stack(each) for each in zip(*every, strict=True)))
 
 
 class BoundReference(eqx.Module):

@@ -21,7 +21,7 @@ from gyrostat.exports.vectors.rows import Candidate, Row, Situation
 from gyrostat.exports.vectors.selection import Item, Replay, choose, items_of, replay, wanted_items
 from gyrostat.exports.vectors.vectors import Vectors, nominal_rows
 
-MOST, EACH = 1e7, 5e4
+MOST, EACH = 1e7, 1e5
 """Largest effort of a search, and for each condition if that is more: one to two minutes."""
 DOUBTFUL = 0.3
 """Share of the largest effort for conditions that may be impossible."""

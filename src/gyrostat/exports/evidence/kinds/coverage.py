@@ -4,6 +4,7 @@ import csv
 import io
 import re
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import ClassVar
 
 from gyrostat.codegen.flight.measure import FLAGS
@@ -46,7 +47,8 @@ class Coverage(EvidenceKind):
         return {
             "coverage/conditions.csv": _conditions(found),
             "coverage/justified.txt": _as_listed_by_clang(found.reasons),
-            "coverage/confirm.txt": _as_listed_by_clang(found.possible),
+            "coverage/confirm.txt": _as_listed_by_clang(found.possible)
+            + _unevaluated_lines({**found.reasons, **found.possible}),
             "coverage/missing.awk": filled("evidence/missing.awk"),
         }
 
@@ -79,3 +81,13 @@ def _as_listed_by_clang(reasons: Mapping[Gap, str]) -> str:
         kind = f"condition {gap.at}" if gap.want == "alone" else f"branch {gap.at} {gap.want}"
         lines.append(f"{kind}\t{reason}\n")
     return "".join(sorted(lines))
+
+
+def _unevaluated_lines(reasons: Mapping[Gap, str]) -> str:
+    """Second lines of conditions that are not evaluated, if they have one: not executed."""
+    found = {
+        f"line {gap.at.line + 1}\t{reason}\n"
+        for gap, reason in reasons.items()
+        if gap.want == "true" and replace(gap, want="false") in reasons
+    }
+    return "".join(sorted(found))
