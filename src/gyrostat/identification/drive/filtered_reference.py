@@ -1,7 +1,7 @@
 """Motion predicted from the reference alone, by a linear model of the closed loop."""
 
 import numpy as np
-from scipy.signal import lfilter
+from scipy.signal import lfilter, lfilter_zi
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.drive.motion import Drive, Motion
@@ -12,11 +12,18 @@ TIME_CONSTANTS = 14
 """Time constants tried."""
 
 
+def _filtered(series: Vector, numerator: list[float], pole: float) -> Vector:
+    """Output of a filter that was at rest at the first value of its input."""
+    denominator = [1.0, -pole]
+    rest = lfilter_zi(numerator, denominator) * series[0]
+    return lfilter(numerator, denominator, series, zi=rest)[0]
+
+
 def _responses(reference: Vector, pole: float) -> Matrix:
     """Laguerre functions of a pole applied to a signal (Wahlberg 1991), and a constant."""
-    columns = [lfilter([np.sqrt(1.0 - pole**2)], [1.0, -pole], reference)]
+    columns = [_filtered(reference, [float(np.sqrt(1.0 - pole**2)), 0.0], pole)]
     for _ in range(ORDER - 1):
-        columns.append(lfilter([-pole, 1.0], [1.0, -pole], columns[-1]))
+        columns.append(_filtered(columns[-1], [-pole, 1.0], pole))
     return np.column_stack([*columns, np.ones_like(reference)])
 
 

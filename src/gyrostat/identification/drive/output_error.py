@@ -43,7 +43,7 @@ def _currents(
 def _sensitivities(
     equation: Equation, parts: Sequence[Part], values: Vector, current: Vector, law: ControlLaw
 ) -> Matrix | None:
-    """Derivatives of the simulated current by the estimates, (m, n)."""
+    """Derivatives of the simulated current by the estimates, (m, n); None if one has no effect."""
     columns = []
     for k in range(len(values)):
         step = np.zeros_like(values)
@@ -53,7 +53,8 @@ def _sensitivities(
             1e-3 * float(np.max(np.abs(current))) * (equation.names[k] == "current_bias"),
         )
         moved = _currents(equation, parts, equation.named(values + step), law)
-        if moved is None or step[k] == 0.0:
+        # a parameter below zero has no effect on the simulated drive
+        if moved is None or not np.any(moved != current):
             return None
         columns.append((moved - current) / step[k])
     return np.column_stack(columns)
@@ -89,13 +90,15 @@ def minimise_output_error(
         spread = covariance(slopes, slopes, error - slopes @ step, [p.used for p in parts])
         sigma = np.sqrt(np.diag(spread))
         count += 1
+        converged = bool(np.all(np.abs(step) < CONVERGED * sigma + EXACT * np.abs(values)))
         for _ in range(HALVINGS):
             trial = _currents(equation, parts, equation.named(values + step), law)
             if trial is not None and np.sum((target - trial) ** 2) <= np.sum(error**2):
                 values, current = values + step, trial
                 break
             step = 0.5 * step
-        converged = bool(np.all(np.abs(step) < CONVERGED * sigma + EXACT * np.abs(values)))
+        else:
+            break
     motor = equation.named(values)["motor_constant"]
     ends = np.cumsum([len(p.used) for p in parts])[:-1]
     weights = [p.weight for p in parts]

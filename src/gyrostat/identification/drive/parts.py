@@ -52,7 +52,7 @@ def half_width(drive: Drive, predicted: Motion) -> float:
     edge = int(np.searchsorted(power, POWER * power[-1]))
     frequency = max(edge, 1) / (len(acceleration) * interval)
     width = CUTOFF / (ABOVE * frequency)
-    return float(np.clip(width, NARROWEST * interval, WIDEST * np.ptp(drive.time)))
+    return max(min(width, WIDEST * float(np.ptp(drive.time))), NARROWEST * interval)
 
 
 def part_of(drive: Drive, width: float) -> Part:
