@@ -5,11 +5,15 @@ from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.signal import lfilter
 
 from gyrostat.core.errors import InputError
 from gyrostat.identification import identify_inverse
+from gyrostat.identification.drive.filtered_reference import filtered_reference
+from gyrostat.identification.drive.motion import drives as segments_of
 from gyrostat.identification.drive.regression import covariance, regress
 from gyrostat.identification.drive.weak_form import Windows
+from gyrostat.telemetry import Record
 
 BENCHMARK = Path(__file__).resolve().parents[2] / "benchmarks" / "drives.py"
 NAMES = ("inertia", "viscous", "coulomb")
@@ -97,6 +101,68 @@ def test_a_wrong_control_law_is_refused(noisy, servo):
     assert any("the stated control law has only" in reason for reason in fit.impossible)
 
 
+def test_a_law_that_follows_but_is_not_that_of_the_record_is_warned_of(quiet, servo):
+    record, true = quiet
+    right = identify_inverse(record, hold=held(true), law=servo.law)
+    assert not any("the control law is not that" in warning for warning in right.warnings)
+    stiff = replace(servo.law, kp=2.0 * servo.law.kp, kd=2.0 * servo.law.kd)
+    fit = identify_inverse(record, hold=held(true), law=stiff)
+    assert not fit.impossible
+    assert any("the control law is not that of this record" in each for each in fit.warnings)
+    assert not fit.inverse.methods["output_error"].converged
+
+
+@pytest.mark.parametrize(("samples", "late"), [(1, "current"), (-1, "speed")])
+def test_a_delay_between_current_and_speed_is_warned_of(quiet, samples, late):
+    record, true = quiet
+    fit = identify_inverse(record, hold=held(true))
+    assert not any("is late by" in warning for warning in fit.warnings)
+    fit = identify_inverse(
+        replace(record, current=np.roll(record.current, samples)), hold=held(true)
+    )
+    said = [each.split(" is late by ") for each in fit.warnings if " is late by " in each]
+    ((what, time),) = said
+    assert what == f"the recorded {late}"
+    assert float(time.split()[0]) == pytest.approx(2.0, rel=0.02)
+
+
+def test_a_measured_motion_as_reference_is_refused(quiet):
+    record, true = quiet
+    angle = np.append(0.0, np.cumsum(record.speed[1:] * np.diff(record.time)))
+    with pytest.raises(InputError, match="column reference: found the measured motion"):
+        identify_inverse(replace(record, reference=angle), hold=held(true))
+    speed = replace(record, reference=None, setpoint=np.nan_to_num(record.speed))
+    with pytest.raises(InputError, match="column setpoint: found the measured motion"):
+        identify_inverse(speed, hold=held(true))
+
+
+def test_stribeck_friction_is_linear_at_a_known_speed(quiet):
+    record, true = quiet
+    hold = {**held(true), "stribeck_speed": 0.05}
+    fit = identify_inverse(record, hold=hold, model="stribeck")
+    for name in ("inertia", "viscous", "coulomb"):
+        assert fit.parameters[name] == pytest.approx(true[name], rel=1e-3)
+    assert abs(fit.parameters["static"] - true["coulomb"]) < 4.0 * fit.sigma["static"]
+
+
+def test_windows_of_a_short_record_have_six_intervals(noisy):
+    record, true = noisy[0]
+    columns = half(record, 0)
+    short = replace(record, **{name: column[:31] for name, column in columns.items()})
+    with pytest.raises(InputError, match=r"windows of 0\.012 s"):
+        identify_inverse(short, hold=held(true))
+
+
+def test_filtered_reference_of_a_segment_starts_at_rest():
+    time = 0.01 * np.arange(400)
+    reference = 100.0 + 5.0 * (time > 1.0)
+    speed = 100.0 + lfilter([0.0, 0.05], [1.0, -0.95], reference - 100.0)
+    record = Record("ramp", time, 0.0 * time, speed, time >= 0.0, setpoint=reference)
+    (drive,) = segments_of(record, "zero-order")
+    predicted = filtered_reference(drive)
+    np.testing.assert_allclose(predicted.mean_speed, drive.measured.mean_speed, atol=0.1)
+
+
 def test_held_out_torque_is_predicted(noisy):
     record, true = noisy[0]
     first, second = (replace(record, **half(record, k)) for k in (0, 1))
@@ -107,6 +173,10 @@ def test_held_out_torque_is_predicted(noisy):
     without = replace(second, reference=None)
     same = identify_inverse(first, hold=held(true), held_out=[without])
     assert same.inverse.held_out[second.name] == fit.inverse.held_out["other"]
+    reversed_current = replace(second, current=-second.current)
+    wrong = identify_inverse(first, hold=held(true), held_out=[reversed_current])
+    assert any("the drive, a sign or a unit is not that" in each for each in wrong.warnings)
+    assert not any("the drive, a sign" in each for each in same.warnings)
     still = replace(second, speed=0.0 * second.speed)
     with pytest.raises(InputError, match="expected a held-out record in which it does"):
         identify_inverse(first, hold=held(true), held_out=[still])

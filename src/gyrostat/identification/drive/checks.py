@@ -1,7 +1,12 @@
 """Checks of an identification of a drive: when it is not valid, and what it should say."""
 
+import numpy as np
+
+from gyrostat.core.errors import InputError
 from gyrostat.identification.drive.control_law import ControlLaw
+from gyrostat.identification.drive.delay import Delay
 from gyrostat.identification.result.inverse_dynamics import InverseDynamics
+from gyrostat.telemetry import Record
 
 STRONG = 10.0
 """F statistic above which instruments are strong (Staiger and Stock 1997)."""
@@ -9,6 +14,37 @@ FOLLOWED = 0.8
 """Smallest share of the variance of the speed that a prediction must have."""
 EXPLAINED = 0.5
 """Largest torque error of a valid result, relative to the rms torque."""
+DELAYED, MOVED = 3.0, 2.0
+"""Smallest delay between current and speed in its standard deviations, and smallest effect on an
+estimate in those of the estimate, that are warned of."""
+SHORTEST = 0.1
+"""Smallest delay in sample intervals that is warned of."""
+SAME = 0.9
+"""Share of the changes of the speed at which a reference is the speed itself."""
+
+
+def check_reference(record: Record) -> None:
+    """Check that the reference is not the measured motion.
+
+    Raises:
+        InputError: It is, and has part in the disturbances and in the noise.
+    """
+    if record.reference is None:
+        name, commanded, measured = "setpoint", record.setpoint, record.speed
+    elif record.averaged:
+        name, measured = "reference", record.speed[1:]
+        commanded = np.diff(record.reference) / np.diff(record.time)
+    else:
+        return
+    if commanded is None:
+        return
+    moves = np.flatnonzero(np.abs(np.diff(measured)) > 0.0) + 1
+    same = np.isclose(commanded[moves], measured[moves], rtol=1e-6, atol=1e-9)
+    if len(moves) and np.mean(same) > SAME:
+        raise InputError(
+            f"{record.name}: column {name}: found the measured motion, expected what the drive was "
+            "commanded"
+        )
 
 
 def refused(inverse: InverseDynamics, law: ControlLaw | None) -> list[str]:
@@ -36,10 +72,20 @@ def refused(inverse: InverseDynamics, law: ControlLaw | None) -> list[str]:
     return reasons
 
 
-def warnings_of(inverse: InverseDynamics) -> list[str]:
-    """Differences between the methods that are significant."""
+def warnings_of(inverse: InverseDynamics, shift: Delay) -> list[str]:
+    """Signs of a bias: delay, a control law or held-out record of another drive, other methods."""
     best = inverse.methods["instruments"]
-    warnings = []
+    warnings = _of_delay(inverse, shift)
+    for what, errors in (
+        ("the simulated drive: the control law", inverse.simulated),
+        ("the fit: the drive, a sign or a unit", inverse.held_out),
+    ):
+        for record, error in errors.items():
+            if error > max(EXPLAINED, 2.0 * best.torque_error):
+                warnings.append(
+                    f"{record}: {100.0 * error:.0f} % of the rms torque are not explained by "
+                    f"{what} is not that of this record"
+                )
     for name, value in best.values.items():
         sigma = best.sigma[name]
         least = inverse.methods["least_squares"].values[name]
@@ -49,3 +95,22 @@ def warnings_of(inverse: InverseDynamics) -> list[str]:
                 "from the result: disturbances in the loop or noise of the speed bias it"
             )
     return warnings
+
+
+def _of_delay(inverse: InverseDynamics, shift: Delay) -> list[str]:
+    best = inverse.methods["instruments"]
+    moved = {
+        name: (value - best.values[name]) / best.sigma[name]
+        for name, value in zip(best.values, shift.values.tolist(), strict=True)
+        if name != "current_bias"
+    }
+    worst = max(moved, key=lambda name: abs(moved[name]))
+    least = max(DELAYED * shift.sigma, SHORTEST * shift.interval)
+    if abs(shift.time) < least or abs(moved[worst]) < MOVED:
+        return []
+    late = "current" if shift.time > 0.0 else "speed"
+    return [
+        f"the recorded {late} is late by {1e3 * abs(shift.time):.3g} ± {1e3 * shift.sigma:.2g} ms: "
+        f"without the delay, {worst} moves by {moved[worst]:+.1f} sigma; correct the times, or "
+        "--current-hold"
+    ]

@@ -9,8 +9,14 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
 from gyrostat.identification.bench.bench_methods import held_values, result
 from gyrostat.identification.conclude import with_tolerances
-from gyrostat.identification.drive.checks import FOLLOWED, refused, warnings_of
+from gyrostat.identification.drive.checks import (
+    FOLLOWED,
+    check_reference,
+    refused,
+    warnings_of,
+)
 from gyrostat.identification.drive.control_law import ControlLaw
+from gyrostat.identification.drive.delay import delay
 from gyrostat.identification.drive.equation import Equation
 from gyrostat.identification.drive.estimators import Regression, estimate, iterate, relative_rms
 from gyrostat.identification.drive.filtered_reference import filtered_reference
@@ -69,7 +75,7 @@ def _segments(
     """Segments of the records, each with its record.
 
     Raises:
-        InputError: A record lacks the reference.
+        InputError: A record lacks the reference, or it is the measured motion.
     """
     pairs = []
     for record in records:
@@ -80,6 +86,7 @@ def _segments(
                 "inverse: what the drive was commanded (reference: angle; setpoint: speed) has no "
                 "part in the disturbances, and what it measures has"
             )
+        check_reference(record)
         pairs += [(record, drive) for drive in drives(record, hold)]
     return pairs
 
@@ -171,7 +178,7 @@ def identify_inverse(
         reason="" if best.converged else "the simulated loop and the estimates do not agree",
         scatter=[],
         refused=refused(inverse, law),
-        warnings=warnings_of(inverse),
+        warnings=warnings_of(inverse, delay(equation, parts, motions)),
         iterations=best.iterations,
         samples=sum(int(record.valid.sum()) for record in records),
         speed_sigma=speed_sigma or noise,
