@@ -98,3 +98,20 @@ def test_least_squares_of_a_closed_loop_is_warned_about(closed):
 def test_batch_fits_are_tested(plain):
     assert plain.feedback.verdict == "feedback not excluded"
     assert plain.to_dict()["feedback"]["probability"] > 1e-3
+
+
+def test_a_rounded_sweep_is_no_feedback():
+    """The speed predicts the rounding error of a current that its own past predicts."""
+    share = np.arange(COUNT) / COUNT
+    sweep = 300.0 * np.sin(2.0 * np.pi * (3.0 + 45.0 * share) * share)
+    for seed in range(3):
+        record = signals(seed, 0.0, steps=sweep)
+        rounded = replace(record, current=3.0 * np.round(record.current / 3.0))
+        assert not feedback_in([rounded]).found
+
+
+def test_periods_that_current_and_speed_share_are_no_feedback():
+    for seed, period in enumerate(np.linspace(21.3, 58.7, 12)):
+        phase = (np.arange(COUNT) / period) % 1.0
+        ramps = 300.0 * (2.0 * np.abs(2.0 * phase - 1.0) - 1.0)
+        assert not feedback_in([signals(seed, 0.0, steps=ramps)]).found

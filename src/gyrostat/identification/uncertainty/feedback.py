@@ -11,6 +11,7 @@ import numpy as np
 from scipy.special import betainc
 
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.read.statistics import quantum
 from gyrostat.telemetry import Record
 from gyrostat.telemetry.signals import NORMAL_MAD
 
@@ -29,6 +30,9 @@ SHIFTS = 199
 """Shifts between current and residuals with which the statistic is compared."""
 LEVEL = 0.01
 """Share of all shifts that may have a larger statistic."""
+SURE = 1e-4
+"""Probability that no shift has without a relation; one that has shows what the F test lacks, such
+as periods that current and residuals share."""
 STRONG = 1e-3
 """Largest probability of the F test."""
 
@@ -106,7 +110,8 @@ def _record(record: Record) -> float | None:
     every = np.vstack(rows)
     answer = _remainder(np.concatenate(target), every)
     level = NORMAL_MAD * float(np.median(np.abs(answer)))
-    if level <= PREDICTABLE * float(np.std(record.current)):
+    # the speed knows the current before it was rounded, so that it predicts its rounding error
+    if level <= max(PREDICTABLE * float(np.std(record.current)), quantum(record.current) or 0.0):
         return None
     white = _clipped(_remainder(np.concatenate(measured), np.vstack(past)))
     limited = _clipped(answer)
@@ -125,10 +130,11 @@ def _record(record: Record) -> float | None:
     least = probability(answer)
     if least > STRONG:
         return least
+    as_strong = max(least, SURE)
     apart = max(len(answer) // (SHIFTS + 1), 1)
     smaller = 0
     for k in range(1, SHIFTS + 1):
-        smaller += probability(np.roll(answer, k * apart)) <= least
+        smaller += probability(np.roll(answer, k * apart)) <= as_strong
         if smaller > LEVEL * (SHIFTS + 1) - 1.0:
             return 1.0
     return least
