@@ -5,7 +5,7 @@ import json
 import pytest
 
 import gyrostat as gs
-from gyrostat.campaigns.native import _trace
+from gyrostat.campaigns.native import trace
 from gyrostat.codegen.flight.c import emit
 from gyrostat.core.errors import InputError
 from gyrostat.exports import scenario_controller
@@ -71,7 +71,7 @@ def test_check_says_what_happens_and_because_of_which_line(
     said = []
     support = gs.check(short(), say=said.append).parts["controller"]
     scenario = read_scenario(folder / "own.toml")
-    refusals = [refused(lambda: _trace(structure_of(scenario), designs_of(scenario), 0))]
+    refusals = [refused(lambda: trace(structure_of(scenario), designs_of(scenario), 0))]
     if native != export or export is None:  # an export takes long
         refusals.append(refused(lambda: emit("c", scenario_controller(scenario, "hold").entries)))
     culprit = start if "PRNGKey" in start else line

@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 
 import gyrostat as gs
-from gyrostat.campaigns.native import _trace
+from gyrostat.campaigns.native import trace
 from gyrostat.codegen.flight.c import emit
 from gyrostat.core.errors import InputError
 from gyrostat.exports import scenario_controller
@@ -128,7 +128,7 @@ def test_check_says_what_the_law_can_be_compiled_for(folder, addition, native, e
     assert any(line.startswith(f"  engine: {engine}") for line in said)
     compensator = scenario_controller(scenario, "hold").entries
     for refused, compile in (
-        (native, lambda: _trace(structure_of(scenario), designs_of(scenario), 0)),
+        (native, lambda: trace(structure_of(scenario), designs_of(scenario), 0)),
         (export, lambda: emit("c", compensator)),
     ):
         with contextlib.nullcontext() if refused is None else pytest.raises(InputError):
