@@ -34,7 +34,7 @@ from gyrostat.codegen.tracing import as_arrays
 from gyrostat.control import MeasurementGuard
 from gyrostat.core.files import write_texts
 from gyrostat.core.jax64 import jax
-from gyrostat.exports import read_results, targets
+from gyrostat.exports import Search, read_results, targets
 from gyrostat.exports.folder import emitted, files_of
 from gyrostat.exports.target import STEPS
 
@@ -130,7 +130,7 @@ def measured(name, precision, folder):
     module = emitted(target, precision)
     notes = []
     began = time.monotonic()
-    texts = files_of(target, module, precision, "", notes.append)
+    texts = files_of(target, module, precision, "", Search(notes.append))
     seconds = time.monotonic() - began
     write_texts(folder, texts)
     subprocess.run(["sh", folder / "evidence" / "run.sh", "coverage"], capture_output=True)
