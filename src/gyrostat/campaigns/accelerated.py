@@ -84,7 +84,7 @@ class AcceleratedProgram(NamedTuple):
         state = len(self.program.begin.layout.places)
         counted = [state + index for index in self.records[0][0]]
         samples = sum(self.program.chunk.layout.places[counted[0]].type.shape) * len(self.starts)
-        table = np.stack([ranks(percent, samples) for percent in percents])
+        table = np.array([ranks(percent, samples) for percent in percents])
         wanted = jax.tree.leaves(self.seen)
         results, values = self.program.ranked(self.starts, arguments, wanted, counted, table)
         seen = jax.tree.map(results.__getitem__, self.seen)

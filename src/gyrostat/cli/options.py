@@ -19,7 +19,13 @@ ForceModel = Annotated[
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print only the result, as JSON.")]
 
-
+SpeedScale = Annotated[str | None, typer.Option(help="True divided by measured speed.")]
+Clock = Annotated[str | None, typer.Option(help="True divided by recorded time.")]
+Ripple = Annotated[
+    float | None, typer.Option(help="Torque ripple, rms over the dry friction torque.")
+]
+Free = Annotated[list[str] | None, typer.Option(help="NAME to estimate too.")]
+Prior = Annotated[list[str] | None, typer.Option(help="Prior: NAME=MEAN:SIGMA.")]
 UnsignedSpeed = Annotated[
     bool, typer.Option(help="The speed is a magnitude; its sign changes where it touches zero.")
 ]

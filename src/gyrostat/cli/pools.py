@@ -7,7 +7,7 @@ import typer
 
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json
-from gyrostat.cli.options import ForceModel, Json, Out
+from gyrostat.cli.options import Clock, ForceModel, Free, Json, Out, Prior, Ripple, SpeedScale
 
 
 def pool(
@@ -47,17 +47,15 @@ def pool(
     current_scale: Annotated[
         str | None, typer.Option(help="True divided by measured current.")
     ] = None,
-    speed_scale: Annotated[str | None, typer.Option(help="True divided by measured speed.")] = None,
-    clock: Annotated[str | None, typer.Option(help="True divided by recorded time.")] = None,
-    ripple: Annotated[
-        float | None, typer.Option(help="Torque ripple, rms over the dry friction torque.")
-    ] = None,
+    speed_scale: SpeedScale = None,
+    clock: Clock = None,
+    ripple: Ripple = None,
     model: Annotated[str | None, typer.Option(help="Friction model [default: stribeck].")] = None,
     hold: Annotated[
         list[str] | None, typer.Option(help="Hold a parameter: NAME=VALUE, or NAME.")
     ] = None,
-    free: Annotated[list[str] | None, typer.Option(help="NAME to estimate too.")] = None,
-    prior: Annotated[list[str] | None, typer.Option(help="Prior: NAME=MEAN:SIGMA.")] = None,
+    free: Free = None,
+    prior: Prior = None,
     speed_sigma: Annotated[str | None, typer.Option(help="Noise of the speed, 1 sigma.")] = None,
     columns: Annotated[
         str | None, typer.Option(help="Columns by role, or a .toml file of them.")

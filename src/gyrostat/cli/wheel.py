@@ -7,7 +7,19 @@ import typer
 
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json
-from gyrostat.cli.options import Force, ForceModel, Json, Missing, Out, UnsignedSpeed
+from gyrostat.cli.options import (
+    Clock,
+    Force,
+    ForceModel,
+    Free,
+    Json,
+    Missing,
+    Out,
+    Prior,
+    Ripple,
+    SpeedScale,
+    UnsignedSpeed,
+)
 from gyrostat.core.errors import InputError
 
 Hold = Literal["zero-order", "linear"]
@@ -38,11 +50,9 @@ def identify(
     current_scale: Annotated[
         str | None, typer.Option(help="True divided by measured current: '1.01 +- 0.5 %'.")
     ] = None,
-    speed_scale: Annotated[str | None, typer.Option(help="True divided by measured speed.")] = None,
-    clock: Annotated[str | None, typer.Option(help="True divided by recorded time.")] = None,
-    ripple: Annotated[
-        float | None, typer.Option(help="Torque ripple, rms over the dry friction torque.")
-    ] = None,
+    speed_scale: SpeedScale = None,
+    clock: Clock = None,
+    ripple: Ripple = None,
     current_quantum: Annotated[
         str | None, typer.Option(help="Rounding of the current, A or '1 mA'; 0: none.")
     ] = None,
@@ -59,8 +69,8 @@ def identify(
     hold: Annotated[
         list[str] | None, typer.Option(help="Hold a parameter: NAME=VALUE, or NAME at its default.")
     ] = None,
-    free: Annotated[list[str] | None, typer.Option(help="NAME to estimate too.")] = None,
-    prior: Annotated[list[str] | None, typer.Option(help="Prior: NAME=MEAN:SIGMA.")] = None,
+    free: Free = None,
+    prior: Prior = None,
     start: Annotated[list[str] | None, typer.Option(help="Start value NAME=VALUE.")] = None,
     speed_sigma: Annotated[
         str | None,
@@ -173,9 +183,7 @@ def bench(
     slew: Annotated[
         float | None, typer.Option(help="Largest rate of the designed current, A/s.")
     ] = None,
-    ripple: Annotated[
-        float | None, typer.Option(help="Torque ripple, rms over the dry friction torque.")
-    ] = None,
+    ripple: Ripple = None,
     force: ForceModel = False,
     json_output: Json = False,
 ) -> None:

@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Named, Quantity, Say, in_si, parts_of, silent
-from gyrostat.verbs.stored_fits import dates_of, fit_files, labels_of
+from gyrostat.verbs.stored_fits import date_of, dates_of, fit_files, labels_of
 
 if TYPE_CHECKING:
     from gyrostat.identification import Fit, Pool, StoredFit
@@ -91,15 +91,12 @@ def pool(
     from gyrostat.core.views import lines
     from gyrostat.identification import pool_fits
     from gyrostat.identification.pool.oil import parse_oil
-    from gyrostat.identification.result.stored_fit import parse_date
 
     if out is not None:
         check_outputs(Path(out), FILES, by="pool", force=force)
     viscosity = None if oil is None else parse_oil(oil, "--oil")
     warm = None if temperature is None else in_si(temperature, "temperature", "--temperature")
-    day = None if date is None else parse_date(date)
-    if date is not None and day is None:
-        raise InputError(f"--date: found {date!r}, expected a date such as 2026-03-01")
+    day = None if date is None else date_of(date, "--date")
     options = {
         "inertia": inertia,
         "current_scale": current_scale,
@@ -157,20 +154,11 @@ def _write(result: "Pool", out: Path, *, command: str, force: bool) -> None:
 
 def _items(records: "Sequence[Record | Fit | str | Path]") -> "list[Record | Fit | Path]":
     """Records and fits, with the fits of folders listed."""
-    items: list[Record | Fit | Path] = []
-    for item in [records] if isinstance(records, str | Path) else records:
-        is_folder = isinstance(item, str | Path) and Path(item).is_dir()
-        items += fit_files(item) if is_folder else [_path(item)]  # pyright: ignore[reportArgumentType]
+    items: list[Any] = [*fit_files(records)]  # pyright: ignore[reportArgumentType]
+    for item in items:
+        if isinstance(item, Path) and not item.exists():
+            raise InputError(f"{item}: found no file, expected a record, a fit.json or a folder")
     return items
-
-
-def _path(item: Any) -> Any:
-    """Path of a file that exists, or a record or fit as it is."""
-    if not isinstance(item, str | Path):
-        return item
-    if not Path(item).exists():
-        raise InputError(f"{item}: found no file, expected a record, a fit.json or a folder")
-    return Path(item)
 
 
 def _stored_fits(

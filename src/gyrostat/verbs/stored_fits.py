@@ -36,6 +36,16 @@ def fit_files(fits: "Sequence[Fit | str | Path] | str | Path") -> "list[Fit | Pa
     return items
 
 
+def date_of(text: str, option: str) -> "datetime":
+    """Parse the date of an option; raises `InputError`."""
+    from gyrostat.identification.result.stored_fit import parse_date
+
+    date = parse_date(text)
+    if date is None:
+        raise InputError(f"{option}: found {text!r}, expected a date such as 2026-03-01")
+    return date
+
+
 def dates_of(dates: str | Iterable[str], count: int) -> "list[datetime]":
     """Parse the dates of several fits.
 
@@ -46,18 +56,10 @@ def dates_of(dates: str | Iterable[str], count: int) -> "list[datetime]":
     Raises:
         InputError: The number of dates differs, or one is not a date.
     """
-    from gyrostat.identification.result.stored_fit import parse_date
-
     texts = [d.strip() for d in dates.split(",")] if isinstance(dates, str) else list(dates)
     if len(texts) != count:
         raise InputError(f"--dates: found {len(texts)}, expected one for each of {count} fits")
-    results = []
-    for text in texts:
-        date = parse_date(text)
-        if date is None:
-            raise InputError(f"--dates: found {text!r}, expected a date such as 2026-03-01")
-        results.append(date)
-    return results
+    return [date_of(text, "--dates") for text in texts]
 
 
 def labels_of(fits: "list[StoredFit]", *, same_wheel: bool) -> list[str]:

@@ -45,11 +45,10 @@ def rank(percent: float, count: int) -> int:
     return max(1, ceil(Fraction(repr(float(percent))) * count / 100))
 
 
-def ranks(percent: float, most: int) -> NDArray[np.int64]:
-    """Rank of a percentile for 0 to `most` values, (1 + most,); see `rank`."""
-    share = Fraction(repr(float(percent))) / 100
-    up, down = share.as_integer_ratio()
-    return np.array([max(1, -(-up * count // down)) for count in range(most + 1)])
+@lru_cache(maxsize=16)
+def ranks(percent: float, most: int) -> tuple[int, ...]:
+    """Rank of a percentile for 0 to `most` values; see `rank`."""
+    return tuple(rank(percent, count) for count in range(most + 1))
 
 
 def are_sorted(group: int, samples: int, count: int) -> bool:
