@@ -8,6 +8,7 @@ import pytest
 
 from gyrostat.identification import identify
 from gyrostat.identification.judge.plausibility import fit_warnings
+from gyrostat.identification.uncertainty import feedback
 from gyrostat.identification.uncertainty.feedback import feedback_in
 from gyrostat.telemetry import Record
 
@@ -115,3 +116,16 @@ def test_periods_that_current_and_speed_share_are_no_feedback():
         phase = (np.arange(COUNT) / period) % 1.0
         ramps = 300.0 * (2.0 * np.abs(2.0 * phase - 1.0) - 1.0)
         assert not feedback_in([signals(seed, 0.0, steps=ramps)]).found
+
+
+def test_a_long_record_is_tested_from_its_first_to_its_last_part(monkeypatch):
+    """Only the last two thirds are in closed loop, and a third of the samples is tested."""
+    monkeypatch.setattr(feedback, "MOST", COUNT)
+    monkeypatch.setattr(feedback, "PIECE", 300)
+    parts = [signals(0, 0.0), signals(1, 0.3), signals(2, 0.3)]
+    current = np.concatenate([part.current for part in parts])
+    speed = np.concatenate([part.speed for part in parts])
+    time = 0.1 * np.arange(len(speed))
+    record = Record("r", time=time, current=current, speed=speed, valid=np.ones(len(speed), bool))
+    assert feedback_in([record]).found
+    assert not feedback_in([replace(record, current=np.roll(current, COUNT // 2))]).found

@@ -21,6 +21,10 @@ MEMORY = 10
 """Currents and speeds from which the next ones are predicted."""
 FEWEST = 200
 """Smallest number of samples of a record that is tested."""
+MOST = 200_000
+"""Largest number of samples of a record that are tested: more cost time and decide nothing else."""
+PIECE = 10_000
+"""Samples that follow each other in a record of more than `MOST`."""
 CLIP = 3.0
 """Largest deviation from a prediction that counts, in its standard deviations."""
 PREDICTABLE = 1e-4
@@ -93,11 +97,24 @@ def _share(answer: Vector, causes: Matrix) -> float:
     return 1.0 - float(rest @ rest) / power if power > 0.0 else 0.0
 
 
+def _tested(record: Record) -> list[slice]:
+    """Segments of a record, or pieces in equal distances of one with more than `MOST` samples."""
+    total = sum(part.stop - part.start for part in record.segments)
+    if total <= MOST:
+        return list(record.segments)
+    pieces = [
+        slice(start, min(start + PIECE, part.stop))
+        for part in record.segments
+        for start in range(part.start, part.stop, PIECE)
+    ]
+    return [pieces[int(k)] for k in np.arange(0, len(pieces), total / MOST)]
+
+
 def _record(record: Record) -> float | None:
     """Probability of the F test of a record, 1 if the shifts do not confirm it; None: no test."""
     commands = [c for c in (record.setpoint, record.reference) if c is not None]
     target, rows, measured, past = [], [], [], []
-    for part in record.segments:
+    for part in _tested(record):
         current, speed = record.current[part], _held(record.speed[part])
         if len(current) > 3 * MEMORY:
             known = [_lagged(current, 1, MEMORY), *(_lagged(c[part], 0, 2) for c in commands)]
