@@ -53,7 +53,8 @@ def main() -> None:
     drawn = records(arguments.seed, arguments.records, CASES[arguments.case], TOLERANCE)
     for record, truth, apparent in drawn:
         hold = {"stribeck_speed": STRIBECK_SPEED}
-        fit = identify(record, inertia=INERTIA, hold=hold, tolerance=tolerance)
+        options = {"inertia": INERTIA, "hold": hold, "tolerance": tolerance}
+        fit, least = (identify(record, **options, white_noise=flag) for flag in (False, True))
         if not fit.converged:
             failed += 1
             continue
@@ -63,11 +64,11 @@ def main() -> None:
         share = np.sqrt(fit.variance_shares["record"][places])
         given.append((fit.values[places] - true) / true)
         exact.append((fit.values[places] - shown) / shown)
-        plain.append((fit.least_squares[places] - shown) / shown)
+        plain.append((least.values[places] - shown) / shown)
         sigma.append(fit.sigma[places] / true)
         own.append(share * fit.sigma[places] / shown)
-        white.append(fit.noise_sigma[places] / shown)
-        rejected += fit.whiteness is not None and not fit.whiteness.white
+        white.append(least.noise_sigma[places] / shown)
+        rejected += least.whiteness is not None and not least.whiteness.white
     seconds = time.perf_counter() - started
     columns = (exact, plain, given, own, white, sigma)
     exact, plain, given, own, white, sigma = (np.array(rows) for rows in columns)

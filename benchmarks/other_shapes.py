@@ -67,10 +67,9 @@ def answer(record: Record, truth: dict[str, float], case: str) -> Answer:
     """Identify a record."""
     true = np.array([truth[name] for name in NAMES])
     hold = "linear" if CASES[case].smooth else "zero-order"
+    given = {"inertia": INERTIA, "hold": {"stribeck_speed": STRIBECK_SPEED}, "current_hold": hold}
     try:
-        fit = identify(
-            record, inertia=INERTIA, hold={"stribeck_speed": STRIBECK_SPEED}, current_hold=hold
-        )
+        fit, plain = (identify(record, **given, white_noise=white) for white in (False, True))
     except InputError as refusal:
         return Answer(NONE, NONE, NONE, NONE, str(refusal).split(": ", 1)[-1][:60])
     if not fit.converged or fit.impossible:
@@ -79,9 +78,9 @@ def answer(record: Record, truth: dict[str, float], case: str) -> Answer:
     places = [fit.names.index(name) for name in NAMES]
     return Answer(
         (fit.values[places] - true) / true,
-        (fit.least_squares[places] - true) / true,
+        (plain.values[places] - true) / true,
         fit.sigma[places] / true,
-        fit.noise_sigma[places] / true,
+        plain.sigma[places] / true,
     )
 
 

@@ -1,11 +1,12 @@
 """Estimate averaged over effects outside the friction model, with the current corrected.
 
-The average is linearised at a least-squares fit. Where a record shows an error of its current
-(`gyrostat.identification.uncertainty.current_errors`), the current is corrected and the fit is
-repeated until the corrections no longer change.
+The average is linearised at a least-squares fit. Where a record shows an error of its current or a
+drift of the friction, the current is corrected
+(`gyrostat.identification.uncertainty.corrections`) and the fit is repeated until the corrections no
+longer change.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from typing import Any
 
@@ -20,7 +21,7 @@ from gyrostat.identification.fit.stages import Measurements, Outcome, refine
 from gyrostat.identification.read.findings import Finding, Score
 from gyrostat.identification.uncertainty.averaging import Effect, average
 from gyrostat.identification.uncertainty.candidates import candidates
-from gyrostat.identification.uncertainty.current_errors import CurrentError
+from gyrostat.identification.uncertainty.corrections import Correction, corrections
 from gyrostat.identification.uncertainty.effects import nuisances, resolution
 from gyrostat.identification.uncertainty.hypotheses import Segment
 from gyrostat.identification.uncertainty.sigmas import covariance, residual_levels
@@ -29,8 +30,6 @@ from gyrostat.identification.unknowns import Unknowns
 
 ROUNDS = 4
 """Largest number of fits with corrected currents."""
-SHOWN = 0.95
-"""Probability of an error of the current above which the current is corrected."""
 SETTLED = 0.02
 """Change of a correction, in prior standard deviations, that is ignored."""
 WORSE = 1.5
@@ -50,7 +49,7 @@ class Estimate:
         effects: Posteriors of effects outside the friction model.
         findings: Findings of the diagnosis.
         scores: Score tests of all candidates.
-        errors: Errors of the current at their estimates.
+        corrections: Currents that act as the effects that the records show.
         honest: Whether values and covariance are those of the average over the effects.
     """
 
@@ -61,7 +60,7 @@ class Estimate:
     effects: tuple[Effect, ...] = ()
     findings: tuple[Finding, ...] = ()
     scores: tuple[Score, ...] = ()
-    errors: tuple[CurrentError, ...] = ()
+    corrections: tuple[Correction, ...] = ()
     honest: bool = False
 
 
@@ -83,6 +82,7 @@ def averaged(
     loss: Loss,
     sigmas: Sequence[float],
     unknowns: Unknowns,
+    known: Mapping[str, Correction],
 ) -> Estimate:
     """Average over effects outside the model; `plain` if the averaged estimate is not valid.
 
@@ -94,6 +94,7 @@ def averaged(
         loss: Loss of the residuals.
         sigmas: Noise of the speed of each record, rad/s.
         unknowns: What the samples leave unknown.
+        known: Corrections of the current in the prediction, by effect.
     """
     index, linear = selection.index(prediction), plain.linear
     parameters = dict(zip(prediction.names, plain.values.tolist(), strict=True))
@@ -102,6 +103,7 @@ def averaged(
     effects = [*currents, *nuisances(prediction, linear, parameters, formal)]
     further = candidates(prediction, linear, parameters)
     effects += [effect for effect in further if effect.name in problem.include]
+    effects = [replace(e, at=known[e.name].at) if e.name in known else e for e in effects]
     beside = [effect for effect in further if effect.name not in problem.include]
     segments = []
     parts = zip(
@@ -159,12 +161,6 @@ def averaged(
     for k, each in enumerate(final):
         columns = [effect.columns[k] for effect in effects]
         speeds.append(each.speed + np.column_stack(columns) @ mixture.coefficients)
-    errors, first = [], 0
-    for error, effect in zip(unknowns.errors, mixture.effects, strict=False):
-        width = error.shapes[0].shape[1]
-        change = mixture.coefficients[first : first + width]
-        errors.append(error.corrected(change, effect.probability > SHOWN))
-        first += width
     return Estimate(
         values=values,
         covariance=mixture.covariance,
@@ -173,7 +169,7 @@ def averaged(
         effects=mixture.effects,
         findings=mixture.findings,
         scores=mixture.scores,
-        errors=tuple(errors),
+        corrections=corrections(effects, mixture.effects, mixture.coefficients),
         honest=True,
     )
 
@@ -258,20 +254,23 @@ def average_with_corrections(
     if problem.white_noise or not outcome.solution.converged:
         return Averaged(prediction, measure, outcome, plain, plain)
     diagnosed: dict[str, Any] = {}
+    known: dict[str, Correction] = {}
     for rounds in range(ROUNDS + 1):
-        best = averaged(problem, prediction, selection, plain, loss, noise, unknowns)
+        best = averaged(problem, prediction, selection, plain, loss, noise, unknowns, known)
         # the diagnosis is that of the record as it was measured
         diagnosed = diagnosed or {"findings": best.findings, "scores": best.scores}
         best = replace(best, **diagnosed)
         result = Averaged(prediction, measure, outcome, plain, best)
-        change = [b.change(a) for a, b in zip(unknowns.errors, best.errors, strict=False)]
+        change = [found.change(known.get(found.name)) for found in best.corrections]
         if rounds == ROUNDS or max(change, default=0.0) < SETTLED:
             return result
-        corrections = [
-            np.sum(c, axis=0) for c in zip(*(e.currents() for e in best.errors), strict=True)
-        ]
+        known = {found.name: found for found in best.corrections}
+        added = zip(*(found.currents for found in best.corrections), strict=True)
         prediction = SpeedPrediction(
-            prediction.records, prediction.model, prediction.hold, corrections
+            prediction.records,
+            prediction.model,
+            prediction.hold,
+            [np.sum(currents, axis=0) for currents in added],
         )
         measure = Measurements(prediction, measure.sigmas)
         again = refine(selection, measure, best.values, loss, limit, 0)
@@ -281,6 +280,5 @@ def average_with_corrections(
         outcome = again
         if problem.speed_sigma is None:
             measure, outcome = at_residual_level(selection, measure, again, loss, limit, smallest)
-        unknowns = replace(unknowns, errors=best.errors)
         plain = plain_estimate(prediction, selection, outcome, loss)
     raise AssertionError

@@ -189,7 +189,7 @@ def solve_as_sampled(
         selection.prior,
         result.measure.sigmas,
         () if problem.white_noise else fit.effects,
-        errors=() if problem.white_noise else result.best.errors,
+        errors=() if problem.white_noise else unknowns.errors,
         rounding=unknowns.rounding,
         on_progress=on_draws,
     )

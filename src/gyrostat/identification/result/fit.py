@@ -95,8 +95,7 @@ class Fit:
         covariance: Covariance of the estimates, (n, n), SI, including the contributions of
             correlated residuals, effects outside the model and stated tolerances.
         noise_sigma: Standard deviations caused by white noise of the speed alone, (n,), SI.
-        least_squares: Estimates of plain least squares, without effects outside the model, (n,),
-            SI.
+        least_squares: Estimates of plain least squares at the corrected current, (n,), SI.
         held: Name -> value that was not estimated, SI.
         observability: Name -> whether and how clearly the records show the parameter.
         converged: Whether the iteration ended at a minimum.

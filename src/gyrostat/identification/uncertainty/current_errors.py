@@ -3,12 +3,11 @@
 A current that is recorded to 1 mA and held for 30 s has one constant error of up to 0.5 mA, which
 no number of samples averages out. A current that steps between two samples acts from an unknown
 time on. Both are currents that are added to the recorded one, with unknown coefficients of known
-prior. Where a record shows a rounding, the current is corrected by the estimates and the fit is
-repeated, so that its linearisation holds.
+prior.
 """
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -43,7 +42,7 @@ class CurrentError:
         sigma: Prior standard deviation of each coefficient, in `unit`.
         shapes: For each record the current in each interval per coefficient, (N - 1, m), A.
         odds: Prior odds of its presence.
-        at: Coefficients by which the current is corrected, (m,); None: not corrected.
+        at: Zeros if the error is certainly present, (m,); None if its presence is to be decided.
     """
 
     name: str
@@ -61,28 +60,16 @@ class CurrentError:
             accumulated(each, shape * each.local[:, bias, None])
             for shape, each in zip(self.shapes, linear, strict=True)
         ]
-        scales = (self.sigma,)
         return Nuisance(
-            self.name, self.title, self.unit, scales, tuple(columns), self.at, odds=self.odds
+            self.name,
+            self.title,
+            self.unit,
+            (self.sigma,),
+            tuple(columns),
+            self.at,
+            odds=self.odds,
+            currents=self.shapes,
         )
-
-    def corrected(self, coefficients: Vector, shown: bool) -> "CurrentError":
-        """Error at further coefficients, (m,), if the record shows it."""
-        if self.at is None:
-            return replace(self, at=coefficients) if shown else self
-        return replace(self, at=self.at + coefficients)
-
-    def change(self, before: "CurrentError") -> float:
-        """Largest change of a coefficient, in prior standard deviations."""
-        if self.at is None:
-            return 0.0
-        earlier = 0.0 if before.at is None else before.at
-        return float(np.max(np.abs(self.at - earlier))) / self.sigma
-
-    def currents(self) -> list[Vector]:
-        """Correction of the current of each record at its samples, (N,), A."""
-        at = np.zeros(self.shapes[0].shape[1]) if self.at is None else self.at
-        return [np.append(shape @ at, 0.0) for shape in self.shapes]
 
 
 def rounded_current(

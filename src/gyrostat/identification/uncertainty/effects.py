@@ -9,7 +9,7 @@ derived from the wheel and the record and span decades; none is tuned to a parti
 """
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -80,6 +80,8 @@ class Nuisance:
             its presence is no hint at that of others; None for an effect of the wheel.
         beside: Effect at whose scale this one is present too or not, with equal odds; None for an
             effect of its own.
+        currents: For each record, the current in each interval that acts as each coefficient,
+            (N - 1, k), A per `unit`; None if no current does.
     """
 
     name: str
@@ -90,6 +92,7 @@ class Nuisance:
     at: Vector | None = None
     odds: float | None = None
     beside: str | None = None
+    currents: tuple[Matrix, ...] | None = None
 
 
 @stored_function
@@ -175,27 +178,39 @@ def _drifts(
         return []
     count = min(WAVES, MOST_WAVES // len(linear))
     orders = np.arange(1, count + 1)
-    lines, waves = [], []
+    bias = prediction.names.index("current_bias")
+    columns, currents = [], []
     for k, (record, each) in enumerate(zip(prediction.records, linear, strict=True)):
         parts = [size[n] * each.local[:, prediction.names.index(n)] for n in size]
         torque = np.sum(parts, axis=0)
         share = share_of_range(record.time)
         shapes = np.cos(0.5 * np.pi * orders * (share[:, None] + 1.0)) / orders
-        inputs = np.column_stack([share, shapes]) * torque[:, None]
-        response = accumulated(each, inputs)
-        line = np.zeros((len(record.time), len(linear)))
-        wave = np.zeros((len(record.time), count * len(linear)))
-        line[:, k], wave[:, k * count : (k + 1) * count] = response[:, 0], response[:, 1:]
-        lines.append(line)
-        waves.append(wave)
-    drift = f"{name}_drift"
+        inputs = np.zeros((len(torque), (1 + count) * len(linear)))
+        own = [k, *range(len(linear) + k * count, len(linear) + (k + 1) * count)]
+        inputs[:, own] = np.column_stack([share, shapes]) * torque[:, None]
+        columns.append(accumulated(each, inputs))
+        # a gap has no motion
+        per_current = np.where(each.local[:, bias] == 0.0, np.inf, each.local[:, bias])
+        currents.append(inputs / per_current[:, None])
+
+    def effect(name: str, title: str, scales: tuple[float, ...], part: slice) -> Nuisance:
+        return Nuisance(
+            name,
+            title,
+            "1",
+            scales,
+            tuple(rows[:, part] for rows in columns),
+            currents=tuple(rows[:, part] for rows in currents),
+        )
+
+    drift, lines = f"{name}_drift", len(linear)
     over = f"drift of the {title} over half the record"
-    line = Nuisance(drift, over, "1", scales, tuple(lines), odds=odds)
+    line = replace(effect(drift, over, scales, slice(lines)), odds=odds)
     if not count:
         return [line]
     about = f"variation of the {title} about its drift"
-    larger = scales[1:]
-    return [line, Nuisance(f"{name}_variation", about, "1", larger, tuple(waves), beside=drift)]
+    variation = effect(f"{name}_variation", about, scales[1:], slice(lines, None))
+    return [line, replace(variation, beside=drift)]
 
 
 def nuisances(
