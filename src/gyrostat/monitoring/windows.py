@@ -50,6 +50,9 @@ def _parameter_columns() -> dict[str, Column]:
     for name, unit in PARAMETERS.items():
         columns[name] = Column("number", unit, f"estimate of {name}")
         columns[f"{name}_sigma"] = Column("number", unit, "its standard deviation")
+        columns[f"{name}_scatter"] = Column(
+            "number", unit, "part of its standard deviation that differs from window to window"
+        )
         columns[f"{name}_observable"] = Column("flag", "", "whether the window determines it")
         columns[f"{name}_reason"] = Column("text", "", "why it is not observable; empty if it is")
     for first, second in combinations(REGRESSED, 2):
@@ -77,22 +80,22 @@ COLUMNS: dict[str, Column] = {
     "temperature_max": Column("number", "°C", "highest mean temperature of a block"),
     "crossings": Column("count", "", "changes of the sign of the speed"),
     "gap_share": Column("number", "", "share of the window without usable telemetry"),
-    "residual_rms": Column("number", "N·m", "robust rms of the one-step residual of a block"),
-    "residual_kurtosis": Column("number", "", "excess kurtosis of the whitened residual"),
+    "residual_rms": Column("number", "N·m", "robust rms of the fast residual of a block"),
+    "residual_kurtosis": Column("number", "", "excess kurtosis of the fast residual"),
     "residual_excess": Column(
-        "number", "", "largest mean of the whitened residual over 10 minutes, in its sigma"
+        "number", "", "largest residual over 10 minutes above the median, over its robust sigma"
     ),
     "residual_lowest": Column(
-        "number", "", "smallest mean of the whitened residual over 10 minutes, in its sigma"
+        "number", "", "smallest residual over 10 minutes below the median, over its robust sigma"
     ),
     "crossing_residual": Column(
-        "number", "N·m", "mean friction torque beyond Coulomb in blocks at a crossing"
+        "number", "N·m", "mean friction torque beyond the estimate in blocks at low speed"
     ),
     "exchange_residual": Column(
-        "number", "", "rms of the speed increments that the body rates do not explain, in its sigma"
+        "number", "N·m", "rms of the torque that wheels and body do not exchange, along the axis"
     ),
-    "standstill_share": Column("number", "", "share of blocks with the wheel at rest"),
-    "standstill_torque": Column("number", "N·m", "largest motor torque in these blocks"),
+    "standstill_share": Column("number", "", "share of samples with the wheel at rest"),
+    "standstill_torque": Column("number", "N·m", "largest motor torque at rest"),
     "valid": Column("flag", "", "whether the estimates hold"),
     "why": Column("text", "", "why they do not; empty if they do"),
 }

@@ -62,6 +62,7 @@ def choose_columns(
     units: Mapping[str, str] | None,
     *,
     absent: Collection[str] = (),
+    roles: Mapping[str, Role] = ROLES,
 ) -> dict[str, Chosen]:
     """Find the column and the unit of each role.
 
@@ -70,6 +71,7 @@ def choose_columns(
         columns: Role -> column name, for roles that are not found by their usual names.
         units: Role -> unit, which takes precedence over the header.
         absent: Roles that the file need not have, and that are not found by their names.
+        roles: Name -> role, of the file's kind; by default those of a bench record.
 
     Returns:
         Role -> column, for the roles that the file provides.
@@ -77,23 +79,26 @@ def choose_columns(
     Raises:
         InputError: A column is missing, named twice or ambiguous; a unit is missing or unknown.
     """
-    names = _by_role(header.file, "columns", columns)
-    stated = _by_role(header.file, "units", units)
+    names = _by_role(header.file, "columns", columns, [*roles])
+    stated = _by_role(
+        header.file, "units", units, [k for k, role in roles.items() if role.dimension]
+    )
     matches: dict[str, tuple[Column, str]] = {}
     for role, name in names.items():
-        matches[role] = _column_named(header, role, name)
+        matches[role] = _column_named(header, roles[role], name)
     claimed = {column.index: role for role, (column, _) in matches.items()}
     if len(claimed) < len(matches):
         raise fault(header.file, "one column for two roles", "a column of its own for each role")
-    measured = _motion(header, matches, claimed)
-    unused = {"speed", "angle"} - {measured} | {*absent}
-    for role in ROLES.values():
+    unused = {*absent}
+    if "angle" in roles:
+        unused |= {"speed", "angle"} - {_motion(header, matches, claimed)}
+    for role in roles.values():
         if role.name not in matches and role.name not in unused:
             hit = _usual(header, role, claimed)
             if hit is not None:
                 matches[role.name] = hit
     return {
-        role: Chosen(column.index, name, _unit(header, ROLES[role], column, stated.get(role)))
+        role: Chosen(column.index, name, _unit(header, roles[role], column, stated.get(role)))
         for role, (column, name) in matches.items()
     }
 
@@ -113,9 +118,10 @@ def _motion(
     return "speed"
 
 
-def _by_role(file: Path, option: str, mapping: Mapping[str, str] | None) -> dict[str, str]:
+def _by_role(
+    file: Path, option: str, mapping: Mapping[str, str] | None, roles: Collection[str]
+) -> dict[str, str]:
     """Mapping of the caller, with 'direction' replaced by 'setpoint'. Unknown roles are refused."""
-    roles = [role for role in ROLES if option != "units" or ROLES[role].dimension]
     result: dict[str, str] = {}
     for key, value in (mapping or {}).items():
         role = "setpoint" if key == "direction" else key
@@ -142,9 +148,9 @@ def _split(name: str, dimension: str | None) -> tuple[str, str]:
     return name, ""
 
 
-def _column_named(header: Header, role: str, label: str) -> tuple[Column, str]:
+def _column_named(header: Header, role: Role, label: str) -> tuple[Column, str]:
     """Column named by the caller: exact match first, then ignoring case, then ignoring the unit."""
-    dimension = ROLES[role].dimension
+    dimension = role.dimension
     for key in (str, str.casefold, lambda name: _split(name, dimension)[0].casefold()):
         hits = [
             (column, name)
@@ -153,8 +159,8 @@ def _column_named(header: Header, role: str, label: str) -> tuple[Column, str]:
             if key(name) == key(label)
         ]
         if hits:
-            return _only(header, role, hits)
-    raise _absent(header, f"a column {shown(label)} for {role}", label, dimension)
+            return _only(header, role.name, hits)
+    raise _absent(header, f"a column {shown(label)} for {role.name}", label, dimension)
 
 
 def _usual(header: Header, role: Role, claimed: Mapping[int, str]) -> tuple[Column, str] | None:

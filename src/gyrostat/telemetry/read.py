@@ -116,11 +116,7 @@ def _measured(
     file: Path, given: ColumnMap, max_samples: int, drop: bool, absent: tuple[str, ...]
 ) -> Measured:
     """Columns of a file."""
-    kind = _FORMATS.get(file.suffix.lower())
-    if kind is None:
-        found = f"the suffix {file.suffix!r}" if file.suffix else "no suffix"
-        raise fault(file, found, f"one of {', '.join(_FORMATS)}")
-    _require_readable(file)
+    kind = format_of(file)
     if given.interval is not None:
         absent = (*absent, "time", "time_fine")
     choose = partial(choose_columns, columns=given.columns, units=given.units, absent=absent)
@@ -128,10 +124,24 @@ def _measured(
         measured = kind.read(file, Request(choose, max_samples, drop, given.packets))
     except OSError as error:
         raise fault(file, f"an unreadable file ({error.strerror})", "a record") from None
-    return _with_time(measured, given.interval)
+    return with_time(measured, given.interval)
 
 
-def _with_time(measured: Measured, interval: float | None) -> Measured:
+def format_of(file: Path) -> type[RecordFormat]:
+    """Format of a file by its suffix.
+
+    Raises:
+        InputError: The suffix is unknown, or the file cannot be read or is empty.
+    """
+    kind = _FORMATS.get(file.suffix.lower())
+    if kind is None:
+        found = f"the suffix {file.suffix!r}" if file.suffix else "no suffix"
+        raise fault(file, found, f"one of {', '.join(_FORMATS)}")
+    _require_readable(file)
+    return kind
+
+
+def with_time(measured: Measured, interval: float | None) -> Measured:
     """Columns of a file with times at equal intervals, s, or with the fine part of its times."""
     chosen = {**measured.chosen}
     values = {**measured.values}

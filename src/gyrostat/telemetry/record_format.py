@@ -1,7 +1,7 @@
 """Format of a record's file, as the files of `gyrostat.telemetry.formats` define it."""
 
 import abc
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
 from pathlib import Path
 from typing import ClassVar
@@ -49,3 +49,19 @@ class RecordFormat(abc.ABC):
             InputError: The content cannot be used, or a package that reads it is not installed.
             OSError: The file cannot be read.
         """
+
+    @classmethod
+    def parts(cls, file: Path, request: Request) -> Iterator[Measured]:
+        """Read the chosen columns of a file in parts of at most `request.max_samples` samples.
+
+        A format that cannot be read in parts gives the whole file, which may not be longer.
+
+        Args:
+            file: A regular file that is not empty.
+            request: What to read.
+
+        Raises:
+            InputError: As for `read`.
+            OSError: The file cannot be read.
+        """
+        yield cls.read(file, request)

@@ -36,22 +36,25 @@ _Line = tuple[int, str]
 _Row = tuple[int, list[str]]
 
 
-def read_text(
+def text_parts(
     file: Path,
     choose: Callable[[Header], Mapping[str, Chosen]],
     max_samples: int,
     tolerant: bool = False,
-) -> Measured:
-    """Read delimited text.
+    *,
+    single: bool = False,
+) -> Iterator[Measured]:
+    """Read delimited text in parts.
 
     Args:
         file: A regular file.
         choose: Function from the header to role -> column.
-        max_samples: Largest number of samples that is accepted.
+        max_samples: Largest number of samples of a part.
         tolerant: Whether to take 'NA' and similar words as empty cells.
+        single: Whether more samples than one part holds are an error.
 
     Returns:
-        The chosen columns.
+        The chosen columns, in parts; the first one has no samples if the file has none.
 
     Raises:
         InputError: The file is not text or has no header, or a row does not match the header.
@@ -73,10 +76,20 @@ def read_text(
         width = len(header.columns)
         trailing = len(top[0][1]) > width
         samples = _check_rows(header, islice(rows, header_rows, None), trailing)
-        values, empty, sample_rows = _read_samples(file, chosen, samples, numbers, max_samples)
-    notes = ["trailing delimiter ignored"] if any(len(cells) > width for _, cells in top) else []
-    notes += ["decimal comma"] if numbers.comma else []
-    return Measured(file, chosen, values, empty, sample_rows, tuple(notes), _metadata(comments))
+        notes = ["trailing delimiter ignored"] if any(len(c) > width for _, c in top) else []
+        while True:
+            part = islice(samples, max_samples)
+            values, empty, sample_rows = _read_samples(chosen, part, numbers)
+            marks = ["decimal comma"] if numbers.comma else []
+            yield Measured(
+                file, chosen, values, empty, sample_rows, (*notes, *marks), _metadata(comments)
+            )
+            following = next(samples, None)
+            if following is None:
+                return
+            if single:
+                raise too_many(file, max_samples, following[0])
+            samples = chain([following], samples)
 
 
 def _metadata(comments: Iterable[str]) -> dict[str, str]:
@@ -259,19 +272,13 @@ def _check_rows(header: Header, rows: Iterable[_Row], trailing: bool) -> Iterato
 
 
 def _read_samples(
-    file: Path,
-    chosen: Mapping[str, Chosen],
-    samples: Iterable[_Row],
-    numbers: _Numbers,
-    max_samples: int,
+    chosen: Mapping[str, Chosen], samples: Iterable[_Row], numbers: _Numbers
 ) -> tuple[dict[str, NDArray[np.float64]], dict[str, NDArray[np.bool_]], NDArray[np.int64]]:
     """Numbers and empty-cell flags of the chosen columns by role, and the row of each sample."""
     rows = array("q")
     values = {role: array("d") for role in chosen}
     empty = {role: bytearray() for role in chosen}
     for row, cells in samples:
-        if len(rows) == max_samples:
-            raise too_many(file, max_samples, row)
         rows.append(row)
         for role, column in chosen.items():
             cell = cells[column.index]

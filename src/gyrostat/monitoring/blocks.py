@@ -1,0 +1,214 @@
+"""Sums over blocks of telemetry, by default a minute each, computed as the samples arrive.
+
+A block begins with the first sample at or after a multiple of its length, and ends with the first
+sample of the next block, which both share. Its change of speed is thus exact up to the rounding of
+two samples, and integrals follow the trapezoidal rule. Blocks with a gap, a change of mode or too
+few samples are left out. The result is the same for any division of the telemetry into pieces.
+"""
+
+from dataclasses import dataclass, fields
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.core.types import Matrix, Vector
+
+SLOW = 1e-9
+"""Speed below which a wheel rests, rad/s, beside the rounding of its tachometer."""
+
+
+@dataclass(frozen=True, eq=False)
+class Samples:
+    """Samples of telemetry, in SI units; NaN where a value is missing.
+
+    Attributes:
+        time: Increasing, (N,), s.
+        speed: (N, wheels), rad/s.
+        drive: Motor current, or commanded torque over the nominal motor constant, (N, wheels), A.
+        rate: Body rate, (N, 3), rad/s, or None.
+        temperature: (N, wheels), °C, or None.
+        mode: (N,), or None.
+    """
+
+    time: Vector
+    speed: Matrix
+    drive: Matrix
+    rate: Matrix | None = None
+    temperature: Matrix | None = None
+    mode: Vector | None = None
+
+    def __len__(self) -> int:
+        """Number of samples."""
+        return self.time.size
+
+    def part(self, rows: slice | NDArray[np.bool_]) -> "Samples":
+        """Selected samples."""
+        values = {each.name: getattr(self, each.name) for each in fields(self)}
+        return Samples(**{k: None if v is None else v[rows] for k, v in values.items()})
+
+    def followed_by(self, later: "Samples") -> "Samples":
+        """Samples of both, in order; columns that one of them lacks are lacking."""
+        if not len(self):
+            return later
+        pairs = {
+            each.name: (getattr(self, each.name), getattr(later, each.name))
+            for each in fields(self)
+        }
+        return Samples(
+            **{
+                name: None if a is None or b is None else np.concatenate([a, b])
+                for name, (a, b) in pairs.items()
+            }
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Blocks:
+    """Sums over B blocks.
+
+    Attributes:
+        start: Time of the first sample, (B,), s.
+        length: Time to the first sample of the next block, (B,), s.
+        count: Number of samples, (B,).
+        change: Change of speed, (B, wheels), rad/s.
+        other_change: The same between the samples after these two, (B, wheels), rad/s.
+        drive: Mean of the drive, (B, wheels), A.
+        scatter: Rms difference of neighbouring values of the drive over √2, (B, wheels), A.
+        direction: Mean sign of the speed, (B, wheels).
+        speed: Mean speed, (B, wheels), rad/s.
+        slowest: Least speed without sign, (B, wheels), rad/s.
+        slow_drive: Largest drive without sign while the wheel rests, (B, wheels), A; 0 if never.
+        rest: Share of samples at rest, (B, wheels).
+        turn: Change of the body rate, (B, 3), rad/s; NaN without rates.
+        rate: Mean body rate, (B, 3), rad/s; NaN without rates.
+        temperature: Mean temperature, (B, wheels), °C; NaN without.
+    """
+
+    start: Vector
+    length: Vector
+    count: NDArray[np.int64]
+    change: Matrix
+    other_change: Matrix
+    drive: Matrix
+    scatter: Matrix
+    direction: Matrix
+    speed: Matrix
+    slowest: Matrix
+    slow_drive: Matrix
+    rest: Matrix
+    turn: Matrix
+    rate: Matrix
+    temperature: Matrix
+
+    def __len__(self) -> int:
+        """Number of blocks."""
+        return self.start.size
+
+    def part(self, rows: slice | NDArray[np.bool_]) -> "Blocks":
+        """Selected blocks."""
+        return Blocks(**{each.name: getattr(self, each.name)[rows] for each in fields(self)})
+
+    @staticmethod
+    def joined(parts: "list[Blocks]") -> "Blocks":
+        """Blocks of several tables, in order."""
+        return Blocks(
+            **{
+                each.name: np.concatenate([getattr(part, each.name) for part in parts])
+                for each in fields(Blocks)
+            }
+        )
+
+
+def blocks_of(samples: Samples, length: float, resolution: float) -> tuple[Blocks, Samples]:
+    """Blocks that the samples complete, and the samples of the block that is not complete yet.
+
+    Args:
+        samples: Samples from the start of a block.
+        length: Length of a block, s.
+        resolution: Resolution of the speed, rad/s.
+    """
+    number = np.floor(samples.time / length)
+    starts = np.flatnonzero(np.diff(number, prepend=-np.inf))
+    tail = samples.part(slice(int(starts[-1]), None)) if starts.size else samples
+    if starts.size < 2:
+        return _blocks(samples, np.zeros(1, np.int64), length, resolution).part(slice(0, 0)), tail
+    # the sample after the first one of the next block belongs to a block's other change; where it
+    # has not arrived yet, the block waits
+    if starts[-1] + 1 >= len(samples):
+        starts = starts[:-1]
+        tail = samples.part(slice(int(starts[-1]), None))
+        if starts.size < 2:
+            return _blocks(samples, starts, length, resolution).part(slice(0, 0)), tail
+    return _blocks(samples, starts, length, resolution), tail
+
+
+def _blocks(
+    samples: Samples, starts: NDArray[np.int64], length: float, resolution: float
+) -> Blocks:
+    """Blocks between the samples `starts`, without those that cannot be used."""
+    time, speed, drive = samples.time, samples.speed, samples.drive
+    first, last = starts[:-1], starts[1:]
+    if not first.size:
+        return _no_blocks(speed.shape[1])
+    end = int(last[-1]) + 1
+    step = np.diff(time[:end])
+    span = time[last] - time[first]
+    count = last - first
+
+    def total(values: Matrix) -> Matrix:
+        return np.add.reduceat(values, first, axis=0)
+
+    def mean(values: Matrix) -> Matrix:
+        pair = 0.5 * (values[1:end] + values[: end - 1])
+        pair *= step.reshape(-1, *(1,) * (values.ndim - 1))
+        return total(pair) / span.reshape(-1, *(1,) * (values.ndim - 1))
+
+    inside = slice(0, end - 1)
+    magnitude = np.abs(speed[inside])
+    slow = magnitude <= max(SLOW, 0.51 * resolution)
+    jump = np.diff(drive[:end], axis=0)
+    jump *= jump
+    wheels = speed.shape[1]
+    turn = rate = np.full((first.size, 3), np.nan)
+    if samples.rate is not None:
+        rate = mean(samples.rate)
+        turn = samples.rate[last] - samples.rate[first]
+    warm = np.full((first.size, wheels), np.nan)
+    if samples.temperature is not None:
+        warm = total(samples.temperature[inside]) / count[:, None]
+    blocks = Blocks(
+        start=time[first],
+        length=span,
+        count=count.astype(np.int64),
+        change=speed[last] - speed[first],
+        other_change=speed[last + 1] - speed[first + 1],
+        drive=mean(drive),
+        scatter=np.sqrt(0.5 * total(jump) / count[:, None]),
+        direction=mean(np.sign(speed)),
+        speed=mean(speed),
+        slowest=np.minimum.reduceat(magnitude, first, axis=0),
+        slow_drive=np.maximum.reduceat(np.where(slow, np.abs(drive[inside]), 0.0), first, axis=0),
+        rest=total(slow.astype(float)) / count[:, None],
+        turn=turn,
+        rate=rate,
+        temperature=warm,
+    )
+    longest = np.maximum.reduceat(step, first)
+    usable = (count >= 4) & (longest <= 0.25 * length) & (span < 1.5 * length)
+    usable &= time[last + 1] - time[last] <= 0.25 * length
+    if samples.mode is not None:
+        changed = np.diff(samples.mode[:end]) != 0
+        usable &= ~np.logical_or.reduceat(changed, first)
+    return blocks.part(usable)
+
+
+def _no_blocks(wheels: int) -> Blocks:
+    shapes = {"start": (0,), "length": (0,), "count": (0,), "turn": (0, 3), "rate": (0, 3)}
+    return Blocks(
+        **{
+            each.name: np.zeros(
+                shapes.get(each.name, (0, wheels)), np.int64 if each.name == "count" else float
+            )
+            for each in fields(Blocks)
+        }
+    )

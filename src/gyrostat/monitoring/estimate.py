@@ -1,0 +1,233 @@
+"""Parameters of one wheel in one window, with the noise marginalised and its mean predicted.
+
+The noise (ratio, correlation time) is not known: its posterior is found by steps on a quadratic
+fitted to the log likelihood, and the estimates are averaged over nine points of it. The mean of the
+realised Coulomb torque is c plus the best linear prediction of the mean of n over the window, whose
+error is less than that of the level c.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.monitoring.moments import COULOMB, MOTOR, Moments, Prior, Solution, solve
+from gyrostat.monitoring.noise import Noise, gram, window_covariance, window_variance
+
+USUAL = Noise(float(np.log(30.0)), float(np.log(1200.0)))
+"""Noise that the search of a first window starts from."""
+_SPREAD = np.array([3.0, 1.0])
+"""Standard deviations of what is known of log ratio and log time beforehand."""
+_BOUNDS = (np.array([-5.0, np.log(60.0)]), np.array([16.0, np.log(20000.0)]))
+_STEP = np.array([0.5, 0.4])
+
+
+@dataclass(frozen=True, eq=False)
+class Rows:
+    """Rows of the regression of one wheel, one per block, times the sign of the speed.
+
+    Attributes:
+        time: Middle of the block, (N,), s.
+        white: Variance of the white noise over that of a block of usual length, (N,).
+        response: Drive, (N,), A.
+        regressors: (N, P).
+        instruments: (N, P).
+        start: Start of the window, s.
+        end: End of the window, s.
+    """
+
+    time: Vector
+    white: Vector
+    response: Vector
+    regressors: Matrix
+    instruments: Matrix
+    start: float
+    end: float
+
+
+@dataclass(frozen=True, eq=False)
+class Estimate:
+    """Estimate of a window. The order of the parameters is that of `moments`.
+
+    Attributes:
+        value: Parameters, (P,); the Coulomb torque is its long-run level.
+        covariance: (P, P).
+        scatter: Part of the covariance that differs from window to window, (P, P).
+        mean: Realised mean of the Coulomb torque, N·m.
+        mean_covariance: Its covariance with the parameters, (P,).
+        mean_variance: Its variance.
+        mean_scatter: Part of this variance that differs from window to window.
+        noise: Most likely noise.
+        noise_sigma: Standard deviation of the slow noise, N·m.
+        white_sigma: Standard deviation of the white noise of a block, A.
+        beta: Coefficients at the most likely noise, (P,).
+    """
+
+    value: Vector
+    covariance: Matrix
+    scatter: Matrix
+    mean: float
+    mean_covariance: Vector
+    mean_variance: float
+    mean_scatter: float
+    noise: Noise
+    noise_sigma: float
+    white_sigma: float
+    beta: Vector
+
+
+@dataclass(frozen=True, eq=False)
+class _Point:
+    """Estimate at one point of the noise, with its log posterior density."""
+
+    log_density: float
+    solution: Solution
+    prediction: tuple[float, Vector, float]
+    noise: Noise
+
+
+def estimate(rows: Rows, prior: Prior, start: Vector, noise: Noise) -> Estimate:
+    """Estimate the parameters of a window.
+
+    Args:
+        rows: Rows of the regression.
+        prior: What is known of the wheel beforehand.
+        start: Start values of the parameters, (P,).
+        noise: Noise of the previous window, from which the search starts.
+    """
+    columns = np.asfortranarray(
+        np.column_stack(
+            [rows.regressors, rows.instruments, rows.response, np.zeros(rows.time.size)]
+        )
+    )
+
+    def at(place: Vector) -> _Point:
+        return _point(rows, columns, prior, start, Noise(float(place[0]), float(place[1])))
+
+    centre, curvature = _search(at, np.array([noise.log_ratio, noise.log_time]))
+    points = [at(place) for place in _nodes(centre, curvature)]
+    best = max(points, key=lambda point: point.log_density)
+    weights = _weights(points, curvature)
+    return _average(points, weights, best)
+
+
+def _point(rows: Rows, columns: Matrix, prior: Prior, start: Vector, noise: Noise) -> _Point:
+    count, size = rows.time.size, rows.regressors.shape[1]
+    ratio, correlation_time = np.exp(noise.log_ratio), np.exp(noise.log_time)
+    columns[:, -1] = ratio * window_covariance(rows.time, rows.start, rows.end, correlation_time)
+    products, log_det = gram(columns, rows.time, rows.white, noise)
+    x, z, y, k = slice(0, size), slice(size, 2 * size), 2 * size, 2 * size + 1
+    moments = Moments(
+        products[x, x],
+        products[z, x],
+        products[z, z],
+        products[x, y],
+        products[z, y],
+        float(products[y, y]),
+    )
+    guess = max(moments.squares(np.zeros(size)), 1e-300) / count
+    solution = solve(moments, prior, start, count, 1e-3 * guess)
+    weighted = products[k, x]
+    residual = float(products[k, y] - weighted @ solution.beta)
+    motor = solution.value[MOTOR]
+    slope = -motor * (weighted @ solution.slope)
+    slope[COULOMB] += 1.0
+    slope[MOTOR] += residual
+    left = ratio * window_variance(rows.start, rows.end, correlation_time) - products[k, k]
+    prediction = (
+        float(solution.value[COULOMB] + motor * residual),
+        slope,
+        float(motor**2 * solution.scale * max(left, 0.0)),
+    )
+    away = (
+        np.array([noise.log_ratio - USUAL.log_ratio, noise.log_time - USUAL.log_time])
+    ) / _SPREAD
+    _, log_regressors = np.linalg.slogdet(
+        moments.regressors + solution.scale * _in_coefficients(prior, solution)
+    )
+    log_density = -0.5 * (
+        log_det + log_regressors + (count - size) * np.log(solution.scale) + away @ away
+    )
+    return _Point(float(log_density), solution, prediction, noise)
+
+
+def _in_coefficients(prior: Prior, solution: Solution) -> Matrix:
+    """Precision of what is known beforehand, for the coefficients."""
+    back = np.linalg.inv(solution.slope)
+    return back.T @ (prior.precision[:, None] * back)
+
+
+def _search(at, place: Vector) -> tuple[Vector, Matrix]:
+    """Most likely noise and the curvature of the log density there, by steps on a quadratic."""
+    curvature = np.diag(1.0 / _SPREAD**2)
+    for _ in range(6):
+        place = np.clip(place, _BOUNDS[0] + _STEP, _BOUNDS[1] - _STEP)
+        middle = at(place).log_density
+        a, b = np.diag(_STEP)
+        up, down = at(place + a).log_density, at(place - a).log_density
+        right, left = at(place + b).log_density, at(place - b).log_density
+        corner = at(place + a + b).log_density
+        gradient = 0.5 * np.array([up - down, right - left]) / _STEP
+        cross = (corner - up - right + middle) / _STEP.prod()
+        curvature = -np.array(
+            [
+                [(up - 2.0 * middle + down) / _STEP[0] ** 2, cross],
+                [cross, (right - 2.0 * middle + left) / _STEP[1] ** 2],
+            ]
+        )
+        values, vectors = np.linalg.eigh(curvature)
+        values = np.maximum(values, 0.1)
+        curvature = (vectors * values) @ vectors.T
+        step = np.clip((vectors / values) @ (vectors.T @ gradient), -1.5, 1.5)
+        place = place + step
+        if np.all(np.abs(step) < 0.5 * _STEP):
+            break
+    return np.clip(place, *_BOUNDS), curvature
+
+
+def _nodes(centre: Vector, curvature: Matrix) -> list[Vector]:
+    values, vectors = np.linalg.eigh(curvature)
+    arms = vectors * np.sqrt(3.0 / values)
+    return [
+        np.clip(centre + i * arms[:, 0] + j * arms[:, 1], *_BOUNDS)
+        for i in (-1, 0, 1)
+        for j in (-1, 0, 1)
+    ]
+
+
+def _weights(points: list[_Point], curvature: Matrix) -> Vector:
+    """Weights of the nine points: those of Gauss and Hermite, times density over the Gaussian."""
+    arms = np.array([i * i + j * j for i in (-1, 0, 1) for j in (-1, 0, 1)], float)
+    rule = np.array([4.0, 1.0, 0.25])[arms.astype(int)]
+    log = np.array([point.log_density for point in points]) + 1.5 * arms
+    weights = rule * np.exp(np.clip(log - log[4], -50.0, 3.0))
+    return weights / weights.sum()
+
+
+def _average(points: list[_Point], weights: Vector, best: _Point) -> Estimate:
+    """Mean and covariance over the points of the noise."""
+    value = sum(w * p.solution.value for w, p in zip(weights, points, strict=True))
+    mean = float(sum(w * p.prediction[0] for w, p in zip(weights, points, strict=True)))
+    count = value.size
+    covariance, scatter = np.zeros((count, count)), np.zeros((count, count))
+    mean_covariance = np.zeros(count)
+    mean_variance = mean_scatter = 0.0
+    for weight, point in zip(weights, points, strict=True):
+        away = point.solution.value - value
+        off, slope, left = point.prediction
+        between = np.outer(away, away)
+        covariance += weight * (point.solution.covariance + between)
+        scatter += weight * (point.solution.scatter + between)
+        mean_covariance += weight * (point.solution.covariance @ slope + (off - mean) * away)
+        mean_variance += weight * (
+            slope @ point.solution.covariance @ slope + left + (off - mean) ** 2
+        )
+        mean_scatter += weight * (slope @ point.solution.scatter @ slope + left + (off - mean) ** 2)
+    scale = best.solution.scale
+    return Estimate(
+        value, covariance, scatter, mean, mean_covariance, float(mean_variance),
+        float(mean_scatter), best.noise,
+        float(abs(value[MOTOR]) * np.sqrt(scale * np.exp(best.noise.log_ratio))),
+        float(np.sqrt(scale)), best.solution.beta,
+    )  # fmt: skip

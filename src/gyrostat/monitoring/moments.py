@@ -1,0 +1,142 @@
+"""Parameters of a wheel from moments of its blocks with instruments, given the noise.
+
+The axial balance of a rotor, averaged over a block, times the sign s of its speed and over the
+motor constant K, with the measured current on the left:
+
+    s i = (s x + c + |w| b + s o + |w| (T - T0) b_T + n) / K + e,    x = J (dw + a . dW) / dt
+
+The friction noise n must not be correlated with what it is regressed on. The attitude loop answers
+n by the current, hence the current stands on the left. What n does to the speeds nevertheless is
+kept out by instruments Z, one for each column X: with V the covariance of n / K + e, the estimate
+makes Z' V⁻¹ (y - X β) least in the metric of its own covariance Z' V⁻¹ Z, added to what was known
+before (two-stage generalised least squares; Hausman and Taylor, Handbook of Econometrics, ch. 12).
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrostat.core.types import Matrix, Vector
+
+MOTOR, COULOMB, VISCOUS, OFFSET, WARMING = range(5)
+"""Places of the parameters: K, c, b, o and b_T."""
+
+
+@dataclass(frozen=True, eq=False)
+class Prior:
+    """What is known of a wheel beforehand.
+
+    Attributes:
+        mean: Parameters, (P,), SI.
+        precision: Inverse variances, (P,); 0 where nothing is known.
+    """
+
+    mean: Vector
+    precision: Vector
+
+
+@dataclass(frozen=True, eq=False)
+class Moments:
+    """Products of the columns with the inverse covariance, for the scale 1 of the noise.
+
+    Attributes:
+        regressors: Xᵀ V⁻¹ X, (P, P).
+        mixed: Zᵀ V⁻¹ X, (P, P).
+        instruments: Zᵀ V⁻¹ Z, (P, P).
+        regressors_response: Xᵀ V⁻¹ y, (P,).
+        instruments_response: Zᵀ V⁻¹ y, (P,).
+        response: yᵀ V⁻¹ y.
+    """
+
+    regressors: Matrix
+    mixed: Matrix
+    instruments: Matrix
+    regressors_response: Vector
+    instruments_response: Vector
+    response: float
+
+    def squares(self, beta: Vector) -> float:
+        """Sum of squares of the whitened residual for coefficients β."""
+        return float(
+            self.response - 2.0 * beta @ self.regressors_response + beta @ self.regressors @ beta
+        )
+
+
+@dataclass(frozen=True, eq=False)
+class Solution:
+    """Estimate for a given noise.
+
+    Attributes:
+        value: Parameters, (P,).
+        covariance: (P, P).
+        scatter: Part of the covariance that differs from window to window, (P, P).
+        beta: Coefficients β, (P,).
+        slope: dβ / dparameters, (P, P).
+        scale: Variance of the noise over that of V.
+    """
+
+    value: Vector
+    covariance: Matrix
+    scatter: Matrix
+    beta: Vector
+    slope: Matrix
+    scale: float
+
+
+def coefficients(value: Vector) -> tuple[Vector, Matrix]:
+    """Coefficients β of the columns and their derivatives by the parameters.
+
+    Args:
+        value: Parameters, (P,).
+    """
+    beta = value / value[MOTOR]
+    slope = np.eye(value.size) / value[MOTOR]
+    slope[:, MOTOR] = -beta / value[MOTOR]
+    beta[MOTOR] = 1.0 / value[MOTOR]
+    slope[MOTOR, MOTOR] = -(beta[MOTOR] ** 2)
+    return beta, slope
+
+
+def solve(moments: Moments, prior: Prior, start: Vector, blocks: int, scale: float) -> Solution:
+    """Estimate the parameters from moments and what was known before.
+
+    Args:
+        moments: Moments of the window.
+        prior: Knowledge beforehand.
+        start: Start values, (P,).
+        blocks: Number of blocks.
+        scale: First guess of the scale of the noise.
+    """
+    size = np.sqrt(np.diagonal(moments.instruments))
+    size = np.where(size > 0.0, size, 1.0)
+    metric = np.linalg.pinv(moments.instruments / np.outer(size, size), 1e-9, hermitian=True)
+    projected = moments.mixed.T @ (metric / np.outer(size, size))
+    gain = projected @ moments.mixed
+    value = start.copy()
+    inform = covariance = slope = np.zeros((value.size, value.size))
+    beta = value
+    for _ in range(4):
+        beta, slope = coefficients(value)
+        inform = slope.T @ gain @ slope / scale
+        score = slope.T @ (projected @ moments.instruments_response - gain @ beta) / scale
+        score += prior.precision * (prior.mean - value)
+        covariance = _inverse(inform + np.diag(prior.precision))
+        step = covariance @ score
+        # a motor constant that the data leave free must not change sign on the way
+        limit = 0.5 * abs(value[MOTOR])
+        if abs(step[MOTOR]) > limit:
+            step *= limit / abs(step[MOTOR])
+        value = value + step
+        beta, slope = coefficients(value)
+        scale = max(moments.squares(beta), 1e-300) / max(blocks - value.size, 1)
+    return Solution(value, covariance, covariance @ inform @ covariance, beta, slope, scale)
+
+
+def _inverse(matrix: Matrix) -> Matrix:
+    """Inverse of a symmetric matrix; directions without information get a large variance."""
+    size = np.sqrt(np.diagonal(matrix))
+    size = np.where(size > 0.0, size, 1.0)
+    scaled = matrix / np.outer(size, size)
+    values, vectors = np.linalg.eigh(scaled)
+    values = np.maximum(values, 1e-12)
+    return (vectors / values) @ vectors.T / np.outer(size, size)

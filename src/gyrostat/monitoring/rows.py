@@ -1,0 +1,133 @@
+"""Rows of the regression of a wheel from the blocks of a window.
+
+Instruments come from speed samples next to those of the regressors, so that rounding errors of both
+are independent, and only from momentum that the body feels. Friction noise above the bandwidth of
+the attitude loop still moves this momentum from block to block. Therefore the instrument of the
+acceleration is a moving average, plus the single blocks whose torque is far above what friction
+noise can be: slews.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.core.types import Vector
+from gyrostat.monitoring.blocks import Blocks
+from gyrostat.monitoring.estimate import Rows
+from gyrostat.monitoring.moments import Prior
+from gyrostat.monitoring.wheel_data import USUAL_SIGMA, KnownWheel, KnownWheels
+
+AVERAGED = 21
+"""Number of blocks in a moving average."""
+FAR = 3.0
+"""Torque of a block, over the usual change of the residual, above which it is not friction noise."""
+WARMING = 0.5
+"""Range of the temperature above which viscous friction may depend on it, K."""
+
+
+def moving_average(values: Vector, width: int = AVERAGED) -> Vector:
+    """Mean over a window around each value, shorter at the ends, (N,)."""
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    place = np.arange(values.size)
+    low = np.maximum(place - width // 2, 0)
+    high = np.minimum(place + width // 2 + 1, values.size)
+    return (total[high] - total[low]) / (high - low)
+
+
+def acceleration_torque(blocks: Blocks, known: KnownWheels, wheel: int) -> Vector:
+    """Mean torque J (dw/dt + a . dW/dt) that accelerates a rotor in each block, (B,), N·m."""
+    change = blocks.change[:, wheel]
+    if known.axes is not None:
+        turn = blocks.turn @ known.axes[:, wheel]
+        change = change + np.where(np.isfinite(turn), turn, 0.0)
+    return known.wheels[wheel].inertia * change / blocks.length
+
+
+def usable(blocks: Blocks, wheel: int, slowest: float) -> NDArray[np.bool_]:
+    """Blocks in which the wheel turns one way, fast enough, with all values present, (B,)."""
+    return (
+        (np.abs(blocks.direction[:, wheel]) > 1.0 - 1e-9)
+        & (blocks.slowest[:, wheel] > slowest)
+        & np.isfinite(blocks.drive[:, wheel])
+        & np.isfinite(blocks.other_change[:, wheel])
+    )
+
+
+def regression_rows(
+    blocks: Blocks, known: KnownWheels, wheel: int, start: float, end: float, length: float
+) -> Rows:
+    """Rows of a wheel.
+
+    Args:
+        blocks: Blocks of the window that are `usable`.
+        known: The wheels.
+        wheel: Place of the wheel.
+        start: Start of the window, s.
+        end: End of the window, s.
+        length: Usual length of a block, s.
+    """
+    rotor = known.wheels[wheel]
+    sign = np.sign(blocks.direction[:, wheel])
+    torque = acceleration_torque(blocks, known, wheel)
+    share = known.exchanged()[wheel]
+    others = np.where(np.isfinite(blocks.other_change), blocks.other_change, 0.0)
+    felt = rotor.inertia * (others @ share) / blocks.length
+    residual = rotor.motor_constant * blocks.drive[:, wheel] - torque
+    usual = 1.4826 * float(np.median(np.abs(np.diff(residual)))) if len(blocks) > 1 else 0.0
+    slow = moving_average(felt)
+    fast = felt - slow
+    felt = slow + np.where(np.abs(fast) > FAR * usual, fast, 0.0)
+    speed = blocks.speed[:, wheel]
+    exchanged = np.where(np.isfinite(blocks.speed), blocks.speed, 0.0) @ share
+    exchanged = exchanged + np.mean(speed - exchanged)
+    one = np.ones(speed.size)
+    regressors = [torque * sign, one, np.abs(speed), sign]
+    instruments = [felt * sign, one, exchanged * sign, sign]
+    warm = warmth(blocks, wheel)
+    if warm is not None:
+        regressors.append(np.abs(speed) * warm)
+        instruments.append(exchanged * sign * warm)
+    return Rows(
+        blocks.start + 0.5 * blocks.length,
+        length / blocks.length,
+        blocks.drive[:, wheel] * sign,
+        np.column_stack(regressors),
+        np.column_stack(instruments),
+        start,
+        end,
+    )
+
+
+def warmth(blocks: Blocks, wheel: int) -> Vector | None:
+    """Temperature over its mean, (B,), K; None where it is not known or hardly changes.
+
+    A rounded temperature is averaged, as its steps would hide its slow change.
+    """
+    temperature = blocks.temperature[:, wheel]
+    if not temperature.size or not np.all(np.isfinite(temperature)):
+        return None
+    if np.ptp(temperature) <= WARMING:
+        return None
+    averaged = moving_average(temperature)
+    return averaged - np.mean(averaged)
+
+
+def prior_of(wheel: KnownWheel, count: int) -> Prior:
+    """What is known of the parameters of a wheel, in the order of `moments`.
+
+    Args:
+        wheel: The wheel.
+        count: Number of parameters: 4, or 5 with the effect of the temperature.
+    """
+    mean = np.array([wheel.motor_constant, wheel.coulomb, wheel.viscous, wheel.offset, 0.0])
+    warming = wheel.sigma_of("viscous") if wheel.viscous == 0.0 else abs(wheel.viscous)
+    sigma = np.array(
+        [
+            wheel.sigma_of("motor_constant"),
+            np.inf,
+            wheel.sigma_of("viscous"),
+            wheel.sigma_of("offset"),
+            USUAL_SIGMA["warming"] * warming,
+        ]
+    )
+    least = 1e-6 * np.array([mean[0], mean[1], mean[1] / 100.0, mean[1], mean[1] / 100.0])
+    return Prior(mean[:count], 1.0 / np.maximum(sigma, np.abs(least))[:count] ** 2)

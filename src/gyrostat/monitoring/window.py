@@ -1,0 +1,170 @@
+"""Row of the window table for one wheel from the blocks of a window."""
+
+from collections.abc import Mapping
+from itertools import combinations
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.types import Vector
+from gyrostat.monitoring.blocks import Blocks
+from gyrostat.monitoring.estimate import USUAL, Estimate, Rows, estimate
+from gyrostat.monitoring.moments import COULOMB, MOTOR, OFFSET, VISCOUS, Prior
+from gyrostat.monitoring.noise import Noise
+from gyrostat.monitoring.residuals import residual_columns
+from gyrostat.monitoring.rounding import rounding_variance
+from gyrostat.monitoring.rows import prior_of, regression_rows, usable, warmth
+from gyrostat.monitoring.statistics import plain_columns, standstill_columns
+from gyrostat.monitoring.wheel_data import KnownWheels
+from gyrostat.monitoring.windows import REGRESSED
+
+OBSERVABLE = 0.3
+"""Largest standard deviation of an observable parameter, over its value."""
+FEWEST = 30
+"""Smallest number of blocks of an estimate."""
+LARGEST_NOISE = 0.5
+"""Friction noise over Coulomb torque above which the balance of torques does not hold."""
+APART = 4.0
+"""Difference from what was known beforehand, in its sigma, above which that is not used."""
+_PLACES = {"coulomb": COULOMB, "viscous": VISCOUS, "motor_constant": MOTOR, "offset": OFFSET}
+
+
+def window_row(
+    blocks: Blocks,
+    known: KnownWheels,
+    wheel: int,
+    window: tuple[float, float],
+    *,
+    length: float,
+    resolution: tuple[float, float],
+    driven: bool,
+    noise: Noise | None,
+) -> tuple[dict[str, Any], Noise | None]:
+    """Row of a wheel, and the noise that the next window starts from.
+
+    Args:
+        blocks: All blocks of the window.
+        known: The wheels.
+        wheel: Place of the wheel.
+        window: Start and end of the window, s.
+        length: Usual length of a block, s.
+        resolution: Resolutions of speed, rad/s, and drive, A; 0 where values are not rounded.
+        driven: Whether there is a motor current or a commanded torque.
+        noise: Noise of the previous window, or None.
+    """
+    rotor = known.wheels[wheel]
+    row = {"wheel": rotor.name, "start": window[0], "end": window[1]}
+    row |= plain_columns(blocks, wheel, window, length)
+    row |= standstill_columns(blocks, known, wheel)
+    if not driven:
+        reason = "there is neither motor current nor commanded torque"
+        return row | _unknown(reason) | {"valid": False, "why": reason}, noise
+    steady = blocks.part(usable(blocks, wheel, rotor.slowest))
+    if len(steady) < FEWEST:
+        reason = (
+            f"{len(steady)} blocks are usable, at least {FEWEST} are needed (speed of one sign "
+            f"above {rotor.slowest:.3g} rad/s, no gap)"
+        )
+        return row | _unknown(reason) | {"valid": False, "why": reason}, noise
+    rows = regression_rows(steady, known, wheel, *window, length)
+    prior = prior_of(rotor, rows.regressors.shape[1])
+    value, prior = _estimated(rows, prior, noise or USUAL)
+    added = rounding_variance(steady, wheel, value, resolution[1], window)
+    row |= _values(value, prior, rows, added, warmth(steady, wheel) is not None)
+    row |= residual_columns(blocks, steady, known, wheel, value, rows)
+    row |= _verdict(value)
+    return row, value.noise if row["valid"] else noise
+
+
+def _estimated(rows: Rows, prior: Prior, noise: Noise) -> tuple[Estimate, Prior]:
+    """Estimate; without what was known of motor and viscous friction where the data contradict."""
+    start = prior.mean.copy()
+    value = estimate(rows, prior, start, noise)
+    left = prior.precision.copy()
+    for place in (MOTOR, VISCOUS):
+        variance, precision = value.covariance[place, place], prior.precision[place]
+        away = abs(value.value[place] - prior.mean[place])
+        # the variance of the difference between the prior and an estimate that contains it
+        spread = max(1.0 / precision - variance, 1e-12 / precision)
+        if away > APART * np.sqrt(spread):
+            left[place] = precision / 1e4
+    if np.array_equal(left, prior.precision):
+        return value, prior
+    freed = Prior(prior.mean, left)
+    return estimate(rows, freed, value.value, value.noise), freed
+
+
+def _values(
+    value: Estimate, prior: Prior, rows: Rows, added: float, warming: bool
+) -> dict[str, Any]:
+    """Columns of the parameters."""
+    row: dict[str, Any] = {}
+    mean_variance = value.mean_variance + added
+    for name, place in _PLACES.items():
+        row[name] = float(value.value[place])
+        row[f"{name}_sigma"] = float(np.sqrt(value.covariance[place, place]))
+        row[f"{name}_scatter"] = float(np.sqrt(max(value.scatter[place, place], 0.0)))
+    level_variance = value.covariance[COULOMB, COULOMB] + added
+    row |= {
+        "coulomb": value.mean,
+        "coulomb_sigma": float(np.sqrt(mean_variance)),
+        "coulomb_scatter": float(np.sqrt(max(value.mean_scatter, 0.0) + added)),
+        "coulomb_level": float(value.value[COULOMB]),
+        "coulomb_level_sigma": float(np.sqrt(level_variance)),
+        "noise_sigma": value.noise_sigma,
+        "noise_time": float(np.exp(value.noise.log_time)),
+    }
+    for first, second in combinations(REGRESSED, 2):
+        a, b = _PLACES[first], _PLACES[second]
+        covariance = value.mean_covariance[b] if first == "coulomb" else value.covariance[a, b]
+        row[f"cov_{first}_{second}"] = float(covariance)
+    for name, reason in _reasons(value, prior, rows, mean_variance).items():
+        row[f"{name}_observable"] = not reason
+        row[f"{name}_reason"] = reason
+    return row
+
+
+def _reasons(value: Estimate, prior: Prior, rows: Rows, mean_variance: float) -> Mapping[str, str]:
+    """Why each parameter is not observable; empty if it is.
+
+    A parameter counts by what the window says of it, without what was known of it beforehand.
+    """
+    variance = np.diagonal(value.covariance).copy()
+    variance[COULOMB] = mean_variance
+    told = 1.0 / np.maximum(1.0 / variance - prior.precision[: variance.size], 1e-300)
+    scale = np.abs(value.value)
+    scale[COULOMB] = scale[OFFSET] = abs(value.mean)
+    limit = np.full(variance.size, OBSERVABLE)
+    speeds = np.abs(rows.regressors[:, VISCOUS])
+    within = f"the speed stays within {speeds.min():.4g} and {speeds.max():.4g} rad/s"
+    one_sign = bool(np.ptp(rows.regressors[:, OFFSET]) == 0.0)
+    why = {
+        "coulomb": f"{within}, and what is known of motor constant and viscous friction leaves "
+        "it open",
+        "viscous": within,
+        "motor_constant": "the momentum that the wheel exchanges changes too little: only what is "
+        "known beforehand holds",
+        "offset": "the speed keeps one sign" if one_sign else "its error is too large",
+    }
+    if one_sign:
+        told[OFFSET] = np.inf
+    return {
+        name: "" if told[p] < (limit[p] * scale[p]) ** 2 else why[name]
+        for name, p in _PLACES.items()
+    }
+
+
+def _verdict(value: Estimate) -> dict[str, Any]:
+    """Whether the estimates hold."""
+    why = ""
+    if not np.all(np.isfinite(value.value)) or value.value[MOTOR] <= 0.0:
+        why = "the balance of torques has no solution with a positive motor constant"
+    elif value.noise_sigma > LARGEST_NOISE * abs(value.mean):
+        share = 100.0 * value.noise_sigma / abs(value.mean)
+        why = f"the balance of torques leaves {share:.0f} % of the Coulomb torque"
+    return {"valid": not why, "why": why}
+
+
+def _unknown(reason: str) -> dict[str, Any]:
+    """Columns of the parameters where there is no estimate."""
+    return {f"{name}_reason": reason for name in _PLACES}
