@@ -79,6 +79,8 @@ class Blocks:
         slowest: Least speed without sign, (B, wheels), rad/s.
         slow_drive: Largest drive without sign while the wheel rests, (B, wheels), A; 0 if never.
         rest: Share of samples at rest, (B, wheels).
+        step: Least difference of neighbouring values of the drive that is not 0, (B, wheels), A:
+            its resolution if it is rounded; infinite if the drive does not change.
         turn: Change of the body rate, (B, 3), rad/s; NaN without rates.
         rate: Mean body rate, (B, 3), rad/s; NaN without rates.
         temperature: Mean temperature, (B, wheels), °C; NaN without.
@@ -96,6 +98,7 @@ class Blocks:
     slowest: Matrix
     slow_drive: Matrix
     rest: Matrix
+    step: Matrix
     turn: Matrix
     rate: Matrix
     temperature: Matrix
@@ -166,7 +169,8 @@ def _blocks(
     inside = slice(0, end - 1)
     magnitude = np.abs(speed[inside])
     slow = magnitude <= max(SLOW, 0.51 * resolution)
-    jump = np.diff(drive[:end], axis=0)
+    jump = np.abs(np.diff(drive[:end], axis=0))
+    finest = np.minimum.reduceat(np.where(jump > 0.0, jump, np.inf), first, axis=0)
     jump *= jump
     wheels = speed.shape[1]
     turn = rate = np.full((first.size, 3), np.nan)
@@ -189,6 +193,7 @@ def _blocks(
         slowest=np.minimum.reduceat(magnitude, first, axis=0),
         slow_drive=np.maximum.reduceat(np.where(slow, np.abs(drive[inside]), 0.0), first, axis=0),
         rest=total(slow.astype(float)) / count[:, None],
+        step=finest,
         turn=turn,
         rate=rate,
         temperature=warm,

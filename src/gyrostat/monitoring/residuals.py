@@ -38,7 +38,7 @@ def residual_columns(
     means = moving_average(residual, _TEN_MINUTES)
     middle, spread = float(np.median(means)), _robust(means)
     row: dict[str, Any] = {
-        "residual_rms": _robust(fast) / np.sqrt(2.0),
+        "residual_rms": _robust(fast / np.sqrt(2.0)),
         "residual_kurtosis": _kurtosis(fast),
         "residual_excess": float((means.max() - middle) / max(spread, 1e-300)),
         "residual_lowest": float((means.min() - middle) / max(spread, 1e-300)),
@@ -74,8 +74,9 @@ def _exchange(blocks: Blocks, known: KnownWheels, wheel: int) -> float:
     share = known.rotor_inertia
     length = blocks.length[:, None]
     wheels = ((blocks.change * share) @ known.axes.T) / length
-    body = (blocks.turn @ known.inertia) / length
-    momentum = blocks.rate @ known.inertia + (blocks.speed * share) @ known.axes.T
+    locked = known.inertia + (known.axes * share) @ known.axes.T
+    body = (blocks.turn @ locked) / length
+    momentum = blocks.rate @ locked + (blocks.speed * share) @ known.axes.T
     torque = wheels + body + np.cross(blocks.rate, momentum)
     along = torque @ known.axes[:, wheel]
     along = along[np.isfinite(along)]

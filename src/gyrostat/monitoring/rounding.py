@@ -13,7 +13,7 @@ from gyrostat.monitoring.moments import MOTOR
 
 
 def rounding_variance(
-    blocks: Blocks, wheel: int, value: Estimate, step: float, window: tuple[float, float]
+    blocks: Blocks, wheel: int, value: Estimate, window: tuple[float, float]
 ) -> float:
     """Variance that rounding adds to the mean Coulomb torque of a window, (N·m)².
 
@@ -21,10 +21,10 @@ def rounding_variance(
         blocks: Blocks of the window.
         wheel: Place of the wheel.
         value: Estimate of the window.
-        step: Resolution of the drive, A; 0 if it is not rounded.
         window: Start and end, s.
     """
-    if step <= 0.0:
+    step = float(np.min(blocks.step[:, wheel]))
+    if not np.isfinite(step):
         return 0.0
     dither = np.maximum(blocks.scatter[:, wheel] ** 2 - step**2 / 12.0, 0.0)
     left = step**2 / (2.0 * np.pi**2) * np.exp(-4.0 * np.pi**2 * dither / step**2)

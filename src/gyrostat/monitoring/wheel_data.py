@@ -26,7 +26,6 @@ class KnownWheel:
         offset: Offset torque, N·m.
         stribeck_speed: rad/s, or None if it is not known.
         sigma: Standard deviations of motor_constant, viscous and offset, where they are known.
-        torque_limit: Largest motor torque, N·m; infinite if it is not known.
     """
 
     name: str
@@ -37,7 +36,6 @@ class KnownWheel:
     offset: float = 0.0
     stribeck_speed: float | None = None
     sigma: dict[str, float] = field(default_factory=dict)
-    torque_limit: float = np.inf
 
     @property
     def slowest(self) -> float:
@@ -63,12 +61,14 @@ class KnownWheels:
         inertia: Inertia of the body with the rotors' axial inertia left out, (3, 3), kg·m², or
             None.
         modes_left_out: Values of the mode column during which telemetry is not used.
+        speed_resolution: Resolution of the speeds, rad/s; a wheel rests within half of it.
     """
 
     wheels: tuple[KnownWheel, ...]
     axes: Matrix | None = None
     inertia: Matrix | None = None
     modes_left_out: tuple[float, ...] = ()
+    speed_resolution: float = 0.0
 
     @property
     def rotor_inertia(self) -> Vector:

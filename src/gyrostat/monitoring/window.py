@@ -36,7 +36,6 @@ def window_row(
     window: tuple[float, float],
     *,
     length: float,
-    resolution: tuple[float, float],
     driven: bool,
     noise: Noise | None,
 ) -> tuple[dict[str, Any], Noise | None]:
@@ -48,7 +47,6 @@ def window_row(
         wheel: Place of the wheel.
         window: Start and end of the window, s.
         length: Usual length of a block, s.
-        resolution: Resolutions of speed, rad/s, and drive, A; 0 where values are not rounded.
         driven: Whether there is a motor current or a commanded torque.
         noise: Noise of the previous window, or None.
     """
@@ -69,7 +67,7 @@ def window_row(
     rows = regression_rows(steady, known, wheel, *window, length)
     prior = prior_of(rotor, rows.regressors.shape[1])
     value, prior = _estimated(rows, prior, noise or USUAL)
-    added = rounding_variance(steady, wheel, value, resolution[1], window)
+    added = rounding_variance(steady, wheel, value, window)
     row |= _values(value, prior, rows, added, warmth(steady, wheel) is not None)
     row |= residual_columns(blocks, steady, known, wheel, value, rows)
     row |= _verdict(value)

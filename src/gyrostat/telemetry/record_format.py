@@ -32,9 +32,11 @@ class RecordFormat(abc.ABC):
 
     Attributes:
         suffixes: Suffixes of its files, in lower case.
+        in_parts: Whether `parts` needs no more memory than one part.
     """
 
     suffixes: ClassVar[tuple[str, ...]]
+    in_parts: ClassVar[bool] = False
 
     @staticmethod
     @abc.abstractmethod

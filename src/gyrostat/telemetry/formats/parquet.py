@@ -18,6 +18,7 @@ class Parquet(RecordFormat):
     """Columns of a table. A null counts as an empty cell."""
 
     suffixes: ClassVar[tuple[str, ...]] = (".parquet",)
+    in_parts: ClassVar[bool] = True
 
     @staticmethod
     def read(file: Path, request: Request) -> Measured:

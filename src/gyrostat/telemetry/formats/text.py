@@ -13,6 +13,7 @@ class DelimitedText(RecordFormat):
     """Text with any delimiter."""
 
     suffixes: ClassVar[tuple[str, ...]] = (".csv", ".txt", ".tsv", ".dat")
+    in_parts: ClassVar[bool] = True
 
     @staticmethod
     def read(file: Path, request: Request) -> Measured:

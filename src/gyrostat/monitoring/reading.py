@@ -1,0 +1,170 @@
+"""Read telemetry of wheels in flight from files, part by part.
+
+Columns are found by their names or assigned by a file (`gyrostat.telemetry.mapping`). The roles are
+`time` (and `time_fine`, added to it), for each wheel NAME `NAME_speed`, and where there are:
+`NAME_current`, `NAME_torque` (commanded motor torque), `NAME_temperature`; further `rate_x`,
+`rate_y`, `rate_z` (body rate), `temperature` (of all wheels) and `mode` (a number).
+"""
+
+import os
+from collections.abc import Callable, Iterator, Mapping
+from dataclasses import dataclass
+from functools import partial
+from pathlib import Path
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.types import Vector
+from gyrostat.monitoring.blocks import Samples
+from gyrostat.monitoring.wheel_data import KnownWheels
+from gyrostat.telemetry.assemble import Measured
+from gyrostat.telemetry.columns import Chosen, Header, choose_columns
+from gyrostat.telemetry.fault import fault
+from gyrostat.telemetry.mapping import ColumnMap, column_map
+from gyrostat.telemetry.read import format_of, with_time
+from gyrostat.telemetry.record_format import Request
+from gyrostat.telemetry.role import Role
+
+PART = 200_000
+"""Largest number of samples of a part."""
+WHOLE = 20_000_000
+"""Largest number of samples of a file that is not read in parts."""
+Choose = Callable[[Header], Mapping[str, Chosen]]
+_RATES = ("rate_x", "rate_y", "rate_z")
+
+
+def roles_of(known: KnownWheels) -> dict[str, Role]:
+    """Roles that columns of the telemetry of these wheels can have."""
+    roles = {
+        "time": Role("time", ("time", "t"), "time", required=True),
+        "time_fine": Role("time_fine", ("time_fine",), "time"),
+        **{name: Role(name, (name,), "speed") for name in _RATES},
+        "temperature": Role("temperature", ("temperature", "temp"), "temperature"),
+        "mode": Role("mode", ("mode",), None),
+    }
+    for wheel in known.wheels:
+        for quantity in ("speed", "current", "torque", "temperature"):
+            name = f"{wheel.name}_{quantity}"
+            usual = tuple(f"{wheel.name}{mark}{quantity}".casefold() for mark in "_./ ")
+            roles[name] = Role(name, usual, quantity, required=quantity == "speed")
+    return roles
+
+
+@dataclass(frozen=True)
+class Telemetry:
+    """Part of a file of telemetry.
+
+    Attributes:
+        samples: Its samples; the drive is the current, or the commanded torque over the motor
+            constant that is known beforehand, or NaN.
+        rows: Number of rows of the file up to the end of the part.
+        drive: "current", "torque" or "none".
+    """
+
+    samples: Samples
+    rows: int
+    drive: str
+
+
+def read_parts(
+    path: str | os.PathLike[str],
+    known: KnownWheels,
+    columns: Mapping[str, str] | str | os.PathLike[str] | None = None,
+    units: Mapping[str, str] | None = None,
+    *,
+    skip: int = 0,
+) -> Iterator[Telemetry]:
+    """Read a file of telemetry in parts.
+
+    Args:
+        path: File with the suffix of one of `gyrostat.telemetry.formats`.
+        known: The wheels.
+        columns: Role -> column name, or a file of them.
+        units: Role -> unit, where the file has none.
+        skip: Number of rows that are left out.
+
+    Raises:
+        InputError: The file cannot be read or used.
+    """
+    file = Path(path)
+    mapping = column_map(columns, units)
+    if mapping.interval is not None:
+        raise InputError(
+            f"{columns}: found interval, expected times in the telemetry: gaps are not known"
+        )
+    roles = roles_of(known)
+    choose = partial(choose_columns, columns=mapping.columns, units=mapping.units, roles=roles)
+    for measured in _measured(file, mapping, choose):
+        end = int(measured.rows[-1]) if measured.rows.size else 0
+        fresh = measured.rows > skip
+        if fresh.any():
+            drive, samples = _samples(file, measured, known)
+            yield Telemetry(samples if fresh.all() else samples.part(fresh), end, drive)
+
+
+def first_time(
+    path: str | os.PathLike[str],
+    known: KnownWheels,
+    columns: Mapping[str, str] | str | os.PathLike[str] | None = None,
+    units: Mapping[str, str] | None = None,
+) -> float:
+    """Time of the first sample of a file, s; infinite if it has none.
+
+    Raises:
+        InputError: The file cannot be read or used.
+    """
+    for part in read_parts(path, known, columns, units):
+        finite = part.samples.time[np.isfinite(part.samples.time)]
+        if finite.size:
+            return float(finite[0])
+    return np.inf
+
+
+def _measured(file: Path, mapping: ColumnMap, choose: Choose) -> Iterator[Measured]:
+    kind = format_of(file)
+    request = Request(choose, PART if kind.in_parts else WHOLE, True, mapping.packets)
+    try:
+        for measured in kind.parts(file, request):
+            yield with_time(measured, None)
+    except OSError as error:
+        raise fault(file, f"an unreadable file ({error.strerror})", "telemetry") from None
+
+
+def _samples(file: Path, measured: Measured, known: KnownWheels) -> tuple[str, Samples]:
+    """Samples in SI units, and what drives the wheels."""
+    series = {
+        role: measured.chosen[role].unit.to_si(values) for role, values in measured.values.items()
+    }
+    names = [wheel.name for wheel in known.wheels]
+    motor = np.array([wheel.motor_constant for wheel in known.wheels])
+    count = measured.rows.size
+
+    def columns(quantity: str) -> list[Vector] | None:
+        roles = [f"{name}_{quantity}" for name in names]
+        present = [role for role in roles if role in series]
+        if present and len(present) < len(roles):
+            missing = next(role for role in roles if role not in series)
+            raise fault(file, f"no column for {missing}", "one for each wheel, or for none")
+        return [series[role] for role in present] or None
+
+    current, torque = columns("current"), columns("torque")
+    drive = "none" if current is None and torque is None else "torque"
+    values = np.full((count, len(names)), np.nan)
+    if current is not None:
+        drive, values = "current", np.column_stack(current)
+    elif torque is not None:
+        values = np.column_stack(torque) / motor
+    rates = [series[name] for name in _RATES if name in series]
+    warm = columns("temperature")
+    if warm is None and "temperature" in series:
+        warm = [series["temperature"]] * len(names)
+    speed = columns("speed")
+    return drive, Samples(
+        series["time"],
+        np.column_stack(speed or []),
+        values,
+        np.column_stack(rates) if len(rates) == 3 else None,
+        None if warm is None else np.column_stack(warm),
+        series.get("mode"),
+    )

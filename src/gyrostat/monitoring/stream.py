@@ -1,0 +1,188 @@
+"""Monitor of the wheels of a spacecraft: samples in, rows of the window table out.
+
+The memory that it needs does not grow with the telemetry: samples of the block that is not complete,
+blocks of the window that is not complete, and the rows.
+"""
+
+from dataclasses import dataclass, field, fields, replace
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.types import Vector
+from gyrostat.monitoring.blocks import Blocks, Samples, blocks_of
+from gyrostat.monitoring.clock import Clock
+from gyrostat.monitoring.noise import Noise
+from gyrostat.monitoring.wheel_data import KnownWheels
+from gyrostat.monitoring.window import FEWEST, window_row
+from gyrostat.monitoring.windows import Windows
+
+DAY = 86400.0
+BLOCK = 60.0
+
+
+@dataclass(eq=False)
+class WheelMonitor:
+    """Monitor; `add` and `add_sample` take telemetry, `windows` gives the table so far.
+
+    Any division of the telemetry into calls gives the same table.
+
+    Attributes:
+        known: What is known of the wheels beforehand.
+        window: Length of a window, s; windows begin at its multiples.
+        block: Length of a block, s.
+        driven: Whether the telemetry has a motor current or a commanded torque.
+        clock: Clock of the telemetry.
+        rows: Rows of complete windows.
+        tail: Samples of the block that is not complete.
+        open_blocks: Blocks of the window that is not complete.
+        noise: Noise of each wheel in its last valid window.
+    """
+
+    known: KnownWheels
+    window: float = DAY
+    block: float = BLOCK
+    driven: bool = True
+    clock: Clock = field(default_factory=Clock)
+    rows: list[dict[str, Any]] = field(default_factory=list)
+    tail: Samples | None = None
+    open_blocks: list[Blocks] = field(default_factory=list)
+    noise: list[Noise | None] = field(default_factory=list)
+    _singles: list[Samples] = field(default_factory=list, repr=False)
+
+    def __post_init__(self):
+        if not self.noise:
+            self.noise = [None] * len(self.known.wheels)
+        share = self.window / self.block
+        if not (share >= FEWEST and abs(share - round(share)) < 1e-9):
+            raise InputError(
+                f"window: found {self.window:g} s, expected a multiple of {self.block:g} s of at "
+                f"least {FEWEST * self.block:g} s"
+            )
+
+    def add(self, samples: Samples) -> None:
+        """Take samples in.
+
+        Args:
+            samples: Samples in the order of the telemetry; repeats and steps of the clock are
+                corrected (`gyrostat.monitoring.clock`).
+        """
+        self._flush()
+        self._add(samples)
+
+    def add_sample(
+        self,
+        time: float,
+        speed: Vector,
+        drive: Vector,
+        rate: Vector | None = None,
+        temperature: Vector | None = None,
+        mode: float | None = None,
+    ) -> None:
+        """Take one sample in; it is used when its block is complete.
+
+        Args:
+            time: s.
+            speed: Wheel speeds, (wheels,), rad/s.
+            drive: Motor currents, (wheels,), A, or commanded torques over nominal motor constants.
+            rate: Body rate, (3,), rad/s.
+            temperature: Temperatures, (wheels,), °C.
+            mode: Number of the mode.
+        """
+        optional = {"rate": rate, "temperature": temperature, "mode": mode}
+        sample = Samples(
+            np.array([time], float),
+            np.atleast_2d(np.asarray(speed, float)),
+            np.atleast_2d(np.asarray(drive, float)),
+            **{name: None if v is None else np.array([v], float) for name, v in optional.items()},
+        )
+        first = self._singles[0].time[0] if self._singles else time
+        if not 0.0 <= time - first < self.block:
+            self._flush()
+        self._singles.append(sample)
+
+    def windows(self, *, complete: bool = False) -> Windows:
+        """Window table so far.
+
+        Args:
+            complete: Whether to leave out the window that is not complete.
+        """
+        self._flush()
+        return Windows.of([*self.rows, *([] if complete else self._provisional())])
+
+    def _flush(self) -> None:
+        if self._singles:
+            singles, self._singles = self._singles, []
+            self._add(_joined(singles))
+
+    def _add(self, samples: Samples) -> None:
+        samples = self._without_modes(self.clock.corrected(samples))
+        if not len(samples):
+            return
+        if self.tail is not None:
+            samples = self.tail.followed_by(samples)
+        blocks, self.tail = blocks_of(samples, self.block, self.known.speed_resolution)
+        while len(blocks):
+            number = np.floor(blocks.start / self.window + 1e-12)
+            current = self._number() if self.open_blocks else number[0]
+            if number[0] > current:
+                self._close()
+                continue
+            inside = number <= current
+            self.open_blocks.append(blocks.part(inside))
+            blocks = blocks.part(~inside)
+            if len(blocks):
+                self._close()
+
+    def _number(self) -> float:
+        return float(np.floor(self.open_blocks[0].start[0] / self.window + 1e-12))
+
+    def _without_modes(self, samples: Samples) -> Samples:
+        """Samples outside the modes whose telemetry is not used."""
+        if samples.mode is None or not self.known.modes_left_out:
+            return samples
+        return samples.part(~np.isin(samples.mode, self.known.modes_left_out))
+
+    def _close(self) -> None:
+        """Estimate the window that is complete."""
+        rows, self.noise = self._rows()
+        self.rows += rows
+        self.open_blocks = []
+
+    def _provisional(self) -> list[dict[str, Any]]:
+        """Rows of the window that is not complete, if it has enough blocks."""
+        if sum(map(len, self.open_blocks)) < FEWEST:
+            return []
+        return self._rows()[0]
+
+    def _rows(self) -> tuple[list[dict[str, Any]], list[Noise | None]]:
+        blocks = Blocks.joined(self.open_blocks)
+        self.open_blocks = [blocks]
+        start = self._number() * self.window
+        results = [
+            window_row(
+                blocks,
+                self.known,
+                wheel,
+                (start, start + self.window),
+                length=self.block,
+                driven=self.driven,
+                noise=self.noise[wheel],
+            )
+            for wheel in range(len(self.known.wheels))
+        ]
+        return [row for row, _ in results], [noise for _, noise in results]
+
+
+def _joined(singles: list[Samples]) -> Samples:
+    """Samples of several tables with the same columns."""
+    first = singles[0]
+    return replace(
+        first,
+        **{
+            each.name: np.concatenate([getattr(single, each.name) for single in singles])
+            for each in fields(first)
+            if getattr(first, each.name) is not None
+        },
+    )
