@@ -34,6 +34,7 @@ from gyrostat.verbs import export as export
 from gyrostat.verbs import feasible as feasible
 from gyrostat.verbs import identify as identify
 from gyrostat.verbs import lot as lot
+from gyrostat.verbs import monitor as monitor
 from gyrostat.verbs import pool as pool
 from gyrostat.verbs import recover as recover
 from gyrostat.verbs import replay as replay

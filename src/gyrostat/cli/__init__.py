@@ -18,6 +18,7 @@ from gyrostat.cli.comparison import compare
 from gyrostat.cli.export import export
 from gyrostat.cli.feasibility import feasible
 from gyrostat.cli.lots import lot
+from gyrostat.cli.monitoring import monitor
 from gyrostat.cli.paper import reproduce
 from gyrostat.cli.pools import pool
 from gyrostat.cli.recovery import recover
@@ -75,7 +76,7 @@ def _options(
 
 
 for _verb in (
-    *(identify, validate, compare, pool, lot, bench, feasible, recover),
+    *(identify, validate, compare, pool, lot, monitor, bench, feasible, recover),
     *(check, simulate, campaign, tune, replay, report, export, reproduce, cache),
 ):
     app.command(cls=Verb)(_keeping_programs(_verb))

@@ -74,6 +74,7 @@ TABLE: dict[str, tuple[Row, ...]] = {
         (Unit("ns", 1e-9), (), ("nsec", "nanosecond", "nanoseconds")),
         (Unit("min", 60.0), (), ("min", "minute", "minutes")),
         (Unit("h", 3600.0), (), ("h", "hr", "hour", "hours")),
+        (Unit("d", 86400.0), (), ("d", "day", "days")),
     ),
     "current": (
         (Unit("A"), (), ("amp", "amps", "ampere", "amperes")),

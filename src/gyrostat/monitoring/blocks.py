@@ -7,6 +7,7 @@ few samples are left out. The result is the same for any division of the telemet
 """
 
 from dataclasses import dataclass, fields
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -43,23 +44,22 @@ class Samples:
 
     def part(self, rows: slice | NDArray[np.bool_]) -> "Samples":
         """Selected samples."""
-        values = {each.name: getattr(self, each.name) for each in fields(self)}
-        return Samples(**{k: None if v is None else v[rows] for k, v in values.items()})
+        selected: dict[str, Any] = {}
+        for each in fields(self):
+            values = getattr(self, each.name)
+            selected[each.name] = None if values is None else values[rows]
+        return Samples(**selected)
 
     def followed_by(self, later: "Samples") -> "Samples":
         """Samples of both, in order; columns that one of them lacks are lacking."""
         if not len(self):
             return later
-        pairs = {
-            each.name: (getattr(self, each.name), getattr(later, each.name))
-            for each in fields(self)
-        }
-        return Samples(
-            **{
-                name: None if a is None or b is None else np.concatenate([a, b])
-                for name, (a, b) in pairs.items()
-            }
-        )
+        joined: dict[str, Any] = {}
+        for each in fields(self):
+            pair: list[Any] = [getattr(self, each.name), getattr(later, each.name)]
+            present = all(part is not None for part in pair)
+            joined[each.name] = np.concatenate(pair) if present else None
+        return Samples(**joined)
 
 
 @dataclass(frozen=True, eq=False)
@@ -73,6 +73,7 @@ class Blocks:
         change: Change of speed, (B, wheels), rad/s.
         other_change: The same between the samples after these two, (B, wheels), rad/s.
         drive: Mean of the drive, (B, wheels), A.
+        drive_change: Change of the drive, (B, wheels), A.
         scatter: Rms difference of neighbouring values of the drive over √2, (B, wheels), A.
         direction: Mean sign of the speed, (B, wheels).
         speed: Mean speed, (B, wheels), rad/s.
@@ -92,6 +93,7 @@ class Blocks:
     change: Matrix
     other_change: Matrix
     drive: Matrix
+    drive_change: Matrix
     scatter: Matrix
     direction: Matrix
     speed: Matrix
@@ -187,6 +189,7 @@ def _blocks(
         change=speed[last] - speed[first],
         other_change=speed[last + 1] - speed[first + 1],
         drive=mean(drive),
+        drive_change=drive[last] - drive[first],
         scatter=np.sqrt(0.5 * total(jump) / count[:, None]),
         direction=mean(np.sign(speed)),
         speed=mean(speed),

@@ -19,6 +19,7 @@ class Clock:
 
     Attributes:
         last: Time of the last sample used, on the corrected clock, s.
+        previous: Time of the last sample of the file that is being read, s; NaN at its start.
         offset: Corrected clock minus clock of the telemetry, s.
         resets: Number of resets.
         repeats: Number of samples left out because their time was past.
@@ -26,10 +27,18 @@ class Clock:
     """
 
     last: float = -np.inf
+    previous: float = np.nan
     offset: float = 0.0
     resets: int = 0
     repeats: int = 0
     without_time: int = 0
+
+    def begin_file(self) -> None:
+        """Take the next sample as the first one of a file.
+
+        What it repeats of earlier files is left out, however long it is.
+        """
+        self.previous = np.nan
 
     def corrected(self, samples: Samples) -> Samples:
         """Samples on the corrected clock, with increasing times.
@@ -47,16 +56,19 @@ class Clock:
         if not len(samples):
             return samples
         time = samples.time + self.offset
-        step = np.diff(time, prepend=self.last if np.isfinite(self.last) else time[0])
+        step = np.diff(time, prepend=time[0] if np.isnan(self.previous) else self.previous)
         for at in np.flatnonzero(step < -RESET):
-            before = time[at - 1] if at else self.last
+            before = time[at - 1] if at else self.previous
             shift = before + AFTER_RESET - time[at]
             time[at:] += shift
             self.offset += shift
             self.resets += 1
+        self.previous = float(time[-1])
         latest = np.maximum.accumulate(np.append(self.last, time))
         fresh = time > latest[:-1]
         self.repeats += int(np.sum(~fresh))
         self.last = float(latest[-1])
-        corrected = samples if self.offset == 0.0 and not self.resets else replace(samples, time=time)
+        corrected = (
+            samples if self.offset == 0.0 and not self.resets else replace(samples, time=time)
+        )
         return corrected if fresh.all() else corrected.part(fresh)

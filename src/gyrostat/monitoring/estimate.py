@@ -9,7 +9,6 @@ error is less than that of the level c.
 from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.moments import COULOMB, MOTOR, Moments, Prior, Solution, solve
@@ -207,8 +206,8 @@ def _weights(points: list[_Point], curvature: Matrix) -> Vector:
 
 def _average(points: list[_Point], weights: Vector, best: _Point) -> Estimate:
     """Mean and covariance over the points of the noise."""
-    value = sum(w * p.solution.value for w, p in zip(weights, points, strict=True))
-    mean = float(sum(w * p.prediction[0] for w, p in zip(weights, points, strict=True)))
+    value = weights @ np.array([point.solution.value for point in points])
+    mean = float(weights @ np.array([point.prediction[0] for point in points]))
     count = value.size
     covariance, scatter = np.zeros((count, count)), np.zeros((count, count))
     mean_covariance = np.zeros(count)

@@ -10,6 +10,7 @@ V⁻¹ = W - W (P + W)⁻¹ W with W = diag(1 / white), P the tridiagonal invers
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
@@ -38,8 +39,10 @@ def gram(columns: Matrix, time: Vector, white: Vector, noise: Noise) -> tuple[Ma
         white: Variances of the white noise over the scale, (N,).
         noise: Parameters of the noise.
     """
-    from scipy.linalg.lapack import dpttrf, dpttrs
+    from scipy.linalg import lapack
 
+    factor: Any = lapack.dpttrf  # pyright: ignore[reportAttributeAccessIssue]
+    solve: Any = lapack.dpttrs  # pyright: ignore[reportAttributeAccessIssue]
     variance = np.exp(noise.log_ratio)
     decay = np.exp(-np.diff(time) / np.exp(noise.log_time))
     fresh = -np.expm1(2.0 * np.log(np.maximum(decay, 1e-300)))
@@ -49,9 +52,9 @@ def gram(columns: Matrix, time: Vector, white: Vector, noise: Noise) -> tuple[Ma
     main[1:] = inverse
     main[:-1] += decay * decay * inverse
     weight = 1.0 / white
-    diagonal, lower, _ = dpttrf(main + weight, -decay * inverse)
+    diagonal, lower, _ = factor(main + weight, -decay * inverse)
     weighted = columns * weight[:, None]
-    solved, _ = dpttrs(diagonal, lower, weighted)
+    solved, _ = solve(diagonal, lower, weighted)
     log_det = float(
         np.sum(np.log(white))
         + np.log(variance)

@@ -1,8 +1,9 @@
 """Error of a mean from a rounded motor current.
 
 Noise of standard deviation d before rounding to steps q leaves a mean error of variance
-q² / (2 π²) exp(-4 π² d² / q²) (Widrow and Kollár, Quantization Noise, 2008, ch. 4): none to speak of
-for d above q / 2. What is left changes as the slow friction noise wanders through the steps.
+q² / (2 π²) exp(-4 π² d² / q²) (Widrow and Kollár, Quantization Noise, 2008, ch. 4): none to
+speak of for d above q / 2. What is left changes as the slow friction noise wanders through
+the steps.
 """
 
 import numpy as np

@@ -19,7 +19,7 @@ from gyrostat.monitoring.wheel_data import USUAL_SIGMA, KnownWheel, KnownWheels
 AVERAGED = 21
 """Number of blocks in a moving average."""
 FAR = 3.0
-"""Torque of a block, over the usual change of the residual, above which it is not friction noise."""
+"""Torque of a block over the usual change of the residual: above it is no friction noise."""
 WARMING = 0.5
 """Range of the temperature above which viscous friction may depend on it, K."""
 
@@ -80,8 +80,9 @@ def regression_rows(
     exchanged = np.where(np.isfinite(blocks.speed), blocks.speed, 0.0) @ share
     exchanged = exchanged + np.mean(speed - exchanged)
     one = np.ones(speed.size)
-    regressors = [torque * sign, one, np.abs(speed), sign]
-    instruments = [felt * sign, one, exchanged * sign, sign]
+    lag = sign * blocks.drive_change[:, wheel] / blocks.length
+    regressors = [torque * sign, one, np.abs(speed), sign, lag]
+    instruments = [felt * sign, one, exchanged * sign, sign, lag]
     warm = warmth(blocks, wheel)
     if warm is not None:
         regressors.append(np.abs(speed) * warm)
@@ -111,14 +112,15 @@ def warmth(blocks: Blocks, wheel: int) -> Vector | None:
     return averaged - np.mean(averaged)
 
 
-def prior_of(wheel: KnownWheel, count: int) -> Prior:
+def prior_of(wheel: KnownWheel, count: int, interval: float) -> Prior:
     """What is known of the parameters of a wheel, in the order of `moments`.
 
     Args:
         wheel: The wheel.
-        count: Number of parameters: 4, or 5 with the effect of the temperature.
+        count: Number of parameters: 5, or 6 with the effect of the temperature.
+        interval: Usual time between samples, s.
     """
-    mean = np.array([wheel.motor_constant, wheel.coulomb, wheel.viscous, wheel.offset, 0.0])
+    mean = np.array([wheel.motor_constant, wheel.coulomb, wheel.viscous, wheel.offset, 0.0, 0.0])
     warming = wheel.sigma_of("viscous") if wheel.viscous == 0.0 else abs(wheel.viscous)
     sigma = np.array(
         [
@@ -126,8 +128,9 @@ def prior_of(wheel: KnownWheel, count: int) -> Prior:
             np.inf,
             wheel.sigma_of("viscous"),
             wheel.sigma_of("offset"),
+            0.5 * interval * wheel.motor_constant,
             USUAL_SIGMA["warming"] * warming,
         ]
     )
-    least = 1e-6 * np.array([mean[0], mean[1], mean[1] / 100.0, mean[1], mean[1] / 100.0])
+    least = 1e-6 * np.array([mean[0], mean[1], mean[1] / 100.0, mean[1], mean[0], mean[1] / 100.0])
     return Prior(mean[:count], 1.0 / np.maximum(sigma, np.abs(least))[:count] ** 2)

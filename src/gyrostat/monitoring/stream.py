@@ -1,7 +1,7 @@
 """Monitor of the wheels of a spacecraft: samples in, rows of the window table out.
 
-The memory that it needs does not grow with the telemetry: samples of the block that is not complete,
-blocks of the window that is not complete, and the rows.
+It keeps the samples of the block that is not complete, the blocks of the window that is not
+complete, and the rows: its memory does not grow with the number of samples.
 """
 
 from dataclasses import dataclass, field, fields, replace
@@ -20,6 +20,8 @@ from gyrostat.monitoring.windows import Windows
 
 DAY = 86400.0
 BLOCK = 60.0
+MANY = 1000
+"""Rows that are kept as rows before they become a table, which needs less memory."""
 
 
 @dataclass(eq=False)
@@ -34,7 +36,8 @@ class WheelMonitor:
         block: Length of a block, s.
         driven: Whether the telemetry has a motor current or a commanded torque.
         clock: Clock of the telemetry.
-        rows: Rows of complete windows.
+        done: Rows of complete windows, in several tables.
+        rows: Rows of the latest complete windows, which are not in `done` yet.
         tail: Samples of the block that is not complete.
         open_blocks: Blocks of the window that is not complete.
         noise: Noise of each wheel in its last valid window.
@@ -45,6 +48,7 @@ class WheelMonitor:
     block: float = BLOCK
     driven: bool = True
     clock: Clock = field(default_factory=Clock)
+    done: list[Windows] = field(default_factory=list)
     rows: list[dict[str, Any]] = field(default_factory=list)
     tail: Samples | None = None
     open_blocks: list[Blocks] = field(default_factory=list)
@@ -60,6 +64,11 @@ class WheelMonitor:
                 f"window: found {self.window:g} s, expected a multiple of {self.block:g} s of at "
                 f"least {FEWEST * self.block:g} s"
             )
+
+    def begin_file(self) -> None:
+        """Take the next sample as the first one of a file; see `Clock.begin_file`."""
+        self._flush()
+        self.clock.begin_file()
 
     def add(self, samples: Samples) -> None:
         """Take samples in.
@@ -109,7 +118,8 @@ class WheelMonitor:
             complete: Whether to leave out the window that is not complete.
         """
         self._flush()
-        return Windows.of([*self.rows, *([] if complete else self._provisional())])
+        rows = [*self.rows, *([] if complete else self._provisional())]
+        return Windows.joined([*self.done, Windows.of(rows)])
 
     def _flush(self) -> None:
         if self._singles:
@@ -148,6 +158,9 @@ class WheelMonitor:
         """Estimate the window that is complete."""
         rows, self.noise = self._rows()
         self.rows += rows
+        if len(self.rows) > MANY:
+            self.done.append(Windows.of(self.rows))
+            self.rows = []
         self.open_blocks = []
 
     def _provisional(self) -> list[dict[str, Any]]:

@@ -6,7 +6,6 @@ from typing import Any
 
 import numpy as np
 
-from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.estimate import USUAL, Estimate, Rows, estimate
 from gyrostat.monitoring.moments import COULOMB, MOTOR, OFFSET, VISCOUS, Prior
@@ -65,7 +64,8 @@ def window_row(
         )
         return row | _unknown(reason) | {"valid": False, "why": reason}, noise
     rows = regression_rows(steady, known, wheel, *window, length)
-    prior = prior_of(rotor, rows.regressors.shape[1])
+    interval = float(np.median(steady.length / steady.count))
+    prior = prior_of(rotor, rows.regressors.shape[1], interval)
     value, prior = _estimated(rows, prior, noise or USUAL)
     added = rounding_variance(steady, wheel, value, window)
     row |= _values(value, prior, rows, added, warmth(steady, wheel) is not None)

@@ -5,7 +5,7 @@ column is in the metadata of its field.
 """
 
 import os
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from itertools import combinations
 from pathlib import Path
@@ -101,7 +101,7 @@ COLUMNS: dict[str, Column] = {
 }
 """Column -> what it is, in order."""
 
-_DTYPES = {"number": np.float64, "count": np.int64, "flag": np.bool_, "text": np.object_}
+DTYPES = {"number": np.float64, "count": np.int64, "flag": np.bool_, "text": np.object_}
 _BLANK: dict[str, Any] = {"number": np.nan, "count": 0, "flag": False, "text": ""}
 
 
@@ -129,11 +129,18 @@ class Windows:
         return Windows(
             {
                 name: np.array(
-                    [row.get(name, _BLANK[column.kind]) for row in listed], _DTYPES[column.kind]
+                    [row.get(name, _BLANK[column.kind]) for row in listed], DTYPES[column.kind]
                 )
                 for name, column in COLUMNS.items()
             }
         )
+
+    @staticmethod
+    def joined(tables: "Sequence[Windows]") -> "Windows":
+        """Rows of several tables, in order."""
+        if not tables:
+            return Windows.of([])
+        return Windows({n: np.concatenate([each[n] for each in tables]) for n in COLUMNS})
 
     def __getitem__(self, name: str) -> NDArray[Any]:
         """Values of a column, (N,)."""
@@ -211,7 +218,7 @@ def read_windows(path: str | os.PathLike[str]) -> Windows:
         raise InputError(f"{path}: found no column {missing[0]!r}, expected a window table")
     return Windows(
         {
-            name: np.array(table.column(name).to_pylist(), _DTYPES[column.kind])
+            name: np.array(table.column(name).to_pylist(), DTYPES[column.kind])
             for name, column in COLUMNS.items()
         }
     )

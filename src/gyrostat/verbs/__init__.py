@@ -13,6 +13,7 @@ from gyrostat.verbs.exports import export
 from gyrostat.verbs.feasibility import feasible
 from gyrostat.verbs.identification import identify
 from gyrostat.verbs.lots import lot
+from gyrostat.verbs.monitoring import monitor
 from gyrostat.verbs.papers import reproduce
 from gyrostat.verbs.pools import pool
 from gyrostat.verbs.recovery import recover
@@ -31,6 +32,7 @@ __all__ = [
     "feasible",
     "identify",
     "lot",
+    "monitor",
     "pool",
     "recover",
     "replay",

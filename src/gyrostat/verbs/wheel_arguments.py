@@ -45,8 +45,7 @@ def load_records(
     one_of(missing, MISSING, "--missing")
     reading["units"] = named(reading["units"], "--units") or None
     for name in ("columns", "speed_columns"):
-        if not _is_toml_file(reading.get(name)):
-            reading[name] = named(reading.get(name), f"--{name.replace('_', '-')}") or None
+        reading[name] = assigned(reading.get(name), f"--{name.replace('_', '-')}")
     items = [records] if isinstance(records, Record | str | Path) else list(records)
     results = []
     for item in items:
@@ -59,6 +58,11 @@ def load_records(
             say(f"{record.name}: {note}")
         results.append(record)
     return results
+
+
+def assigned(columns: Any, where: str) -> Any:
+    """Columns by role, from a mapping or text; the path of a TOML file stays a path."""
+    return columns if _is_toml_file(columns) else named(columns, where) or None
 
 
 def _is_toml_file(value: object) -> bool:

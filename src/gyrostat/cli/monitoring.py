@@ -1,0 +1,38 @@
+"""Verb on telemetry of wheels in flight: monitor."""
+
+from pathlib import Path
+from typing import Annotated
+
+import typer
+
+from gyrostat import verbs
+from gyrostat.cli.arguments import call, command_line, print_json
+from gyrostat.cli.options import Force, Json, Out
+
+
+def monitor(
+    telemetry: Annotated[
+        list[Path], typer.Argument(help="Telemetry: Parquet, CSV, MATLAB; many files.")
+    ],
+    out: Out,
+    wheels: Annotated[Path, typer.Option(help="What is known of the wheels: wheels.toml.")],
+    spacecraft: Annotated[
+        Path | None, typer.Option(help="Axes of the wheels and inertia of the body: sat.toml.")
+    ] = None,
+    columns: Annotated[
+        str | None, typer.Option(help="Columns by role, or a .toml file of them.")
+    ] = None,
+    units: Annotated[str | None, typer.Option(help="Units by role, if the file has none.")] = None,
+    window: Annotated[str, typer.Option(help="Length of a window.")] = "1d",
+    restart: Annotated[
+        bool, typer.Option("--restart", help="Forget the telemetry of earlier calls.")
+    ] = False,
+    force: Force = False,
+    json_output: Json = False,
+) -> None:
+    """Friction and motor of wheels in flight, per day: health.json, windows.parquet."""
+    health = call(verbs.monitor, locals(), command=command_line())
+    if json_output:
+        print_json(out / "health.json")
+    if health.alarms:
+        raise typer.Exit(1)

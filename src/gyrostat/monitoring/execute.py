@@ -1,0 +1,151 @@
+"""Monitor the wheels of a spacecraft from files, resumably."""
+
+import time
+from collections.abc import Callable, Mapping, Sequence
+from dataclasses import dataclass
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.monitoring.health import Health
+from gyrostat.monitoring.reading import first_time, read_parts
+from gyrostat.monitoring.state import Progress, load_state, save_state
+from gyrostat.monitoring.stream import DAY, WheelMonitor
+from gyrostat.monitoring.wheel_data import KnownWheels
+
+CHECKPOINT = 30.0
+"""Shortest time between two checkpoints, s."""
+
+
+@dataclass(frozen=True)
+class Options:
+    """How telemetry is read and divided.
+
+    Attributes:
+        columns: Role -> column, or a file of them.
+        units: Role -> unit.
+        window: Length of a window, s.
+    """
+
+    columns: Mapping[str, str] | str | Path | None = None
+    units: Mapping[str, str] | None = None
+    window: float = DAY
+
+    def settings(self, known: KnownWheels) -> str:
+        """Text that changes with all that the rows depend on."""
+        columns = self.columns
+        if isinstance(columns, str | Path):
+            columns = Path(columns).read_text(encoding="utf-8")
+        axes = None if known.axes is None else known.axes.tolist()
+        inertia = None if known.inertia is None else known.inertia.tolist()
+        rest = (known.modes_left_out, known.speed_resolution)
+        return repr((known.wheels, axes, inertia, rest, columns, self.units, self.window))
+
+
+def monitor_files(
+    paths: Sequence[Path],
+    known: KnownWheels,
+    options: Options,
+    *,
+    state: Path | None = None,
+    restart: bool = False,
+    say: Callable[[str], None] = lambda message: None,
+) -> Health:
+    """Monitor wheels from files of telemetry.
+
+    Files are used in the order of their first times. What a call with the same state has used
+    before is left out.
+
+    Args:
+        paths: Files of telemetry.
+        known: What is known of the wheels beforehand.
+        options: How telemetry is read and divided.
+        state: File of the state between calls, or None.
+        restart: Whether to forget the state.
+        say: Receives each message for the user.
+
+    Raises:
+        InputError: A file cannot be used, or the state is of other wheels or options.
+    """
+    names = [path.name for path in paths]
+    for name in names:
+        if names.count(name) > 1:
+            raise InputError(f"telemetry: found two files named {name}, expected different names")
+    if state is not None and restart:
+        state.unlink(missing_ok=True)
+    monitor = WheelMonitor(known, window=options.window)
+    settings = options.settings(known)
+    progress = Progress(settings) if state is None else load_state(state, monitor, settings)
+    fresh = [p for p in paths if _size(p) != progress.sizes.get(p.name)]
+    order = {p: first_time(p, known, options.columns, options.units) for p in fresh}
+    saved = time.monotonic()
+    for path in sorted(fresh, key=lambda p: order[p]):
+        monitor.begin_file()
+        skip = progress.rows.get(path.name, 0)
+        for part in read_parts(path, known, options.columns, options.units, skip=skip):
+            _check_drive(path, progress, part.drive)
+            monitor.driven = part.drive != "none"
+            monitor.add(part.samples)
+            progress.rows[path.name] = part.rows
+            if state is not None and time.monotonic() - saved > CHECKPOINT:
+                save_state(state, monitor, progress)
+                saved = time.monotonic()
+                say(f"{path.name}: row {part.rows}")
+        progress.sizes[path.name] = _size(path)
+    if state is not None:
+        save_state(state, monitor, progress)
+    return _health(monitor, progress)
+
+
+def _size(path: Path) -> int:
+    try:
+        return path.stat().st_size
+    except OSError as error:
+        reason = (error.strerror or "an error").lower()
+        raise InputError(f"{path}: found {reason}, expected a file of telemetry") from None
+
+
+def _check_drive(path: Path, progress: Progress, drive: str) -> None:
+    if progress.drive not in ("", drive):
+        raise InputError(
+            f"{path}: found {drive} as the drive of the wheels, expected {progress.drive} as in "
+            "the telemetry before: monitor it in another --out"
+        )
+    progress.drive = drive
+
+
+def _health(monitor: WheelMonitor, progress: Progress) -> Health:
+    clock = monitor.clock
+    telemetry: dict[str, Any] = {
+        "files": sorted(progress.rows),
+        "rows": sum(progress.rows.values()),
+        "last_time": clock.last if np.isfinite(clock.last) else None,
+        "drive": progress.drive,
+        "repeats": clock.repeats,
+        "resets": clock.resets,
+        "without_time": clock.without_time,
+        "window": monitor.window,
+    }
+    notes = []
+    if progress.drive == "torque":
+        notes.append(
+            "the commanded torque drives the wheels: motor_constant is the nominal one times "
+            "actual over commanded torque"
+        )
+    if progress.drive == "none":
+        notes.append(
+            "there is neither motor current nor commanded torque: friction is internal to the "
+            "spacecraft and does not show in speeds and rates alone"
+        )
+    if clock.repeats:
+        notes.append(f"{clock.repeats} samples repeat earlier times and are left out")
+    if clock.resets:
+        notes.append(f"{clock.resets} resets of the clock: windows follow one that goes on")
+    if monitor.known.axes is None and len(monitor.known.wheels) > 3:
+        notes.append(
+            "the axes of the wheels are not known: speeds that do not turn the body are used as if "
+            "friction could not move them"
+        )
+    return Health(monitor.windows(), telemetry, tuple(notes))

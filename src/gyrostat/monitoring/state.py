@@ -1,0 +1,115 @@
+"""State of a monitor between two calls, as a file.
+
+The file is replaced as a whole, so that a killed call leaves the state of the last checkpoint.
+"""
+
+import json
+from collections.abc import Mapping
+from dataclasses import dataclass, field, fields
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.files import whole_file
+from gyrostat.monitoring.blocks import Blocks, Samples
+from gyrostat.monitoring.clock import Clock
+from gyrostat.monitoring.noise import Noise
+from gyrostat.monitoring.stream import WheelMonitor
+from gyrostat.monitoring.windows import COLUMNS, DTYPES, Windows
+
+_FORMAT = 1
+
+
+@dataclass
+class Progress:
+    """What was read of each file.
+
+    Attributes:
+        rows: Name of a file -> number of rows that were used.
+        sizes: Name of a file that was read to its end -> its size, bytes.
+        drive: "current", "torque" or "none"; empty before the first sample.
+        settings: Options and wheels, as text; another call must have the same.
+    """
+
+    settings: str
+    rows: dict[str, int] = field(default_factory=dict)
+    sizes: dict[str, int] = field(default_factory=dict)
+    drive: str = ""
+
+
+def save_state(path: Path, monitor: WheelMonitor, progress: Progress) -> None:
+    """Write the state.
+
+    Raises:
+        InputError: The file cannot be written.
+    """
+    table = monitor.windows(complete=True)
+    arrays: dict[str, Any] = {
+        f"window.{name}": table[name].astype(str) if column.kind == "text" else table[name]
+        for name, column in COLUMNS.items()
+    }
+    if monitor.tail is not None:
+        arrays |= _arrays("tail", monitor.tail)
+    if monitor.open_blocks:
+        arrays |= _arrays("blocks", Blocks.joined(monitor.open_blocks))
+    text = {
+        "format": _FORMAT,
+        "progress": vars(progress),
+        "clock": vars(monitor.clock),
+        "driven": monitor.driven,
+        "noise": [None if n is None else [n.log_ratio, n.log_time] for n in monitor.noise],
+    }
+    with whole_file(path) as unfinished, unfinished.open("wb") as stream:
+        np.savez(stream, text=np.array(json.dumps(text)), **arrays)
+
+
+def load_state(path: Path, monitor: WheelMonitor, settings: str) -> Progress:
+    """Continue a monitor from a state; without a file it starts.
+
+    Args:
+        path: The file.
+        monitor: New monitor, which is changed.
+        settings: Options and wheels of this call.
+
+    Raises:
+        InputError: The file is damaged, or from a call with other options or wheels.
+    """
+    if not path.exists():
+        return Progress(settings)
+    try:
+        with np.load(path) as content:
+            arrays = {name: content[name] for name in content.files}
+        text = json.loads(str(arrays.pop("text")))
+        progress = Progress(**text["progress"])
+        known = text["format"] == _FORMAT
+    except (OSError, ValueError, KeyError, TypeError) as error:
+        raise InputError(f"{path}: found {error}, expected the state of gyrostat monitor") from None
+    if not known or progress.settings != settings:
+        raise InputError(
+            f"{path}: found the state of a call with other options or wheels, expected the same: "
+            "give another --out, or start again with --restart"
+        )
+    monitor.clock = Clock(**text["clock"])
+    monitor.driven = text["driven"]
+    monitor.noise = [None if pair is None else Noise(*pair) for pair in text["noise"]]
+    monitor.done = [
+        Windows(
+            {name: arrays[f"window.{name}"].astype(DTYPES[c.kind]) for name, c in COLUMNS.items()}
+        )
+    ]
+    tail, blocks = _part("tail", arrays), _part("blocks", arrays)
+    monitor.tail = Samples(**tail) if tail else None
+    monitor.open_blocks = [Blocks(**blocks)] if blocks else []
+    return progress
+
+
+def _arrays(prefix: str, table: Samples | Blocks) -> dict[str, Any]:
+    values = {f"{prefix}.{each.name}": getattr(table, each.name) for each in fields(table)}
+    return {name: value for name, value in values.items() if value is not None}
+
+
+def _part(prefix: str, arrays: Mapping[str, Any]) -> dict[str, Any]:
+    start = f"{prefix}."
+    return {name[len(start) :]: v for name, v in arrays.items() if name.startswith(start)}

@@ -1,0 +1,39 @@
+"""Wheels of today: the model file of each wheel from its last valid window."""
+
+import numpy as np
+
+from gyrostat.monitoring.health import Health, covariance
+from gyrostat.monitoring.wheel_data import KnownWheels
+from gyrostat.wheel.friction import ViscousCoulomb
+from gyrostat.wheel.model_file import WheelModel
+
+_NAMES = ("coulomb", "viscous", "motor_constant")
+
+
+def wheel_models(health: Health, known: KnownWheels) -> dict[str, WheelModel]:
+    """Model of each wheel whose Coulomb torque is observable in its last valid window.
+
+    A parameter that is not observable there has the value and uncertainty known beforehand.
+
+    Args:
+        health: Result of monitoring.
+        known: What is known of the wheels beforehand.
+    """
+    models = {}
+    for wheel in known.wheels:
+        row = health.latest(wheel.name)
+        if row is None or not row["coulomb_observable"] or row["viscous"] < 0.0:
+            continue
+        matrix = covariance(row, _NAMES)
+        sigma = np.sqrt(np.diagonal(matrix))
+        models[wheel.name] = WheelModel(
+            friction=ViscousCoulomb,
+            values={"inertia": wheel.inertia, **{name: float(row[name]) for name in _NAMES}},
+            sigma=dict(zip(_NAMES, map(float, sigma), strict=True)),
+            correlation=(_NAMES, matrix / np.outer(sigma, sigma)),
+            origin={
+                "method": "monitor",
+                "window": f"{row['start']:.0f} s to {row['end']:.0f} s of the telemetry",
+            },
+        )
+    return models

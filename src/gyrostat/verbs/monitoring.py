@@ -1,0 +1,96 @@
+"""Verb `monitor`: health of wheels in flight from their telemetry."""
+
+from collections.abc import Mapping, Sequence
+from pathlib import Path
+from typing import TYPE_CHECKING, Any
+
+from gyrostat.verbs.arguments import Quantity, Say, in_si, named, silent
+
+if TYPE_CHECKING:
+    from gyrostat.monitoring import Health
+
+STATE = "monitor.state"
+FILES = ("health.json", "windows.parquet", "report.html")
+
+
+def monitor(
+    telemetry: "Sequence[str | Path] | str | Path",
+    out: "str | Path | None" = None,
+    *,
+    wheels: str | Path,
+    spacecraft: str | Path | None = None,
+    columns: Mapping[str, str] | str | Path | None = None,
+    units: Mapping[str, str] | str | None = None,
+    window: Quantity = "1d",
+    restart: bool = False,
+    force: bool = False,
+    say: Say = silent,
+    command: str = "gyrostat.monitor",
+) -> "Health":
+    """Estimate friction and motor of wheels in flight, window by window.
+
+    Args:
+        telemetry: Files of telemetry. A further call with the same `out` goes on where the
+            telemetry ended.
+        out: Folder for health.json, windows.parquet, report.html, the wheel of the last valid
+            window (wheels/NAME/model.toml) and the state between calls; None writes no file.
+        wheels: File of what is known of the wheels beforehand (`gyrostat.monitoring.wheels_file`).
+        spacecraft: Spacecraft file with the axes of the wheels and the inertia of the body.
+        columns: Role -> column, or a .toml file of them (`gyrostat.monitoring.reading`).
+        units: Role -> unit, if the files have none.
+        window: Length of a window, s; a multiple of a minute.
+        restart: Whether to forget the state in `out`.
+        force: Whether to replace files that gyrostat did not write.
+        say: Function that receives each message for the user.
+        command: Text that the page names as its origin.
+
+    Returns:
+        Window table, remarks and alarms.
+
+    Raises:
+        InputError: A file or an argument cannot be used, or existing files would be replaced.
+    """
+    from gyrostat.core.outputs import check_outputs
+    from gyrostat.monitoring.execute import Options, monitor_files
+    from gyrostat.monitoring.wheels_file import read_wheels
+    from gyrostat.verbs.wheel_arguments import assigned
+
+    if out is not None:
+        check_outputs(Path(out), FILES, by="monitor", force=force)
+    known = read_wheels(wheels, spacecraft)
+    chosen = assigned(columns, "--columns")
+    stated = named(units, "--units") or None
+    length = in_si(window, "time", "--window")
+    files = [telemetry] if isinstance(telemetry, str | Path) else telemetry
+    health = monitor_files(
+        [Path(file) for file in files],
+        known,
+        Options(chosen, stated, length),
+        state=None if out is None else Path(out) / STATE,
+        restart=restart,
+        say=say,
+    )
+    if out is not None:
+        _write(health, Path(out), known, command=command, force=force)
+    for line in health.lines():
+        say(line)
+    return health
+
+
+def _write(health: "Health", out: Path, known: Any, *, command: str, force: bool) -> None:
+    """Write the results as a whole."""
+    import json
+
+    from gyrostat.core.outputs import new_files
+    from gyrostat.monitoring.today import wheel_models
+    from gyrostat.monitoring.windows import write_windows
+    from gyrostat.wheel.model_file import write_model
+
+    text = json.dumps(health.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
+    with new_files(out, by="monitor", force=force) as folder:
+        (folder / "health.json").write_text(text + "\n", encoding="utf-8")
+        write_windows(folder / "windows.parquet", health.windows)
+        for name, model in wheel_models(health, known).items():
+            path = folder / "wheels" / name / "model.toml"
+            path.parent.mkdir(parents=True)
+            write_model(path, model)
