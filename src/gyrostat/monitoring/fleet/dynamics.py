@@ -1,0 +1,311 @@
+"""Motion of spacecraft with wheels over hours of flight, one lane per flight.
+
+Exact within a step are the sampled attitude loop, its noise, the null-space loop and the total
+momentum. Held over a step are friction, gyroscopic torque and external torque. The momentum of the
+wheels follows from the total momentum, so that it is conserved: A g = H - J w, where g are the
+rotors' momenta and the null-space part of g is a state of its own. Dry friction is implicit: it
+takes at most the impulse that stops the wheel within the step.
+"""
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.types import Vector
+from gyrostat.monitoring.fleet.attitude_loop import AttitudeLoop
+from gyrostat.monitoring.fleet.vehicle import Vehicle
+
+NORMALS = 17
+"""Normal numbers per step and flight: 6 of sensors, 6 of the loop, 4 of friction, 1 of bursts."""
+
+
+class FlightState(NamedTuple):
+    """State of the flights; the last axis is the flight.
+
+    Attributes:
+        angle: Attitude error, (3, B), rad.
+        rate: Rate error, (3, B), rad/s.
+        momentum: Total momentum, inertial axes, (3, B), N·m·s.
+        null_momentum: Null-space momentum of the rotors, (B,), N·m·s.
+        noise: Relative deviation of the Coulomb torque, (4, B).
+        burst: Noise of torque bursts, standardised, (B,).
+        firing: Whether thrusters unload, (B,).
+    """
+
+    angle: Any
+    rate: Any
+    momentum: Any
+    null_momentum: Any
+    noise: Any
+    burst: Any
+    firing: Any
+
+
+class Slow(NamedTuple):
+    """Parameters that change over minutes, each (4, B); with a leading axis of minutes.
+
+    Attributes:
+        coulomb: N·m.
+        viscous: N·m·s/rad.
+        excess: Breakaway torque beyond Coulomb, N·m.
+        gain: Relative deviation of the motor constant from the one that the drive uses.
+        offset: Friction torque independent of the sign of the speed, N·m.
+        tachometer: Relative error of the measured speed.
+        burst: Size of torque bursts, N·m.
+    """
+
+    coulomb: Any
+    viscous: Any
+    excess: Any
+    gain: Any
+    offset: Any
+    tachometer: Any
+    burst: Any
+
+
+class Commanded(NamedTuple):
+    """Commanded motion and surroundings, common to the flights; with leading axes of time.
+
+    Attributes:
+        to_inertial: (3, 3).
+        rate: rad/s, (3,).
+        acceleration: rad/s², (3,).
+        gradient: Gravity gradient torque, N·m, (3,).
+        field: Direction of the magnetic field, (3,).
+    """
+
+    to_inertial: Any
+    rate: Any
+    acceleration: Any
+    gradient: Any
+    field: Any
+
+
+class Telemetered(NamedTuple):
+    """Samples at the start of each step.
+
+    Attributes:
+        speed: Measured wheel speeds, (4, B), rad/s.
+        torque: Commanded motor torques, (4, B), N·m.
+        angle: Measured attitude error, (3, B), rad.
+        rate: Measured rate error, (3, B), rad/s.
+        coulomb: Realised Coulomb torque, (4, B), N·m.
+        firing: (B,).
+    """
+
+    speed: Any
+    torque: Any
+    angle: Any
+    rate: Any
+    coulomb: Any
+    firing: Any
+
+
+class Constants(NamedTuple):
+    """Numbers of a vehicle and its loop that the step uses; see `constants`."""
+
+    step: Any
+    inertia: Any
+    rotor: Any
+    axes: Any
+    spread: Any
+    null: Any
+    null_target: Any
+    null_time: Any
+    null_decay: Any
+    null_gain: Any
+    stiffness: Any
+    damping: Any
+    transition: Any
+    disturbance: Any
+    first_noise: Any
+    later_noise: Any
+    attitude_sigma: Any
+    rate_sigma: Any
+    stribeck_speed: Any
+    constant_torque: Any
+    rods: Any
+    unloading_rate: Any
+    thrust: Any
+    momentum_limit: Any
+    noise_sigma: Any
+    noise_decay: Any
+    burst_decay: Any
+
+
+def constants(
+    vehicle: Vehicle,
+    loop: AttitudeLoop,
+    *,
+    rods: bool,
+    bias_share: float,
+    noise: tuple[float, float],
+) -> Constants:
+    """Numbers of a vehicle for the step.
+
+    Args:
+        vehicle: Spacecraft.
+        loop: Its loop over one step.
+        rods: Whether torque rods unload momentum, at all times; else thrusters at a limit.
+        bias_share: Share of the bias speed that the null-space loop holds.
+        noise: Standard deviation and correlation time (s) of the relative Coulomb noise.
+    """
+    swing = vehicle.wheel.inertia * vehicle.largest_swing
+    return Constants(
+        step=loop.step,
+        inertia=vehicle.inertia,
+        rotor=vehicle.wheel.inertia,
+        axes=vehicle.axes,
+        spread=vehicle.spread,
+        null=vehicle.null,
+        null_target=2.0 * vehicle.wheel.inertia * vehicle.bias_speed * bias_share,
+        null_time=vehicle.null_time,
+        null_decay=loop.null_decay,
+        null_gain=loop.null_gain,
+        stiffness=loop.stiffness[:, None],
+        damping=loop.damping[:, None],
+        transition=loop.transition[..., None],
+        disturbance=loop.disturbance[..., None],
+        first_noise=loop.first_noise[..., None],
+        later_noise=loop.later_noise[..., None],
+        attitude_sigma=vehicle.attitude_sigma,
+        rate_sigma=vehicle.rate_sigma,
+        stribeck_speed=vehicle.wheel.stribeck_speed,
+        constant_torque=vehicle.constant_torque[:, None],
+        rods=1.0 if rods else 0.0,
+        unloading_rate=1.0 / 2000.0,
+        thrust=0.1 * vehicle.wheel.torque_limit,
+        momentum_limit=1.15 * swing,
+        noise_sigma=noise[0],
+        noise_decay=float(np.exp(-loop.step / noise[1])),
+        burst_decay=float(np.exp(-loop.step / 15.0)),
+    )
+
+
+def start(count: int, momentum: Vector, numbers: Constants, noise: Vector) -> FlightState:
+    """State at the start of the flights, at rest on the commanded motion.
+
+    Args:
+        count: Number of flights.
+        momentum: Total momentum, inertial axes, (3, B), N·m·s.
+        numbers: Numbers of the vehicle.
+        noise: Relative deviations of the Coulomb torque, (4, B).
+    """
+    return FlightState(
+        np.zeros((3, count)),
+        np.zeros((3, count)),
+        momentum,
+        np.full(count, numbers.null_target),
+        noise,
+        np.zeros(count),
+        np.zeros(count, bool),
+    )
+
+
+def _cross(first: Any, second: Any) -> Any:
+    (a, b, c), (x, y, z) = first, second
+    return jnp.stack([b * z - c * y, c * x - a * z, a * y - b * x])
+
+
+def _step(
+    numbers: Constants, slow: Slow, state: FlightState, inputs: tuple[Commanded, Any]
+) -> tuple[FlightState, Telemetered]:
+    commanded, normals = inputs
+    n, h = numbers, numbers.step
+    reference, acceleration = commanded.rate[:, None], commanded.acceleration[:, None]
+    momentum = commanded.to_inertial.T @ state.momentum
+    momentum = momentum - _cross(state.angle, momentum)
+    rate = reference - _cross(state.angle, reference) + state.rate
+    inertia = n.inertia[:, None]
+    rotors = n.spread @ (momentum - inertia * rate) + n.null[:, None] * state.null_momentum
+    speed = rotors / n.rotor - n.axes.T @ rate
+
+    angle_noise, rate_noise = n.attitude_sigma * normals[:3], n.rate_sigma * normals[3:6]
+    noise_torque = -(n.stiffness * angle_noise + n.damping * rate_noise)
+    feedback = -n.stiffness * state.angle - n.damping * state.rate
+    feedforward = inertia * acceleration + _cross(reference, momentum)
+    misread = n.null @ (n.rotor * slow.tachometer * speed)
+    null_torque = -(state.null_momentum + misread - n.null_target) / n.null_time
+    quiet = -n.spread @ (feedforward + feedback) + n.null[:, None] * null_torque
+    torque = quiet - n.spread @ noise_torque
+
+    coulomb = slow.coulomb * (1.0 + state.noise) + slow.burst * jnp.abs(state.burst)
+    dry = coulomb + slow.excess * jnp.exp(-((speed / n.stribeck_speed) ** 2))
+    other = quiet * (1.0 + slow.gain) - slow.viscous * speed - slow.offset
+    friction = jnp.clip(n.rotor / h * speed + other, -dry, dry)
+    # at the middle of the step
+    viscous = slow.viscous * (speed + 0.5 * h / n.rotor * (other - friction))
+    drag = friction + viscous + slow.offset - slow.gain * quiet
+
+    outside, firing = _external(n, commanded, momentum, state.firing)
+    disturbance = (
+        n.axes @ drag
+        + outside
+        - _cross(rate - reference, momentum)
+        + inertia * (_cross(state.angle, acceleration) + _cross(state.rate, reference))
+    )
+    t, z = n.transition, normals[6:12]
+    angle, body_rate = (
+        t[k, 0] * state.angle
+        + t[k, 1] * state.rate
+        + n.disturbance[k] * disturbance
+        + n.first_noise[k] * noise_torque
+        + n.later_noise[k, 0] * z[:3]
+        + n.later_noise[k, 1] * z[3:]
+        for k in range(2)
+    )
+    decay = n.noise_decay
+    following = FlightState(
+        angle,
+        body_rate,
+        state.momentum + h * (commanded.to_inertial @ outside),
+        n.null_target
+        + (state.null_momentum - n.null_target) * n.null_decay
+        - n.null_gain * (n.null @ drag + misread / n.null_time),
+        decay * state.noise + n.noise_sigma * jnp.sqrt(1.0 - decay**2) * normals[12:16],
+        n.burst_decay * state.burst + jnp.sqrt(1.0 - n.burst_decay**2) * normals[16],
+        firing,
+    )
+    measured = (speed * (1.0 + slow.tachometer), torque)
+    sensed = (state.angle + angle_noise, state.rate + rate_noise)
+    single = (each.astype(jnp.float32) for each in (*measured, *sensed, coulomb))
+    return following, Telemetered(*single, firing)
+
+
+def _external(n: Constants, commanded: Commanded, momentum: Any, firing: Any) -> tuple[Any, Any]:
+    """External torque in body axes, and whether thrusters fire."""
+    size = jnp.sqrt(jnp.sum(momentum**2, axis=0)) + 1e-300
+    lines = commanded.field[:, None]
+    across = momentum - lines * jnp.sum(lines * momentum, axis=0)
+    firing = jnp.where(firing, size > 0.1 * n.momentum_limit, size > n.momentum_limit)
+    firing = firing & (n.rods < 0.5)
+    push = jnp.where(firing, jnp.minimum(n.thrust, 0.5 * size / n.step), 0.0)
+    unloading = -n.rods * n.unloading_rate * across - push * momentum / size
+    return n.constant_torque + commanded.gradient[:, None] + unloading, firing
+
+
+@jax.jit
+def advance(
+    numbers: Constants, state: FlightState, slow: Slow, commanded: Commanded, normals: Any
+) -> tuple[FlightState, Telemetered]:
+    """Fly M minutes of S steps.
+
+    Args:
+        numbers: Numbers of the vehicle.
+        state: State at the start.
+        slow: Parameters of each minute, (M, 4, B).
+        commanded: Commanded motion, (M, S, ...).
+        normals: Normal numbers, (M, S, NORMALS, B).
+
+    Returns:
+        The state at the end, and the samples at the start of each step, (M, S, ...).
+    """
+
+    def minute(state: FlightState, inputs: Any) -> tuple[FlightState, Telemetered]:
+        slow, commanded, normals = inputs
+        return jax.lax.scan(
+            lambda state, each: _step(numbers, slow, state, each), state, (commanded, normals)
+        )
+
+    return jax.lax.scan(minute, state, (slow, commanded, normals))

@@ -1,0 +1,1 @@
+"""Faults of flying wheels, one file for each; `fault.py` has their base."""
