@@ -124,6 +124,7 @@ class Constants(NamedTuple):
     attitude_sigma: Any
     rate_sigma: Any
     stribeck_speed: Any
+    torque_limit: Any
     constant_torque: Any
     rods: Any
     unloading_rate: Any
@@ -172,6 +173,7 @@ def constants(
         attitude_sigma=vehicle.attitude_sigma,
         rate_sigma=vehicle.rate_sigma,
         stribeck_speed=vehicle.wheel.stribeck_speed,
+        torque_limit=vehicle.wheel.torque_limit,
         constant_torque=vehicle.constant_torque[:, None],
         rods=1.0 if rods else 0.0,
         unloading_rate=1.0 / 2000.0,
@@ -228,15 +230,17 @@ def _step(
     misread = n.null @ (n.rotor * slow.tachometer * speed)
     null_torque = -(state.null_momentum + misread - n.null_target) / n.null_time
     quiet = -n.spread @ (feedforward + feedback) + n.null[:, None] * null_torque
-    torque = quiet - n.spread @ noise_torque
+    torque = jnp.clip(quiet - n.spread @ noise_torque, -n.torque_limit, n.torque_limit)
 
     coulomb = slow.coulomb * (1.0 + state.noise) + slow.burst * jnp.abs(state.burst)
     dry = coulomb + slow.excess * jnp.exp(-((speed / n.stribeck_speed) ** 2))
-    other = quiet * (1.0 + slow.gain) - slow.viscous * speed - slow.offset
+    motor = jnp.clip(quiet, -n.torque_limit, n.torque_limit) * (1.0 + slow.gain)
+    other = motor - slow.viscous * speed - slow.offset
     friction = jnp.clip(n.rotor / h * speed + other, -dry, dry)
     # at the middle of the step
     viscous = slow.viscous * (speed + 0.5 * h / n.rotor * (other - friction))
-    drag = friction + viscous + slow.offset - slow.gain * quiet
+    # with the torque that the motor lacks
+    drag = friction + viscous + slow.offset + quiet - motor
 
     outside, firing = _external(n, commanded, momentum, state.firing)
     disturbance = (
@@ -267,10 +271,19 @@ def _step(
         n.burst_decay * state.burst + jnp.sqrt(1.0 - n.burst_decay**2) * normals[16],
         firing,
     )
-    measured = (speed * (1.0 + slow.tachometer), torque)
-    sensed = (state.angle + angle_noise, state.rate + rate_noise)
-    single = (each.astype(jnp.float32) for each in (*measured, *sensed, coulomb))
-    return following, Telemetered(*single, firing)
+    samples = Telemetered(
+        speed * (1.0 + slow.tachometer),
+        torque,
+        state.angle + angle_noise,
+        state.rate + rate_noise,
+        coulomb,
+        firing,
+    )
+    return following, jax.tree.map(_single, samples)
+
+
+def _single(values: Any) -> Any:
+    return values if values.dtype == bool else values.astype(jnp.float32)
 
 
 def _external(n: Constants, commanded: Commanded, momentum: Any, firing: Any) -> tuple[Any, Any]:

@@ -82,7 +82,7 @@ class Flight:
             "viscous": wheel.viscous * scale[1],
             "excess": np.full(4, wheel.static - wheel.coulomb),
             "gain": wheel.motor_scatter * random.standard_normal(4),
-            "offset": 0.02 * wheel.coulomb * random.standard_normal(4),
+            "offset": wheel.offset_scatter * wheel.coulomb * random.standard_normal(4),
         }
 
     def slow(self, cell: Cell, time: Vector, temperature: Vector) -> list[dict[str, Vector]]:
@@ -124,6 +124,7 @@ class FlightDay:
         torque: Commanded motor torques, (N, 4), N·m.
         angle: Measured attitude error, (N, 3), rad.
         rate: Measured rate error, (N, 3), rad/s.
+        coulomb: Realised Coulomb torque, (N, 4), N·m.
         temperature: Of the wheels, (N,), °C.
         firing: Whether thrusters unload, (N,).
         commanded: Commanded motion.
@@ -138,6 +139,7 @@ class FlightDay:
     torque: NDArray[np.float32]
     angle: NDArray[np.float32]
     rate: NDArray[np.float32]
+    coulomb: NDArray[np.float32]
     temperature: Vector
     firing: NDArray[np.bool_]
     commanded: Motion
@@ -228,7 +230,10 @@ class Fleet:
             )
             parts.append(Telemetered(*(np.asarray(each) for each in samples)))
         whole = Telemetered(
-            *(np.concatenate(each).reshape(steps, *each[0].shape[2:]) for each in zip(*parts))
+            *(
+                np.concatenate(each).reshape(steps, *each[0].shape[2:])
+                for each in zip(*parts, strict=True)
+            )
         )
         return state, self._split(day, time, path, slow, whole)
 
@@ -255,6 +260,7 @@ class Fleet:
                 samples.torque[..., b],
                 samples.angle[..., b],
                 samples.rate[..., b],
+                samples.coulomb[..., b],
                 temperature,
                 samples.firing[..., b],
                 path,

@@ -200,7 +200,7 @@ def _composed(
         np.einsum("nij,njk->nik", nadir_axes, turned),
         product(to_nadir, slew),
         spin + orbital,
-        axis * acceleration[:, None] - np.cross(spin, orbital),
+        axis * acceleration[:, None] - np.asarray(np.cross(spin, orbital), dtype=float),
         turned[:, 2, :],
         np.einsum("nji,nj->ni", turned, lines),
         slewing,

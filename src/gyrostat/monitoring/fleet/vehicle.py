@@ -40,6 +40,7 @@ class FleetWheel:
         coulomb_temperature: Relative decrease of the Coulomb torque, 1/K.
         friction_scatter: Standard deviation of log Coulomb torque and log viscous coefficient.
         motor_scatter: Standard deviation of the relative motor constant.
+        offset_scatter: Standard deviation of the offset torque, as a share of the Coulomb torque.
     """
 
     inertia: float
@@ -53,6 +54,7 @@ class FleetWheel:
     coulomb_temperature: float = 0.001
     friction_scatter: float = 0.15
     motor_scatter: float = 0.01
+    offset_scatter: float = 0.02
 
 
 @dataclass(frozen=True, eq=False)
@@ -96,7 +98,7 @@ class Vehicle:
     @property
     def spread(self) -> Matrix:
         """Pseudo-inverse of the axes, (4, 3)."""
-        return np.linalg.pinv(self.axes)
+        return np.asarray(np.linalg.pinv(self.axes), dtype=float)
 
     @property
     def null(self) -> Vector:
