@@ -14,92 +14,11 @@ import numpy as np
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Vector
 from gyrostat.monitoring.fleet.attitude_loop import AttitudeLoop
+from gyrostat.monitoring.fleet.states import Commanded, FlightState, Slow, Telemetered
 from gyrostat.monitoring.fleet.vehicle import Vehicle
 
 NORMALS = 17
 """Normal numbers per step and flight: 6 of sensors, 6 of the loop, 4 of friction, 1 of bursts."""
-
-
-class FlightState(NamedTuple):
-    """State of the flights; the last axis is the flight.
-
-    Attributes:
-        angle: Attitude error, (3, B), rad.
-        rate: Rate error, (3, B), rad/s.
-        momentum: Total momentum, inertial axes, (3, B), N·m·s.
-        null_momentum: Null-space momentum of the rotors, (B,), N·m·s.
-        noise: Relative deviation of the Coulomb torque, (4, B).
-        burst: Noise of torque bursts, standardised, (B,).
-        firing: Whether thrusters unload, (B,).
-    """
-
-    angle: Any
-    rate: Any
-    momentum: Any
-    null_momentum: Any
-    noise: Any
-    burst: Any
-    firing: Any
-
-
-class Slow(NamedTuple):
-    """Parameters that change over minutes, each (4, B); with a leading axis of minutes.
-
-    Attributes:
-        coulomb: N·m.
-        viscous: N·m·s/rad.
-        excess: Breakaway torque beyond Coulomb, N·m.
-        gain: Relative deviation of the motor constant from the one that the drive uses.
-        offset: Friction torque independent of the sign of the speed, N·m.
-        tachometer: Relative error of the measured speed.
-        burst: Size of torque bursts, N·m.
-    """
-
-    coulomb: Any
-    viscous: Any
-    excess: Any
-    gain: Any
-    offset: Any
-    tachometer: Any
-    burst: Any
-
-
-class Commanded(NamedTuple):
-    """Commanded motion and surroundings, common to the flights; with leading axes of time.
-
-    Attributes:
-        to_inertial: (3, 3).
-        rate: rad/s, (3,).
-        acceleration: rad/s², (3,).
-        gradient: Gravity gradient torque, N·m, (3,).
-        field: Direction of the magnetic field, (3,).
-    """
-
-    to_inertial: Any
-    rate: Any
-    acceleration: Any
-    gradient: Any
-    field: Any
-
-
-class Telemetered(NamedTuple):
-    """Samples at the start of each step.
-
-    Attributes:
-        speed: Measured wheel speeds, (4, B), rad/s.
-        torque: Commanded motor torques, (4, B), N·m.
-        angle: Measured attitude error, (3, B), rad.
-        rate: Measured rate error, (3, B), rad/s.
-        coulomb: Realised Coulomb torque, (4, B), N·m.
-        firing: (B,).
-    """
-
-    speed: Any
-    torque: Any
-    angle: Any
-    rate: Any
-    coulomb: Any
-    firing: Any
 
 
 class Constants(NamedTuple):

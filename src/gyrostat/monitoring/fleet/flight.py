@@ -12,17 +12,14 @@ from gyrostat.monitoring.fleet import faults
 from gyrostat.monitoring.fleet.attitude_loop import attitude_loop
 from gyrostat.monitoring.fleet.dynamics import (
     NORMALS,
-    Commanded,
     Constants,
-    FlightState,
-    Slow,
-    Telemetered,
     advance,
     constants,
     start,
 )
 from gyrostat.monitoring.fleet.faults.fault import Fault
 from gyrostat.monitoring.fleet.pointing import Motion, Orbit, Pointing, motion
+from gyrostat.monitoring.fleet.states import Commanded, FlightState, Slow, Telemetered
 from gyrostat.monitoring.fleet.vehicle import Vehicle
 
 DAY = 86400.0

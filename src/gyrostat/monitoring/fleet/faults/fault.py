@@ -40,7 +40,7 @@ class Fault(ABC):
         """Change the parameters of the wheel in place.
 
         Args:
-            slow: Field of `dynamics.Slow` -> values of this wheel, (N,).
+            slow: Field of `states.Slow` -> values of this wheel, (N,).
             time: Days from the start of the flight, (N,).
             wheel: Nominal wheel.
         """
