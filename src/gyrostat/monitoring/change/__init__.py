@@ -1,0 +1,1 @@
+"""Changes of wheels from their window table: change points, class, alarm and forecast."""

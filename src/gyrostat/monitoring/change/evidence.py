@@ -1,0 +1,129 @@
+"""Evidence for each class of change: marginal likelihood against a healthy wheel.
+
+The sizes of a fault are Gaussian, so that the marginal likelihood of a fault with a given onset is
+a closed form of the sums of `Levels`. It is summed over onsets and averaged over courses and
+alternative sizes.
+"""
+
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.core.classes_of import classes_of
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.monitoring.change import kinds
+from gyrostat.monitoring.change.channels import CHANNELS
+from gyrostat.monitoring.change.kinds.change_kind import ChangeKind
+from gyrostat.monitoring.change.levels import COURSES, Levels
+
+KINDS: tuple[type[ChangeKind], ...] = classes_of(kinds, ChangeKind)
+"""Classes of change."""
+NAMES = tuple(kind.name for kind in KINDS)
+_BOTH = np.unique(
+    np.stack(
+        [
+            np.concatenate(pair)
+            for kind in KINDS
+            for pair in zip(kind.signatures, kind.hidden or kind.signatures, strict=True)
+        ]
+    ),
+    axis=0,
+)
+SIGNATURES = np.stack([_BOTH[:, : len(CHANNELS)], _BOTH[:, len(CHANNELS) :]])
+"""All signatures, each once, with and without a determined motor constant, (2, K, 8)."""
+
+
+def _place(kind: type[ChangeKind]) -> list[int]:
+    pairs = zip(kind.signatures, kind.hidden or kind.signatures, strict=True)
+    return [int(np.flatnonzero(np.all(np.concatenate(pair) == _BOTH, axis=1))[0]) for pair in pairs]
+
+
+_PLACES = tuple(_place(kind) for kind in KINDS)
+
+
+def log_marginal(
+    information: NDArray[np.float64], score: NDArray[np.float64], sizes: Vector
+) -> NDArray[np.float64]:
+    """Log of E[exp(b' x - x' A x / 2)] for independent Gaussian sizes x with mean 0.
+
+    Args:
+        information: A, (n, n, ...), n of 1 or 2.
+        score: b, (n, ...).
+        sizes: Standard deviations of x, (n,).
+    """
+    variance = np.asarray(sizes, dtype=float) ** 2
+    if len(variance) == 1:
+        inner = 1.0 + variance[0] * information[0, 0]
+        return 0.5 * variance[0] * score[0] ** 2 / inner - 0.5 * np.log(inner)
+    (first, cross), (_, second) = information
+    v, w = variance
+    inner = (1.0 + v * first) * (1.0 + w * second) - v * w * cross**2
+    square = (
+        v * (1.0 + w * second) * score[0] ** 2
+        - 2.0 * v * w * cross * score[0] * score[1]
+        + w * (1.0 + v * first) * score[1] ** 2
+    )
+    return 0.5 * square / inner - 0.5 * np.log(inner)
+
+
+@dataclass(frozen=True, eq=False)
+class Evidence:
+    """Evidence after a window.
+
+    Attributes:
+        onset: Log of the marginal likelihood ratio of each class and onset, (classes, onsets); -inf
+            where there is no such onset.
+        began: Window of each onset, (onsets,).
+    """
+
+    onset: Matrix
+    began: Vector
+
+    def total(self) -> Vector:
+        """Log of the sum over onsets for each class, (classes,)."""
+        return np.logaddexp.reduce(self.onset, axis=1)
+
+    def statistic(self, rates: Vector) -> float:
+        """Log of the Shiryaev-Roberts statistic with the classes in proportion to their rates.
+
+        Args:
+            rates: Rate of each class, (classes,).
+        """
+        share = np.log(rates) - np.log(np.sum(rates))
+        return float(np.logaddexp.reduce(share + self.total()))
+
+    def probabilities(self, rates: Vector) -> Vector:
+        """Probability of no change and of each class, (1 + classes,).
+
+        Args:
+            rates: Rate of each class per window, (classes,).
+        """
+        logs = np.concatenate([[0.0], np.log(rates) + self.total()])
+        return np.exp(logs - np.logaddexp.reduce(logs))
+
+    def onset_probabilities(self, kind: int) -> Vector:
+        """Probability of each onset, given the class, (onsets,)."""
+        logs = self.onset[kind]
+        return np.exp(logs - np.logaddexp.reduce(logs))
+
+
+def evidence(levels: Levels) -> Evidence:
+    """Evidence from the sums of the levels.
+
+    Args:
+        levels: Levels with `SIGNATURES`.
+    """
+    rows = [_class_evidence(levels, k) for k in range(len(KINDS))]
+    onset = np.where(levels.began >= 0.0, np.stack(rows), -np.inf)
+    return Evidence(onset, levels.began.copy())
+
+
+def _class_evidence(levels: Levels, k: int) -> Vector:
+    kind, places = KINDS[k], _PLACES[k]
+    courses = len(COURSES) if kind.ramps else 1
+    information = levels.information[np.ix_(places, places)][..., :courses]
+    score = levels.score[places][..., :courses]
+    logs = [log_marginal(information, score, np.array(sizes)) for sizes in kind.sizes]
+    stacked = np.concatenate(logs, axis=1)
+    return np.logaddexp.reduce(stacked, axis=1) - np.log(stacked.shape[1])

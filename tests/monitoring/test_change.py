@@ -1,0 +1,183 @@
+"""Change detection against dense Gaussian likelihoods, quadrature, the law of the run length."""
+
+import numpy as np
+import pytest
+import scipy.stats
+
+from gyrostat.monitoring.change.channels import CHANNELS, Observation, Reference, observation
+from gyrostat.monitoring.change.detector import AlarmSettings, Detector
+from gyrostat.monitoring.change.evidence import KINDS, NAMES, SIGNATURES, evidence, log_marginal
+from gyrostat.monitoring.change.levels import RAMP, Levels, LevelSettings
+from gyrostat.monitoring.windows import Windows
+
+SIGMA = np.array([6e-3, 15e-3, 1.5e-3, 6e-3])
+EXTRA_SIGMA = np.array([0.2, 0.1, 0.05, 1e-3])
+REFERENCE = Reference(1e-3, 5e-6, 0.027)
+
+
+def healthy(random, shift=0.0):
+    """Observation of a healthy wheel, with a change added."""
+    mean = np.array([1.0, 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+    noise = np.concatenate([SIGMA, EXTRA_SIGMA]) * random.standard_normal(len(CHANNELS))
+    return Observation(mean + noise + shift, np.diag(SIGMA**2), 3.0 * random.standard_normal())
+
+
+@pytest.mark.parametrize("count", [1, 2])
+def test_marginal_likelihood_equals_quadrature(count):
+    random = np.random.default_rng(count)
+    root = 0.4 * random.standard_normal((count, count))
+    information, score = root @ root.T, random.standard_normal(count)
+    sizes = np.array([0.7, 1.3])[:count]
+    nodes, weights = np.polynomial.hermite_e.hermegauss(60)
+    grid = np.stack(np.meshgrid(*[nodes] * count, indexing="ij"), -1).reshape(-1, count) * sizes
+    mass = np.prod(np.meshgrid(*[weights / weights.sum()] * count, indexing="ij"), axis=0).ravel()
+    exponent = grid @ score - 0.5 * np.einsum("nj,jk,nk->n", grid, information, grid)
+    assert log_marginal(information, score, sizes) == pytest.approx(
+        np.log(mass @ np.exp(exponent)), rel=1e-9
+    )
+
+
+def test_evidence_equals_the_dense_gaussian_likelihood():
+    # levels as random walks with a prior, one fault: all windows at once in one covariance
+    random = np.random.default_rng(3)
+    settings = LevelSettings(walk=2e-3, memory=1e12, onsets=40)
+    levels = Levels(SIGNATURES, settings)
+    prior = levels.covariance.copy()
+    values, temperature = [], []
+    for _ in range(12):
+        seen = healthy(random)
+        seen.value[4:] = np.nan
+        values.append(seen.value[:4])
+        temperature.append(seen.temperature)
+        levels.update(seen)
+    onset, size = 5, 0.1
+    windows = np.arange(12)
+    covariance = np.zeros((12, 4, 12, 4))
+    for j in range(4):
+        walk = settings.walk**2 * (np.minimum.outer(windows, windows) + 1.0)
+        covariance[:, j, :, j] = prior[j, j] + walk + SIGMA[j] ** 2 * np.eye(12)
+    for j in (0, 1):
+        covariance[:, j, :, j] += prior[8 + j, 8 + j] * np.outer(temperature, temperature)
+    flat = covariance.reshape(48, 48)
+    course = np.where(windows >= onset, np.minimum((windows - onset + 0.5) / RAMP, 1.0), 0.0)
+    fault = np.outer(course, [1.0, 0.0, 0.0, 0.0]).ravel()
+    departure = (np.array(values) - [1.0, 1.0, 1.0, 0.0]).ravel()
+    with_fault = scipy.stats.multivariate_normal(cov=flat + size**2 * np.outer(fault, fault))
+    without = scipy.stats.multivariate_normal(cov=flat)
+    expected = with_fault.logpdf(departure) - without.logpdf(departure)
+    coulomb = np.eye(8)[0]
+    place = int(np.flatnonzero(np.all(SIGNATURES[0] == coulomb, axis=1))[0])
+    found = log_marginal(
+        levels.information[place : place + 1, place : place + 1, onset, 1],
+        levels.score[place : place + 1, onset, 1],
+        np.array([size]),
+    )
+    assert found == pytest.approx(expected, rel=1e-6)
+
+
+def test_mean_time_to_a_false_alarm_is_above_the_threshold():
+    # the bound of the Shiryaev-Roberts statistic; the excess over the threshold lengthens the run
+    threshold = 10.0
+    settings = AlarmSettings(false_alarms=365.25 / threshold)
+    runs = []
+    for seed in range(60):
+        random = np.random.default_rng([seed, 9])
+        levels = Levels(SIGNATURES, LevelSettings(onsets=60))
+        detector = Detector(REFERENCE, settings, levels)
+        runs.append(next(n for n in range(1, 2000) if detector.take(healthy(random)).alarm))
+    error = np.std(runs) / np.sqrt(len(runs))
+    assert threshold - 2.0 * error < np.mean(runs) < 20.0 * threshold
+
+
+CASES = {
+    "Coulomb growth": (0.15 * np.eye(8)[0], 1),
+    "viscous growth": (0.3 * np.eye(8)[1], 1),
+    "motor constant": (-0.02 * np.eye(8)[2], 0),
+    "offset": (0.1 * np.eye(8)[3], 0),
+    "torque bursts": (1.5 * np.eye(8)[4] + 0.02 * np.eye(8)[0], 0),
+    "stiction": (0.8 * np.eye(8)[5], 0),
+    "tachometer fault": (-0.03 * (np.eye(8)[0] + np.eye(8)[2]) + 0.8 * np.eye(8)[6], 0),
+    "seizure": (20.0 * np.eye(8)[0] + 0.9 * np.eye(8)[7], 0),
+}
+
+
+@pytest.mark.parametrize("name", CASES)
+def test_class_of_a_change(name):
+    change, course = CASES[name]
+    random = np.random.default_rng(4)
+    detector = Detector(REFERENCE, levels=Levels(SIGNATURES, LevelSettings(onsets=60)))
+    for day in range(40):
+        share = np.clip((day - 24.5) / RAMP, 0.0, 1.0) if course else float(day >= 25)
+        verdict = detector.take(healthy(random, share * change))
+        assert day >= 25 or not verdict.alarm
+    assert verdict.alarm
+    assert verdict.classes == (name,)
+    assert verdict.probabilities[name] > 0.9
+    peak, low, high = verdict.onset
+    assert low <= peak <= high
+    assert abs(peak - 25) <= (6 if course else 0)
+    assert set(verdict.probabilities) == {"none", *NAMES}
+    assert sum(verdict.probabilities.values()) == pytest.approx(1.0)
+
+
+def test_what_looks_alike_is_a_pair():
+    # without the motor constant, a weaker motor and more friction of both kinds look alike
+    random = np.random.default_rng(6)
+    detector = Detector(REFERENCE, levels=Levels(SIGNATURES, LevelSettings(onsets=60)))
+    for day in range(40):
+        seen = healthy(random, 0.06 * np.eye(8)[0] * (day >= 25))
+        seen.value[[1, 2, 3]] = np.nan
+        verdict = detector.take(seen)
+    assert verdict.alarm
+    assert verdict.classes == () or "motor constant" in verdict.classes
+
+
+def test_stored_detector_continues_alike():
+    random = np.random.default_rng(7)
+    observations = [healthy(random) for _ in range(30)]
+    settings = LevelSettings(onsets=20)
+    whole = Detector(REFERENCE, levels=Levels(SIGNATURES, settings))
+    first = Detector(REFERENCE, levels=Levels(SIGNATURES, settings))
+    verdicts = [whole.take(seen) for seen in observations]
+    for seen in observations[:15]:
+        first.take(seen)
+    second = Detector(REFERENCE, levels=Levels(SIGNATURES, settings))
+    second.restore(first.stored())
+    for seen, expected in zip(observations[15:], verdicts[15:], strict=True):
+        assert second.take(seen) == expected
+
+
+def test_observation_of_a_row():
+    row = {
+        "wheel": "a",
+        "coulomb": 1.1e-3,
+        "coulomb_sigma": 1e-5,
+        "coulomb_observable": True,
+        "coulomb_level_sigma": 2e-5,
+        "viscous": 5e-6,
+        "viscous_sigma": 1e-7,
+        "viscous_observable": True,
+        "motor_constant": 0.027,
+        "motor_constant_sigma": 1e-5,
+        "cov_coulomb_viscous": -2e-13,
+        "temperature_mean": 25.0,
+        "valid": True,
+    }
+    windows = Windows.of([row])
+    seen = observation({name: values[0] for name, values in windows.columns.items()}, REFERENCE)
+    assert seen.value[:2] == pytest.approx([1.1, 1.0])
+    assert np.isnan(seen.value[2]), "not observable"
+    assert seen.covariance[0, 0] == pytest.approx(0.02**2)
+    assert seen.covariance[0, 1] == pytest.approx(-2e-13 / (1e-3 * 5e-6))
+    assert seen.temperature == pytest.approx(5.0)
+
+
+def test_rates_decide_between_classes_that_fit_alike():
+    levels = Levels(SIGNATURES, LevelSettings(onsets=20))
+    random = np.random.default_rng(8)
+    for _ in range(10):
+        levels.update(healthy(random))
+    found = evidence(levels)
+    rates = np.array([kind.rate for kind in KINDS]) / 365.25
+    probabilities, rarer = found.probabilities(rates), found.probabilities(rates / 10.0)
+    assert rarer[1:] / rarer[0] == pytest.approx(probabilities[1:] / probabilities[0] / 10.0)
