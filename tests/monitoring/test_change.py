@@ -5,7 +5,7 @@ import pytest
 import scipy.stats
 
 from gyrostat.monitoring.change.channels import CHANNELS, Observation, Reference, observation
-from gyrostat.monitoring.change.detector import AlarmSettings, Detector
+from gyrostat.monitoring.change.detector import EXCESS, AlarmSettings, Detector
 from gyrostat.monitoring.change.evidence import KINDS, NAMES, SIGNATURES, evidence, log_marginal
 from gyrostat.monitoring.change.levels import RAMP, Levels, LevelSettings
 from gyrostat.monitoring.windows import Windows
@@ -77,8 +77,8 @@ def test_evidence_equals_the_dense_gaussian_likelihood():
 
 def test_mean_time_to_a_false_alarm_is_above_the_threshold():
     # the bound of the Shiryaev-Roberts statistic; the excess over the threshold lengthens the run
-    threshold = 10.0
-    settings = AlarmSettings(false_alarms=365.25 / threshold)
+    threshold = 20.0
+    settings = AlarmSettings(false_alarms=365.25 / EXCESS / threshold)
     runs = []
     for seed in range(60):
         random = np.random.default_rng([seed, 9])
@@ -86,7 +86,7 @@ def test_mean_time_to_a_false_alarm_is_above_the_threshold():
         detector = Detector(REFERENCE, settings, levels)
         runs.append(next(n for n in range(1, 2000) if detector.take(healthy(random)).alarm))
     error = np.std(runs) / np.sqrt(len(runs))
-    assert threshold - 2.0 * error < np.mean(runs) < 20.0 * threshold
+    assert EXCESS * threshold - 2.0 * error < np.mean(runs) < 20.0 * threshold
 
 
 CASES = {

@@ -119,11 +119,55 @@ def evidence(levels: Levels) -> Evidence:
     return Evidence(onset, levels.began.copy())
 
 
+@dataclass(frozen=True, eq=False)
+class Changed:
+    """Most probable change of a class.
+
+    Attributes:
+        state: State of a healthy wheel without the change; see `Levels.mean`, (10,).
+        change: What the change adds to each channel now, (8,).
+        sizes: Sizes of the signatures.
+    """
+
+    state: Vector
+    change: Vector
+    sizes: Vector
+
+
+def changed(levels: Levels, k: int) -> Changed:
+    """Most probable change of a class: its onset, course and sizes.
+
+    Args:
+        levels: Levels with `SIGNATURES`.
+        k: Index of the class.
+    """
+    places, logs = list(_PLACES[k]), _class_logs(levels, k)
+    logs = np.where((levels.began >= 0.0)[:, None], logs, -np.inf)
+    onset, alternative = np.unravel_index(int(np.argmax(logs)), logs.shape)
+    courses = len(COURSES) if KINDS[k].ramps else 1
+    alternative, course = divmod(int(alternative), courses)
+    information = levels.information[np.ix_(places, places)][..., onset, course]
+    prior = np.diag(1.0 / np.array(KINDS[k].sizes[alternative]) ** 2)
+    score = levels.score[places, onset, course]
+    sizes = np.asarray(np.linalg.solve(information + prior, score), dtype=float)
+    return Changed(
+        levels.mean - sizes @ levels.response[places, onset, course],
+        # the last window is the one before `count`
+        levels.courses(-1)[onset, course] * sizes @ SIGNATURES[0][places],
+        sizes,
+    )
+
+
 def _class_evidence(levels: Levels, k: int) -> Vector:
+    logs = _class_logs(levels, k)
+    return np.logaddexp.reduce(logs, axis=1) - np.log(logs.shape[1])
+
+
+def _class_logs(levels: Levels, k: int) -> Matrix:
+    """Log of the likelihood ratio of each onset, and of each size and course, (onsets, ...)."""
     kind, places = KINDS[k], _PLACES[k]
     courses = len(COURSES) if kind.ramps else 1
     information = levels.information[np.ix_(places, places)][..., :courses]
-    score = levels.score[places][..., :courses]
+    score = levels.score[list(places)][..., :courses]
     logs = [log_marginal(information, score, np.array(sizes)) for sizes in kind.sizes]
-    stacked = np.concatenate(logs, axis=1)
-    return np.logaddexp.reduce(stacked, axis=1) - np.log(stacked.shape[1])
+    return np.concatenate(logs, axis=1)

@@ -11,6 +11,7 @@ with the walk s of the level. The walk q of the slope widens it: s² becomes s²
 averaged over level and slope, and over the grid.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -23,7 +24,11 @@ SLOPE_WALKS = np.array([0.0, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4])
 """Random walks per square root of a day, relative to the reference torque."""
 SLOPE_SIGMA = np.array([0.0, 1e-3, 1e-2])
 """Standard deviations of the slope before the first window, 1/day."""
+JUMP = 1e-2
+"""Standard deviation of the change of the slope at an onset, 1/day."""
 NODES = 9
+LONGEST = 400
+"""Windows that a forecast uses."""
 
 
 def first_passage(time: Vector, gap: Vector, slope: Vector, variance: Vector) -> Vector:
@@ -129,6 +134,10 @@ class Trend:
         self.covariance -= gain[:, :, None] * self.covariance[:, None, 0, :]
         self._learn(innovation, spread)
 
+    def loosen(self) -> None:
+        """Let the slope change now, as at the onset of a growth."""
+        self.covariance[:, 1, 1] += JUMP**2
+
     def _learn(self, innovation: Vector, spread: Vector) -> None:
         self.count += 1.0
         if self.count < 5.0:
@@ -141,12 +150,12 @@ class Trend:
         shares = np.exp(self.weight - np.max(self.weight))
         return shares / np.sum(shares)
 
-    def forecast(self, limit: float, days: Vector) -> Forecast:
-        """Distribution of the time until the friction reaches a limit.
+    def reached(self, limit: float, days: Vector) -> Vector:
+        """Probability that the friction reaches a limit within times from now, (N,).
 
         Args:
             limit: Limit, relative to the reference.
-            days: Times from now, above 0 and increasing, (N,).
+            days: Times, above 0 and increasing, (N,).
         """
         shares = self.shares()
         nodes, weights = np.polynomial.hermite_e.hermegauss(NODES)
@@ -163,4 +172,45 @@ class Trend:
                 days[None, :], limit - points[:, :1], points[:, 1:], variance[None, :]
             )
             reached += shares[m] * (masses @ law)
-        return Forecast(days, np.maximum.accumulate(reached / np.sum(shares)))
+        return np.maximum.accumulate(reached / np.sum(shares))
+
+
+@dataclass(frozen=True, eq=False)
+class Series:
+    """Friction of the windows.
+
+    Attributes:
+        value: Friction torque relative to the reference; NaN where unknown, (N,).
+        variance: (N,).
+        elapsed: Days since the window before, (N,).
+    """
+
+    value: Vector
+    variance: Vector
+    elapsed: Vector
+
+
+def forecast(series: Series, onsets: Sequence[int], limit: float, days: Vector) -> Forecast:
+    """Distribution of the time until the friction reaches a limit.
+
+    Args:
+        series: Friction of the windows.
+        onsets: Windows in which the slope may have changed, for example quantiles of the onset of a
+            change; each is one alternative. Without any, the slope only walks.
+        limit: Limit, relative to the reference.
+        days: Times from now, above 0 and increasing, (N,).
+    """
+    first = max(0, series.value.size - LONGEST)
+    laws, weights = [], []
+    for onset in sorted({*onsets}) or [-1]:
+        trend = Trend()
+        for k in range(first, series.value.size):
+            if k == onset:
+                trend.loosen()
+            trend.update(
+                float(series.value[k]), float(series.variance[k]), float(series.elapsed[k])
+            )
+        laws.append(trend.reached(limit, days))
+        weights.append(np.logaddexp.reduce(trend.weight))
+    shares = np.exp(np.array(weights) - np.max(weights))
+    return Forecast(days, (shares / np.sum(shares)) @ np.array(laws))

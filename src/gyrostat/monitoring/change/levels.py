@@ -12,6 +12,7 @@ b are sums over the windows since s.
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.change.channels import CHANNELS, PRIOR_SIGMA, Observation
@@ -87,9 +88,13 @@ class Levels:
         self.score = np.zeros((kinds, onsets, courses))
         self.began = np.full(onsets, -1.0)
 
-    def courses(self) -> Matrix:
-        """Course of a unit fault at the middle of the present window, (onsets, courses)."""
-        age = self.count - self.began + 0.5
+    def courses(self, later: int = 0) -> Matrix:
+        """Course of a unit fault at the middle of a window, (onsets, courses).
+
+        Args:
+            later: Number of the window, from the one that `update` takes next.
+        """
+        age = self.count + later - self.began + 0.5
         rise = age / RAMP
         return np.stack([np.ones_like(age), np.minimum(rise, 1.0), rise], axis=1)
 
@@ -116,7 +121,7 @@ class Levels:
         walk[4:8] = self.settings.extra_walk**2 * self.scatter[1:]
         self.covariance[np.diag_indices(STATES)] += walk
 
-    def _observed(self, seen: Observation, present: Vector) -> tuple[Matrix, Matrix]:
+    def _observed(self, seen: Observation, present: NDArray[np.intp]) -> tuple[Matrix, Matrix]:
         matrix = np.zeros((len(CHANNELS), STATES))
         matrix[:, : len(CHANNELS)] = np.eye(len(CHANNELS))
         matrix[0, 8] = matrix[1, 9] = seen.temperature
@@ -124,7 +129,7 @@ class Levels:
         noise[:4, :4] = self.scatter[0] * seen.covariance
         return matrix[present], noise[np.ix_(present, present)]
 
-    def _correct(self, seen: Observation, present: Vector) -> float:
+    def _correct(self, seen: Observation, present: NDArray[np.intp]) -> float:
         matrix, noise = self._observed(seen, present)
         innovation = seen.value[present] - matrix @ self.mean
         spread = matrix @ self.covariance @ matrix.T + noise
@@ -146,7 +151,7 @@ class Levels:
         self.covariance = left @ self.covariance @ left.T + gain @ noise @ gain.T
         return size
 
-    def _learn(self, present: Vector, innovation: Vector, spread: Matrix) -> None:
+    def _learn(self, present: NDArray[np.intp], innovation: Vector, spread: Matrix) -> None:
         """Learn the variances from innovations, each limited to three standard deviations."""
         linear = present < 4
         if np.any(linear):

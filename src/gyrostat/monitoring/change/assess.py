@@ -1,0 +1,213 @@
+"""Health of the wheels from their window table: trend, changes, alarms and forecast."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.types import Vector
+from gyrostat.monitoring.change.channels import (
+    CHANNELS,
+    Reference,
+    observation,
+)
+from gyrostat.monitoring.change.detector import AlarmSettings, Detector, Verdict
+from gyrostat.monitoring.change.forecast import Forecast, Series, forecast
+from gyrostat.monitoring.windows import Windows
+
+DAY = 86400.0
+MERGED = 14.0
+"""Alarms less than this apart are one, days."""
+HORIZON = np.unique(np.round(np.geomspace(1.0, 3653.0, 200), 1))
+"""Days ahead that a forecast covers."""
+FIRST = 10
+"""Windows whose median is the reference where no nominal wheel is given."""
+
+
+@dataclass(frozen=True, eq=False)
+class Limit:
+    """Limit of the friction torque.
+
+    Attributes:
+        torque: N·m.
+        speed: Wheel speed at which the friction counts, rad/s.
+    """
+
+    torque: float
+    speed: float
+
+
+@dataclass(frozen=True, eq=False)
+class Health:
+    """Health of one wheel.
+
+    Attributes:
+        wheel: Name.
+        start: Start of each window, (N,), s.
+        level: Coulomb torque, viscous coefficient, motor constant and offset at 20 °C, from the
+            windows so far, with the most probable change where an alarm stands, (N, 4), SI.
+        level_sigma: Their standard deviations, (N, 4).
+        verdicts: Verdict after each window.
+        alarms: Windows in which an alarm began; alarms less than 14 days apart are one.
+        friction: Friction torque at the limit's speed and 20 °C, (N,), N·m; NaN where unknown.
+        forecast: Time to the limit; None without a limit.
+    """
+
+    wheel: str
+    start: Vector
+    level: Vector
+    level_sigma: Vector
+    verdicts: tuple[Verdict, ...]
+    alarms: tuple[int, ...]
+    friction: Vector
+    forecast: Forecast | None
+
+    @property
+    def alarm(self) -> bool:
+        """Whether an alarm stands after the last window."""
+        return bool(self.verdicts) and self.verdicts[-1].alarm
+
+    def as_json(self) -> dict[str, Any]:
+        """Health as JSON; times are in s on the clock of the telemetry."""
+        content: dict[str, Any] = {
+            "wheel": self.wheel,
+            "windows": len(self.verdicts),
+            "alarm": self.alarm,
+            "alarms": [float(self.start[k]) for k in self.alarms],
+        }
+        if self.verdicts:
+            last = self.verdicts[-1]
+            content |= {
+                "log_odds": last.statistic,
+                "probabilities": dict(last.probabilities),
+                "classes": list(last.classes),
+                "onset": None
+                if last.onset is None
+                else dict(zip(("start", "from", "to"), map(self._time, last.onset), strict=True)),
+            }
+        if self.forecast is not None:
+            content["forecast"] = {
+                "days_10": _finite(self.forecast.quantile(0.1)),
+                "days_50": _finite(self.forecast.quantile(0.5)),
+                "days_90": _finite(self.forecast.quantile(0.9)),
+                "reached_within_a_year": float(
+                    np.interp(365.25, self.forecast.days, self.forecast.reached)
+                ),
+            }
+        return content
+
+    def _time(self, window: int) -> float:
+        return float(self.start[window])
+
+
+def _finite(value: float) -> float | None:
+    return value if np.isfinite(value) else None
+
+
+def reference_of(windows: Windows, motor_constant: float | None = None) -> Reference:
+    """Reference of a wheel: medians of its first windows that have estimates.
+
+    Args:
+        windows: Windows of one wheel.
+        motor_constant: Nominal motor constant, N·m/A; where it is None and no window determines it,
+            1 N·m/A.
+    """
+
+    def median(name: str, otherwise: float) -> float:
+        there = windows["valid"] & windows[f"{name}_observable"] & (windows[name] > 0.0)
+        values = windows[name][there][:FIRST]
+        return float(np.median(values)) if values.size else otherwise
+
+    return Reference(
+        median("coulomb", 1.0),
+        median("viscous", 1.0),
+        motor_constant or median("motor_constant", 1.0),
+    )
+
+
+def assess(
+    windows: Windows,
+    settings: AlarmSettings | None = None,
+    motor_constants: Mapping[str, float] | None = None,
+    limits: Mapping[str, Limit] | None = None,
+) -> list[Health]:
+    """Health of every wheel of a window table.
+
+    Args:
+        windows: Window table.
+        settings: Settings of alarm and classes.
+        motor_constants: Wheel -> nominal motor constant, N·m/A.
+        limits: Wheel -> limit of its friction.
+    """
+    chosen = settings or AlarmSettings()
+    return [
+        assess_wheel(
+            windows.wheel(name),
+            Detector(reference_of(windows.wheel(name), (motor_constants or {}).get(name)), chosen),
+            (limits or {}).get(name),
+        )
+        for name in windows.wheels
+    ]
+
+
+def assess_wheel(windows: Windows, detector: Detector, limit: Limit | None = None) -> Health:
+    """Health of one wheel.
+
+    Args:
+        windows: Its windows, in order of time.
+        detector: Its detector, before the first window.
+        limit: Limit of its friction; None: the friction at the mean speed, and no forecast.
+    """
+    reference = detector.reference
+    scales = reference.scales()
+    speeds = np.abs(windows["speed_mean"])
+    usual = float(np.nanmedian(speeds)) if np.any(np.isfinite(speeds)) else 0.0
+    speed = limit.speed if limit is not None else usual
+    unit = reference.coulomb + reference.viscous * speed
+    weights = np.array([reference.coulomb, reference.viscous * speed, 0.0, 0.0]) / unit
+    verdicts, level, sigma, seen = [], [], [], []
+    for k in range(len(windows)):
+        row = {name: values[k] for name, values in windows.columns.items()}
+        seen.append(observation(row, reference))
+        verdicts.append(detector.take(seen[-1]))
+        state = detector.changed(verdicts[-1])
+        level.append((state.state[:4] + state.change[:4]) * scales)
+        sigma.append(np.sqrt(np.diag(detector.levels.covariance)[:4]) * scales)
+    # the temperature coefficients of today hold for the past too
+    warm = detector.changed(verdicts[-1]).state[len(CHANNELS) :] if verdicts else np.zeros(2)
+    friction = [weights[:2] @ (each.value[:2] - each.temperature * warm) for each in seen]
+    variance = [weights @ each.covariance @ weights for each in seen]
+    series = Series(
+        np.array(friction),
+        np.array(variance),
+        np.diff(windows["start"], prepend=windows["start"][:1] - DAY) / DAY,
+    )
+    return Health(
+        str(windows["wheel"][0]) if len(windows) else "",
+        windows["start"],
+        np.array(level).reshape(-1, 4),
+        np.array(sigma).reshape(-1, 4),
+        tuple(verdicts),
+        episodes([v.alarm for v in verdicts], windows["start"]),
+        series.value * unit,
+        None
+        if limit is None
+        else forecast(series, verdicts[-1].onset or (), limit.torque / unit, HORIZON),
+    )
+
+
+def episodes(alarms: list[bool], start: Vector) -> tuple[int, ...]:
+    """Windows in which an alarm begins; alarms less than 14 days apart are one.
+
+    Args:
+        alarms: Whether the alarm stands after each window.
+        start: Start of each window, s.
+    """
+    begin: list[int] = []
+    last = -np.inf
+    for k in np.flatnonzero(alarms):
+        if start[k] - last > MERGED * DAY:
+            begin.append(int(k))
+        last = start[k]
+    return tuple(begin)
