@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 from gyrostat.monitoring.change.assess import DAY, Limit, assess, episodes
-from gyrostat.monitoring.windows import Windows
+from gyrostat.monitoring.windows import COLUMNS, Windows
 
 
 def table(days, growth, seed=0):
@@ -28,6 +28,11 @@ def table(days, growth, seed=0):
                     "viscous": 5e-6 * np.exp(-0.02 * warm) + 5e-8 * random.standard_normal(),
                     "viscous_sigma": 5e-8,
                     "viscous_observable": True,
+                    "motor_constant": 0.027 + 5e-5 * random.standard_normal(),
+                    "motor_constant_sigma": 5e-5,
+                    "offset": 6e-6 * random.standard_normal(),
+                    "offset_sigma": 6e-6,
+                    **{name: 0.0 for name in COLUMNS if name.startswith("cov_")},
                     "speed_mean": 150.0,
                     "temperature_mean": 20.0 + warm,
                     "valid": True,

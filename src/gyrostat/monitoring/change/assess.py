@@ -9,8 +9,8 @@ import numpy as np
 from gyrostat.core.types import Vector
 from gyrostat.monitoring.change.channels import (
     CHANNELS,
+    REFERENCE_TEMPERATURE,
     Reference,
-    observation,
 )
 from gyrostat.monitoring.change.detector import AlarmSettings, Detector, Verdict
 from gyrostat.monitoring.change.forecast import Forecast, Series, forecast
@@ -39,7 +39,7 @@ class Limit:
 
 
 @dataclass(frozen=True, eq=False)
-class Health:
+class WheelHealth:
     """Health of one wheel.
 
     Attributes:
@@ -105,53 +105,44 @@ def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
 
 
-def reference_of(windows: Windows, motor_constant: float | None = None) -> Reference:
-    """Reference of a wheel: medians of its first windows that have estimates.
+def reference_of(windows: Windows) -> Reference:
+    """Reference of a wheel that is not known beforehand: medians of its first valid windows.
 
     Args:
         windows: Windows of one wheel.
-        motor_constant: Nominal motor constant, N·m/A; where it is None and no window determines it,
-            1 N·m/A.
     """
 
-    def median(name: str, otherwise: float) -> float:
-        there = windows["valid"] & windows[f"{name}_observable"] & (windows[name] > 0.0)
-        values = windows[name][there][:FIRST]
-        return float(np.median(values)) if values.size else otherwise
+    def median(name: str) -> float:
+        values = windows[name][windows["valid"] & (windows[name] > 0.0)][:FIRST]
+        return float(np.median(values)) if values.size else 1.0
 
-    return Reference(
-        median("coulomb", 1.0),
-        median("viscous", 1.0),
-        motor_constant or median("motor_constant", 1.0),
-    )
+    return Reference(median("coulomb"), median("viscous"), median("motor_constant"))
 
 
 def assess(
     windows: Windows,
     settings: AlarmSettings | None = None,
-    motor_constants: Mapping[str, float] | None = None,
+    references: Mapping[str, Reference] | None = None,
     limits: Mapping[str, Limit] | None = None,
-) -> list[Health]:
+) -> list[WheelHealth]:
     """Health of every wheel of a window table.
 
     Args:
         windows: Window table.
         settings: Settings of alarm and classes.
-        motor_constants: Wheel -> nominal motor constant, N·m/A.
+        references: Wheel -> what the estimator knew beforehand.
         limits: Wheel -> limit of its friction.
     """
-    chosen = settings or AlarmSettings()
-    return [
-        assess_wheel(
-            windows.wheel(name),
-            Detector(reference_of(windows.wheel(name), (motor_constants or {}).get(name)), chosen),
-            (limits or {}).get(name),
-        )
-        for name in windows.wheels
-    ]
+    healths = []
+    for name in windows.wheels:
+        table = windows.wheel(name)
+        reference = (references or {}).get(name) or reference_of(table)
+        detector = Detector(reference, settings or AlarmSettings())
+        healths.append(assess_wheel(table, detector, (limits or {}).get(name)))
+    return healths
 
 
-def assess_wheel(windows: Windows, detector: Detector, limit: Limit | None = None) -> Health:
+def assess_wheel(windows: Windows, detector: Detector, limit: Limit | None = None) -> WheelHealth:
     """Health of one wheel.
 
     Args:
@@ -165,25 +156,25 @@ def assess_wheel(windows: Windows, detector: Detector, limit: Limit | None = Non
     usual = float(np.nanmedian(speeds)) if np.any(np.isfinite(speeds)) else 0.0
     speed = limit.speed if limit is not None else usual
     unit = reference.coulomb + reference.viscous * speed
-    weights = np.array([reference.coulomb, reference.viscous * speed, 0.0, 0.0]) / unit
-    verdicts, level, sigma, seen = [], [], [], []
+    weights = np.array([reference.coulomb, reference.viscous * speed]) / unit
+    verdicts, level, sigma = [], [], []
     for k in range(len(windows)):
         row = {name: values[k] for name, values in windows.columns.items()}
-        seen.append(observation(row, reference))
-        verdicts.append(detector.take(seen[-1]))
+        verdicts.append(detector.update(row))
         state = detector.changed(verdicts[-1])
         level.append((state.state[:4] + state.change[:4]) * scales)
         sigma.append(np.sqrt(np.diag(detector.levels.covariance)[:4]) * scales)
     # the temperature coefficients of today hold for the past too
     warm = detector.changed(verdicts[-1]).state[len(CHANNELS) :] if verdicts else np.zeros(2)
-    friction = [weights[:2] @ (each.value[:2] - each.temperature * warm) for each in seen]
-    variance = [weights @ each.covariance @ weights for each in seen]
+    friction, variance = _friction(windows, detector.reference, speed)
+    cold = windows["temperature_mean"] - REFERENCE_TEMPERATURE
+    friction -= np.where(np.isfinite(cold), cold, 0.0) * (warm @ weights)
     series = Series(
-        np.array(friction),
-        np.array(variance),
+        friction,
+        variance,
         np.diff(windows["start"], prepend=windows["start"][:1] - DAY) / DAY,
     )
-    return Health(
+    return WheelHealth(
         str(windows["wheel"][0]) if len(windows) else "",
         windows["start"],
         np.array(level).reshape(-1, 4),
@@ -195,6 +186,19 @@ def assess_wheel(windows: Windows, detector: Detector, limit: Limit | None = Non
         if limit is None
         else forecast(series, verdicts[-1].onset or (), limit.torque / unit, HORIZON),
     )
+
+
+def _friction(windows: Windows, reference: Reference, speed: float) -> tuple[Vector, Vector]:
+    """Friction torque at a speed in each window, relative to the reference, and its variance."""
+    unit = reference.coulomb + reference.viscous * speed
+    value = windows["coulomb"] + speed * windows["viscous"]
+    variance = (
+        windows["coulomb_sigma"] ** 2
+        + (speed * windows["viscous_sigma"]) ** 2
+        + 2.0 * speed * windows["cov_coulomb_viscous"]
+    )
+    value = np.where(windows["valid"], value, np.nan)
+    return value / unit, variance / unit**2
 
 
 def episodes(alarms: list[bool], start: Vector) -> tuple[int, ...]:

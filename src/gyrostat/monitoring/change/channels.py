@@ -1,8 +1,9 @@
 """Observations of the change detection: numbers of a window, relative and nearly Gaussian.
 
-The first four are the estimates of the window table, divided by a reference; their covariance is
-that of the table. The others tell faults apart that leave the estimates alone. They are near zero
-or near a level of their own for a healthy wheel; their variance is learnt.
+The first four are the parameters of the window table, divided by a reference. A window determines
+some combinations of them; what the estimator knew beforehand is taken out. The others tell faults
+apart that leave the estimates alone. They are near a level of their own for a healthy wheel; their
+variance is learnt.
 """
 
 from collections.abc import Mapping
@@ -20,79 +21,139 @@ CHANNELS = (*REGRESSED, *EXTRA)
 PRIOR_SIGMA = np.array([0.3, 0.3, 0.3, 0.1])
 """Standard deviation that a channel of `EXTRA` has before it is learnt."""
 REFERENCE_TEMPERATURE = 20.0
+LEAST = 1e-2
+"""Information of a direction, relative, below which a window says nothing of it."""
 
 
 @dataclass(frozen=True)
 class Reference:
-    """Values that the estimates are divided by.
+    """Values that the estimates are divided by, and what the estimator knew beforehand.
 
     Attributes:
         coulomb: Coulomb torque, N·m; offset and crossing torque are divided by it too.
         viscous: Viscous coefficient, N·m·s/rad.
         motor_constant: N·m/A.
+        offset: Offset torque that is expected, N·m.
+        sigma: Standard deviations of viscous, motor_constant and offset that the estimator used
+            beforehand, SI; infinite where it used none.
     """
 
     coulomb: float
     viscous: float
     motor_constant: float
+    offset: float = 0.0
+    sigma: tuple[float, float, float] = (np.inf, np.inf, np.inf)
 
     def scales(self) -> Vector:
         """Divisor of each of the four estimates, (4,)."""
         return np.array([self.coulomb, self.viscous, self.motor_constant, self.coulomb])
 
+    def prior(self) -> tuple[Vector, Vector]:
+        """Mean and precision that the estimator used beforehand, relative, each (4,)."""
+        mean = np.array([1.0, 1.0, 1.0, self.offset / self.coulomb])
+        sigma = np.array([np.inf, *self.sigma]) / self.scales()
+        return mean, 1.0 / sigma**2
+
 
 @dataclass(frozen=True, eq=False)
 class Observation:
-    """Observation of one wheel in one window.
+    """Observation of one wheel in one window: value = direction @ levels + noise.
 
     Attributes:
-        value: Values of `CHANNELS`; NaN where the window has none, (8,).
-        covariance: Covariance of the four estimates, (4, 4).
+        value: Values, (M,).
+        direction: Part of each channel in each value, (M, 8).
+        variance: Variances of the first values, (M - E,); those of the last E values are learnt.
+        extras: Places in `EXTRA` of the last E values.
         temperature: Difference of the mean temperature from 20 °C, K; 0 if it is unknown.
     """
 
     value: Vector
-    covariance: Matrix
+    direction: Matrix
+    variance: Vector
+    extras: tuple[int, ...]
     temperature: float = 0.0
+
+    @staticmethod
+    def of(
+        estimates: Vector, information: Matrix, extras: Vector, temperature: float = 0.0
+    ) -> "Observation":
+        """Observation of relative values.
+
+        Args:
+            estimates: Information times estimates, (4,).
+            information: Inverse covariance of the estimates, may be singular, (4, 4).
+            extras: Values of `EXTRA`, (4,); NaN where the window has none.
+            temperature: Difference of the mean temperature from 20 °C, K.
+        """
+        inverse, axes = np.linalg.eigh(0.5 * (information + information.T))
+        used = inverse > LEAST
+        inverse, axes = inverse[used], axes[:, used]
+        present = np.flatnonzero(np.isfinite(extras))
+        direction = np.zeros((inverse.size + present.size, len(CHANNELS)))
+        direction[: inverse.size, :4] = axes.T
+        direction[inverse.size + np.arange(present.size), 4 + present] = 1.0
+        return Observation(
+            np.concatenate([axes.T @ estimates / inverse, extras[present]]),
+            direction,
+            1.0 / inverse,
+            tuple(int(k) for k in present),
+            temperature,
+        )
 
 
 def observation(row: Mapping[str, Any], reference: Reference) -> Observation:
-    """Observation of a row of the window table.
+    """Observation of a row of the window table, without what was known beforehand.
+
+    Estimates contain what was known beforehand, which is the same in all windows. It is taken out:
+    the information of the window alone is the inverse covariance less the prior's.
 
     Args:
-        row: Column -> value.
-        reference: Values that the estimates are divided by.
+        row: Row of the window table: column -> value.
+        reference: Values that the estimates are divided by, and what was known beforehand.
     """
     scales = reference.scales()
-    value = np.full(len(CHANNELS), np.nan)
+    values = np.array([float(row[name]) for name in REGRESSED]) / scales
+    covariance = _covariance(row, scales)
+    information = np.zeros((4, 4))
+    estimates = np.zeros(4)
+    if row["valid"] and np.all(np.isfinite(values)) and np.all(np.isfinite(covariance)):
+        mean, precision = reference.prior()
+        inverse = np.linalg.inv(covariance)
+        information = inverse - np.diag(precision)
+        estimates = inverse @ values - precision * mean
+    temperature = float(row["temperature_mean"]) - REFERENCE_TEMPERATURE
+    return Observation.of(
+        estimates,
+        information,
+        _extras(row, reference),
+        temperature if np.isfinite(temperature) else 0.0,
+    )
+
+
+def _covariance(row: Mapping[str, Any], scales: Vector) -> Matrix:
+    """Covariance of the estimates as estimates of the levels, relative, (4, 4)."""
     covariance = np.zeros((4, 4))
     for j, name in enumerate(REGRESSED):
-        sigma = float(row[f"{name}_sigma"])
-        if not (row["valid"] and row[f"{name}_observable"] and np.isfinite(sigma) and sigma > 0.0):
-            continue
-        value[j] = float(row[name]) / scales[j]
-        covariance[j, j] = (sigma / scales[j]) ** 2
-    for j, k in zip(*np.triu_indices(4, 1), strict=True):
-        shared = float(row[f"cov_{REGRESSED[j]}_{REGRESSED[k]}"]) / (scales[j] * scales[k])
-        if np.isfinite(shared) and np.isfinite(value[j] + value[k]):
-            covariance[j, k] = covariance[k, j] = shared
-    # the long-run level is less certain than the mean of the realised torque
-    level = float(row["coulomb_level_sigma"]) / scales[0]
-    if np.isfinite(level):
-        covariance[0, 0] = max(covariance[0, 0], level**2)
-    value[4:] = _extras(row, reference)
-    temperature = float(row["temperature_mean"]) - REFERENCE_TEMPERATURE
-    return Observation(value, covariance, temperature if np.isfinite(temperature) else 0.0)
+        covariance[j, j] = float(row[f"{name}_sigma"]) ** 2
+        for k in range(j + 1, 4):
+            covariance[j, k] = covariance[k, j] = float(row[f"cov_{name}_{REGRESSED[k]}"])
+    # the mean of the realised Coulomb torque differs from its level
+    share = 2.0 * float(row["noise_time"]) / (float(row["end"]) - float(row["start"]))
+    noise = float(row["noise_sigma"]) ** 2 * min(share, 1.0)
+    covariance[0, 0] += noise if np.isfinite(noise) else 0.0
+    return covariance / np.outer(scales, scales)
 
 
-def _extras(row: Mapping[str, Any], reference: Reference) -> list[float]:
+def _extras(row: Mapping[str, Any], reference: Reference) -> Vector:
     standstill = float(row["standstill_share"])
-    return [
-        _log(row["residual_excess"]),
-        float(row["crossing_residual"]) / reference.coulomb,
-        _log(row["exchange_residual"]),
-        float(np.sqrt(standstill)) if standstill >= 0.0 else np.nan,
-    ]
+    return np.array(
+        [
+            _log(row["residual_excess"]),
+            float(row["crossing_residual"]) / reference.coulomb,
+            _log(row["exchange_residual"]),
+            np.sqrt(standstill) if standstill >= 0.0 else np.nan,
+        ]
+    )
 
 
 def _log(value: Any) -> float:

@@ -112,12 +112,17 @@ class Detector:
     Attributes:
         reference: Values that the estimates are divided by.
         settings: Settings.
+        onsets: Number of windows before the present in which a change may have begun.
         levels: Levels of the wheel.
     """
 
     reference: Reference
     settings: AlarmSettings = field(default_factory=AlarmSettings)
-    levels: Levels = field(default_factory=lambda: Levels(SIGNATURES, LevelSettings()))
+    onsets: int = LevelSettings().onsets
+    levels: Levels = field(init=False)
+
+    def __post_init__(self):
+        self.levels = Levels(SIGNATURES, LevelSettings(onsets=self.onsets), self.reference)
 
     def update(self, row: Mapping[str, Any]) -> Verdict:
         """Take the next window.

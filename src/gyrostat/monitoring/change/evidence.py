@@ -13,33 +13,18 @@ from numpy.typing import NDArray
 from gyrostat.core.classes_of import classes_of
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.change import kinds
-from gyrostat.monitoring.change.channels import CHANNELS
 from gyrostat.monitoring.change.kinds.change_kind import ChangeKind
 from gyrostat.monitoring.change.levels import COURSES, Levels
 
 KINDS: tuple[type[ChangeKind], ...] = classes_of(kinds, ChangeKind)
 """Classes of change."""
 NAMES = tuple(kind.name for kind in KINDS)
-_BOTH = np.unique(
-    np.stack(
-        [
-            np.concatenate(pair)
-            for kind in KINDS
-            for pair in zip(kind.signatures, kind.hidden or kind.signatures, strict=True)
-        ]
-    ),
-    axis=0,
+SIGNATURES = np.unique(np.stack([s for kind in KINDS for s in kind.signatures]), axis=0)
+"""All signatures, each once, (K, 8)."""
+_PLACES = tuple(
+    tuple(int(np.flatnonzero(np.all(s == SIGNATURES, axis=1))[0]) for s in kind.signatures)
+    for kind in KINDS
 )
-SIGNATURES = np.stack([_BOTH[:, : len(CHANNELS)], _BOTH[:, len(CHANNELS) :]])
-"""All signatures, each once, with and without a determined motor constant, (2, K, 8)."""
-
-
-def _place(kind: type[ChangeKind]) -> list[int]:
-    pairs = zip(kind.signatures, kind.hidden or kind.signatures, strict=True)
-    return [int(np.flatnonzero(np.all(np.concatenate(pair) == _BOTH, axis=1))[0]) for pair in pairs]
-
-
-_PLACES = tuple(_place(kind) for kind in KINDS)
 
 
 def log_marginal(
@@ -153,7 +138,7 @@ def changed(levels: Levels, k: int) -> Changed:
     return Changed(
         levels.mean - sizes @ levels.response[places, onset, course],
         # the last window is the one before `count`
-        levels.courses(-1)[onset, course] * sizes @ SIGNATURES[0][places],
+        levels.courses(-1)[onset, course] * sizes @ SIGNATURES[places],
         sizes,
     )
 

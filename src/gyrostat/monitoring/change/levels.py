@@ -12,14 +12,12 @@ b are sums over the windows since s.
 from dataclasses import dataclass, field
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.monitoring.change.channels import CHANNELS, PRIOR_SIGMA, Observation
+from gyrostat.monitoring.change.channels import CHANNELS, PRIOR_SIGMA, Observation, Reference
 
 STATES = len(CHANNELS) + 2
 """Levels, then the temperature coefficients of Coulomb and viscous friction."""
-MOTOR_CONSTANT = CHANNELS.index("motor_constant")
 RAMP = 30.0
 """Duration of a ramp, and the time over which an endless ramp grows by one, windows."""
 COURSES = ("step", "ramp", "endless")
@@ -49,9 +47,9 @@ class Levels:
     """State of the filter of one wheel; `update` takes one window.
 
     Attributes:
-        signatures: Signatures whose responses are followed, in windows that determine the motor
-            constant and in others, (2, K, 8).
-        settings: Prior.
+        signatures: Signatures whose responses are followed, (K, 8).
+        settings: Settings.
+        reference: What is known beforehand.
         count: Number of windows so far.
         mean: State, (10,).
         covariance: (10, 10).
@@ -66,6 +64,7 @@ class Levels:
 
     signatures: Matrix
     settings: LevelSettings = field(default_factory=LevelSettings)
+    reference: Reference = field(default_factory=lambda: Reference(1.0, 1.0, 1.0))
     count: int = 0
     mean: Vector = field(init=False)
     covariance: Matrix = field(init=False)
@@ -77,10 +76,12 @@ class Levels:
     began: Vector = field(init=False)
 
     def __post_init__(self):
-        kinds, onsets, courses = self.signatures.shape[1], self.settings.onsets, len(COURSES)
+        kinds, onsets, courses = len(self.signatures), self.settings.onsets, len(COURSES)
+        mean, precision = self.reference.prior()
         self.mean = np.zeros(STATES)
-        self.mean[:3] = 1.0
-        self.covariance = np.diag([1.0, 1.0, 0.01, 0.25, 25.0, 1.0, 25.0, 0.01, 1e-5, 1e-3])
+        self.mean[:4] = mean
+        known = np.minimum(1.0 / np.maximum(precision, 1e-12), [1.0, 1.0, 0.01, 0.25])
+        self.covariance = np.diag([*known, 25.0, 1.0, 1e3, 0.01, 1e-5, 1e-3])
         self.scatter = np.concatenate([[1.0], PRIOR_SIGMA**2])
         self.weight = np.array([self.settings.memory, 5.0, 5.0, 5.0, 5.0])
         self.response = np.zeros((kinds, onsets, courses, STATES))
@@ -110,8 +111,7 @@ class Levels:
         self.information[:, :, slot] = 0.0
         self.score[:, slot] = 0.0
         self._walk()
-        present = np.flatnonzero(np.isfinite(seen.value))
-        size = self._correct(seen, present) if present.size else np.nan
+        size = self._correct(seen) if seen.value.size else np.nan
         self.count += 1
         return size
 
@@ -121,26 +121,25 @@ class Levels:
         walk[4:8] = self.settings.extra_walk**2 * self.scatter[1:]
         self.covariance[np.diag_indices(STATES)] += walk
 
-    def _observed(self, seen: Observation, present: NDArray[np.intp]) -> tuple[Matrix, Matrix]:
-        matrix = np.zeros((len(CHANNELS), STATES))
-        matrix[:, : len(CHANNELS)] = np.eye(len(CHANNELS))
-        matrix[0, 8] = matrix[1, 9] = seen.temperature
-        noise = np.diag(np.concatenate([np.zeros(4), self.scatter[1:]]))
-        noise[:4, :4] = self.scatter[0] * seen.covariance
-        return matrix[present], noise[np.ix_(present, present)]
+    def _observed(self, seen: Observation) -> tuple[Matrix, Matrix]:
+        matrix = np.zeros((seen.value.size, STATES))
+        matrix[:, : len(CHANNELS)] = seen.direction
+        matrix[:, len(CHANNELS) :] = seen.temperature * seen.direction[:, :2]
+        learnt = self.scatter[1 + np.array(seen.extras, dtype=int)]
+        return matrix, np.diag(np.concatenate([self.scatter[0] * seen.variance, learnt]))
 
-    def _correct(self, seen: Observation, present: NDArray[np.intp]) -> float:
-        matrix, noise = self._observed(seen, present)
-        innovation = seen.value[present] - matrix @ self.mean
+    def _correct(self, seen: Observation) -> float:
+        matrix, noise = self._observed(seen)
+        innovation = seen.value - matrix @ self.mean
         spread = matrix @ self.covariance @ matrix.T + noise
-        size = float(innovation @ np.linalg.solve(spread, innovation)) / present.size
+        size = float(innovation @ np.linalg.solve(spread, innovation)) / innovation.size
         if size > LARGEST:
             spread = spread * (size / LARGEST)
         inverse = np.linalg.inv(spread)
-        self._learn(present, innovation, spread)
+        self._learn(seen, innovation, spread)
         gain = self.covariance @ matrix.T @ inverse
-        signatures = self.signatures[0 if MOTOR_CONSTANT in present else 1]
-        fault = signatures[:, None, None, present] * self.courses()[None, :, :, None]
+        fault = (self.signatures @ seen.direction.T)[:, None, None, :]
+        fault = fault * self.courses()[None, :, :, None]
         missed = fault - self.response @ matrix.T
         whitened = missed @ inverse
         self.score += whitened @ innovation
@@ -151,18 +150,16 @@ class Levels:
         self.covariance = left @ self.covariance @ left.T + gain @ noise @ gain.T
         return size
 
-    def _learn(self, present: NDArray[np.intp], innovation: Vector, spread: Matrix) -> None:
+    def _learn(self, seen: Observation, innovation: Vector, spread: Matrix) -> None:
         """Learn the variances from innovations, each limited to three standard deviations."""
-        linear = present < 4
-        if np.any(linear):
-            block = spread[np.ix_(linear, linear)]
-            size = innovation[linear] @ np.linalg.solve(block, innovation[linear])
-            count = float(np.sum(linear))
-            self._blend(0, min(size / count, 9.0) * self.scatter[0], count)
-        for k in np.flatnonzero(~linear):
-            at = int(present[k]) - 3
-            ratio = min(innovation[k] ** 2 / spread[k, k], 9.0)
-            self._blend(at, ratio * self.scatter[at], 1.0)
+        count = seen.variance.size
+        if count:
+            block = spread[:count, :count]
+            size = innovation[:count] @ np.linalg.solve(block, innovation[:count])
+            self._blend(0, min(size / count, 9.0) * self.scatter[0], float(count))
+        for k, extra in enumerate(seen.extras):
+            ratio = min(innovation[count + k] ** 2 / spread[count + k, count + k], 9.0)
+            self._blend(1 + extra, ratio * self.scatter[1 + extra], 1.0)
 
     def _blend(self, at: int, value: float, count: float) -> None:
         # a year of windows at most, so that a long history does not freeze it

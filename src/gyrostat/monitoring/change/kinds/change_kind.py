@@ -25,8 +25,6 @@ class ChangeKind:
     """Name of the class."""
     signatures: ClassVar[tuple[Vector, ...]]
     """Signatures of unit size, one or two, each (8,)."""
-    hidden: ClassVar[tuple[Vector, ...] | None] = None
-    """The same in windows that do not determine the motor constant; None: the same."""
     sizes: ClassVar[tuple[tuple[float, ...], ...]]
     """Standard deviations of the sizes: equally probable alternatives, one for each signature."""
     rate: ClassVar[float]

@@ -7,13 +7,9 @@ from gyrostat.monitoring.change.kinds.change_kind import ChangeKind, direction
 
 
 class MotorConstant(ChangeKind):
-    """The motor constant changes, the other estimates do not.
-
-    Where it is not determined, the torques computed with the assumed constant seem to be scaled.
-    """
+    """The motor constant changes, the other estimates do not."""
 
     name: ClassVar[str] = "motor constant"
     signatures: ClassVar[tuple[Vector, ...]] = (direction(motor_constant=1.0),)
-    hidden: ClassVar[tuple[Vector, ...] | None] = (direction(coulomb=-1.0, viscous=-1.0),)
     sizes: ClassVar[tuple[tuple[float, ...], ...]] = ((0.01,), (0.03,), (0.1,))
     rate: ClassVar[float] = 0.005
