@@ -41,6 +41,12 @@ def test_marginal_likelihood_equals_quadrature(count):
     assert log_marginal(information, score, sizes) == pytest.approx(
         np.log(mass @ np.exp(exponent)), rel=1e-9
     )
+    means = np.array([0.4, -0.3])[:count]
+    moved = grid + means
+    exponent = moved @ score - 0.5 * np.einsum("nj,jk,nk->n", moved, information, moved)
+    assert log_marginal(information, score, sizes, means) == pytest.approx(
+        np.log(mass @ np.exp(exponent)), rel=1e-9
+    )
 
 
 def test_evidence_equals_the_dense_gaussian_likelihood():
@@ -84,9 +90,9 @@ def test_mean_time_to_a_false_alarm_is_above_the_threshold():
     threshold = 20.0
     settings = AlarmSettings(false_alarms=365.25 / EXCESS / threshold)
     runs = []
-    for seed in range(60):
+    for seed in range(24):
         random = np.random.default_rng([seed, 9])
-        detector = Detector(REFERENCE, settings, onsets=60)
+        detector = Detector(REFERENCE, settings, onsets=40)
         runs.append(next(n for n in range(1, 2000) if detector.take(healthy(random)).alarm))
     error = np.std(runs) / np.sqrt(len(runs))
     assert EXCESS * threshold - 2.0 * error < np.mean(runs) < 20.0 * threshold
@@ -98,8 +104,8 @@ CASES = {
     "motor constant": (-0.02 * np.eye(8)[2], 0),
     "offset": (0.1 * np.eye(8)[3], 0),
     "torque bursts": (1.5 * np.eye(8)[4] + 0.02 * np.eye(8)[0], 0),
-    "stiction": (0.8 * np.eye(8)[5], 0),
-    "tachometer fault": (-0.03 * (np.eye(8)[0] + np.eye(8)[2]) + 0.8 * np.eye(8)[6], 0),
+    "stiction": (0.3 * np.eye(8)[5], 0),
+    "tachometer fault": (-0.03 * (np.eye(8)[0] + np.eye(8)[2]) + 0.2 * np.eye(8)[6], 0),
     "seizure": (20.0 * np.eye(8)[0] + 0.9 * np.eye(8)[7], 0),
 }
 
@@ -118,7 +124,7 @@ def test_class_of_a_change(name):
     assert verdict.probabilities[name] > 0.9
     peak, low, high = verdict.onset
     assert low <= peak <= high
-    assert abs(peak - 25) <= (6 if course else 0)
+    assert abs(peak - 25) <= (6 if course else 1)
     assert set(verdict.probabilities) == {"none", *NAMES}
     assert sum(verdict.probabilities.values()) == pytest.approx(1.0)
 
@@ -135,7 +141,6 @@ def test_what_looks_alike_is_a_pair():
         noise = np.concatenate([SIGMA, EXTRA_SIGMA]) * random.standard_normal(len(CHANNELS))
         verdict = detector.take(observed(mean + noise, 0.0, information))
     assert verdict.alarm
-    print(verdict)
     assert set(verdict.classes) == {"Coulomb growth", "offset"}
 
 

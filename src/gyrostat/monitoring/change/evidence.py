@@ -5,6 +5,7 @@ a closed form of the sums of `Levels`. It is summed over onsets and averaged ove
 alternative sizes.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -28,15 +29,25 @@ _PLACES = tuple(
 
 
 def log_marginal(
-    information: NDArray[np.float64], score: NDArray[np.float64], sizes: Vector
+    information: NDArray[np.float64],
+    score: NDArray[np.float64],
+    sizes: Vector,
+    means: Sequence[float] = (0.0, 0.0),
 ) -> NDArray[np.float64]:
-    """Log of E[exp(b' x - x' A x / 2)] for independent Gaussian sizes x with mean 0.
+    """Log of E[exp(b' x - x' A x / 2)] for independent Gaussian sizes x.
 
     Args:
         information: A, (n, n, ...), n of 1 or 2.
         score: b, (n, ...).
         sizes: Standard deviations of x, (n,).
+        means: Means of x, (n,).
     """
+    mean = np.asarray(means, dtype=float)[: len(sizes)]
+    if np.any(mean):
+        # x = mean + y, y with mean 0
+        response = np.tensordot(mean, information, axes=(0, 0))
+        constant = np.tensordot(mean, score - 0.5 * response, axes=(0, 0))
+        return constant + log_marginal(information, score - response, sizes)
     variance = np.asarray(sizes, dtype=float) ** 2
     if len(variance) == 1:
         inner = 1.0 + variance[0] * information[0, 0]
@@ -133,7 +144,8 @@ def changed(levels: Levels, k: int) -> Changed:
     alternative, course = divmod(int(alternative), courses)
     information = levels.information[np.ix_(places, places)][..., onset, course]
     prior = np.diag(1.0 / np.array(KINDS[k].sizes[alternative]) ** 2)
-    score = levels.score[places, onset, course]
+    means = np.array(KINDS[k].means[: len(places)])
+    score = levels.score[places, onset, course] + prior @ means
     sizes = np.asarray(np.linalg.solve(information + prior, score), dtype=float)
     return Changed(
         levels.mean - sizes @ levels.response[places, onset, course],
@@ -154,5 +166,5 @@ def _class_logs(levels: Levels, k: int) -> Matrix:
     courses = len(COURSES) if kind.ramps else 1
     information = levels.information[np.ix_(places, places)][..., :courses]
     score = levels.score[list(places)][..., :courses]
-    logs = [log_marginal(information, score, np.array(sizes)) for sizes in kind.sizes]
+    logs = [log_marginal(information, score, np.array(sizes), kind.means) for sizes in kind.sizes]
     return np.concatenate(logs, axis=1)

@@ -18,7 +18,7 @@ def direction(**parts: float) -> Vector:
 class ChangeKind:
     """Class of change; a kind is a file with a subclass.
 
-    The change is a sum of one or two signatures, whose sizes are Gaussian with mean 0.
+    The change is a sum of one or two signatures, whose sizes are independent and Gaussian.
     """
 
     name: ClassVar[str]
@@ -27,6 +27,8 @@ class ChangeKind:
     """Signatures of unit size, one or two, each (8,)."""
     sizes: ClassVar[tuple[tuple[float, ...], ...]]
     """Standard deviations of the sizes: equally probable alternatives, one for each signature."""
+    means: ClassVar[tuple[float, ...]] = (0.0, 0.0)
+    """Means of the sizes, one for each signature; 0 where both directions are as probable."""
     rate: ClassVar[float]
     """Usual rate, faults per wheel-year: an assumption that the user can replace."""
     ramps: ClassVar[bool] = True

@@ -11,6 +11,7 @@ class Stiction(ChangeKind):
 
     name: ClassVar[str] = "stiction"
     signatures: ClassVar[tuple[Vector, ...]] = (direction(crossing=1.0),)
-    sizes: ClassVar[tuple[tuple[float, ...], ...]] = ((0.3,), (1.0,))
+    sizes: ClassVar[tuple[tuple[float, ...], ...]] = ((0.05,), (0.3,))
+    means: ClassVar[tuple[float, ...]] = (0.1,)
     rate: ClassVar[float] = 0.01
     ramps: ClassVar[bool] = False

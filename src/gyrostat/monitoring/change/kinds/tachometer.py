@@ -14,6 +14,6 @@ class Tachometer(ChangeKind):
         direction(coulomb=1.0, motor_constant=1.0),
         direction(exchange=1.0),
     )
-    sizes: ClassVar[tuple[tuple[float, ...], ...]] = ((0.02, 0.5), (0.05, 1.5))
+    sizes: ClassVar[tuple[tuple[float, ...], ...]] = ((0.02, 0.1), (0.05, 0.5))
     rate: ClassVar[float] = 0.01
     ramps: ClassVar[bool] = False
