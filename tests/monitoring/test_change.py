@@ -75,8 +75,7 @@ def test_evidence_equals_the_dense_gaussian_likelihood():
     with_fault = scipy.stats.multivariate_normal(cov=flat + size**2 * np.outer(fault, fault))
     without = scipy.stats.multivariate_normal(cov=flat)
     expected = with_fault.logpdf(departure) - without.logpdf(departure)
-    coulomb = np.eye(8)[0]
-    place = int(np.flatnonzero(np.all(coulomb == SIGNATURES, axis=1))[0])
+    place = int(np.flatnonzero(np.all(SIGNATURES[:, :4] == np.eye(4)[0], axis=1))[0])
     found = log_marginal(
         levels.information[place : place + 1, place : place + 1, onset, 1],
         levels.score[place : place + 1, onset, 1],
@@ -99,12 +98,12 @@ def test_mean_time_to_a_false_alarm_is_above_the_threshold():
 
 
 CASES = {
-    "Coulomb growth": (0.15 * np.eye(8)[0], 1),
+    "Coulomb growth": (0.15 * np.eye(8)[0] + 0.12 * np.eye(8)[5], 1),
     "viscous growth": (0.3 * np.eye(8)[1], 1),
-    "motor constant": (-0.02 * np.eye(8)[2], 0),
+    "motor constant": (-0.02 * np.eye(8)[2] + 0.02 * np.eye(8)[5], 0),
     "offset": (0.1 * np.eye(8)[3], 0),
     "torque bursts": (1.5 * np.eye(8)[4] + 0.02 * np.eye(8)[0], 0),
-    "stiction": (0.3 * np.eye(8)[5], 0),
+    "stiction": (0.5 * np.eye(8)[5], 0),
     "tachometer fault": (-0.03 * (np.eye(8)[0] + np.eye(8)[2]) + 0.2 * np.eye(8)[6], 0),
     "seizure": (20.0 * np.eye(8)[0] + 0.9 * np.eye(8)[7], 0),
 }
@@ -139,6 +138,7 @@ def test_what_looks_alike_is_a_pair():
     for day in range(40):
         mean = np.array([1.0 + 0.06 * (day >= 25), 1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0])
         noise = np.concatenate([SIGMA, EXTRA_SIGMA]) * random.standard_normal(len(CHANNELS))
+        noise[5] = np.nan  # the wheel never stops
         verdict = detector.take(observed(mean + noise, 0.0, information))
     assert verdict.alarm
     assert set(verdict.classes) == {"Coulomb growth", "offset"}

@@ -15,12 +15,14 @@ import numpy as np
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.windows import REGRESSED
 
-EXTRA = ("burst", "crossing", "exchange", "standstill")
+EXTRA = ("burst", "breakaway", "exchange", "standstill")
 """Channels whose variance is learnt."""
 CHANNELS = (*REGRESSED, *EXTRA)
-PRIOR_SIGMA = np.array([0.3, 0.3, 0.3, 0.1])
+PRIOR_SIGMA = np.array([0.3, 0.1, 0.1, 0.1])
 """Standard deviation that a channel of `EXTRA` has before it is learnt."""
 REFERENCE_TEMPERATURE = 20.0
+CROSSINGS = 8
+"""Crossings of a window in which the largest torque at rest is near the breakaway torque."""
 LEAST = 1e-2
 """Information of a direction, relative, below which a window says nothing of it."""
 
@@ -30,7 +32,7 @@ class Reference:
     """Values that the estimates are divided by, and what the estimator knew beforehand.
 
     Attributes:
-        coulomb: Coulomb torque, N·m; offset and crossing torque are divided by it too.
+        coulomb: Coulomb torque, N·m; offset and breakaway torque are divided by it too.
         viscous: Viscous coefficient, N·m·s/rad.
         motor_constant: N·m/A.
         offset: Offset torque that is expected, N·m.
@@ -149,7 +151,9 @@ def _extras(row: Mapping[str, Any], reference: Reference) -> Vector:
     return np.array(
         [
             _log(row["residual_excess"]),
-            float(row["crossing_residual"]) / reference.coulomb,
+            _log(row["standstill_torque"] / reference.coulomb)
+            if row["crossings"] >= CROSSINGS
+            else np.nan,
             _log(row["exchange_residual"]),
             np.sqrt(standstill) if standstill >= 0.0 else np.nan,
         ]

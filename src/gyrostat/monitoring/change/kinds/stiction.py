@@ -1,4 +1,4 @@
-"""Stiction: torque beyond Coulomb at zero crossings."""
+"""Stiction: a breakaway torque beyond Coulomb."""
 
 from typing import ClassVar
 
@@ -7,11 +7,11 @@ from gyrostat.monitoring.change.kinds.change_kind import ChangeKind, direction
 
 
 class Stiction(ChangeKind):
-    """The residual at crossings grows."""
+    """The largest torque at rest grows, the Coulomb torque does not."""
 
     name: ClassVar[str] = "stiction"
-    signatures: ClassVar[tuple[Vector, ...]] = (direction(crossing=1.0),)
-    sizes: ClassVar[tuple[tuple[float, ...], ...]] = ((0.05,), (0.3,))
-    means: ClassVar[tuple[float, ...]] = (0.1,)
+    signatures: ClassVar[tuple[Vector, ...]] = (direction(breakaway=1.0),)
+    sizes: ClassVar[tuple[tuple[float, ...], ...]] = ((0.2,), (0.5,))
+    means: ClassVar[tuple[float, ...]] = (0.4,)
     rate: ClassVar[float] = 0.01
     ramps: ClassVar[bool] = False
