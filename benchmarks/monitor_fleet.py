@@ -151,19 +151,16 @@ def fly(arguments):
 
 
 def _faults(arguments, number):
-    """One fault of one wheel on a day after three weeks, of the usual size."""
+    """The same fault in each wheel, of the usual size, on days of their own; seizure in one."""
     if not arguments.fault:
         return ()
     kind = FAULTS[arguments.fault]
     random = np.random.default_rng([number, 17])
-    return (
-        kind(
-            int(random.integers(4)),
-            float(random.uniform(arguments.earliest, arguments.earliest + 5.0)),
-            kind.usual_size,
-            kind.usual_duration,
-            number,
-        ),
+    days = arguments.earliest + 5.0 * random.uniform(0.0, 1.0, 4)
+    wheels = [int(random.integers(4))] if arguments.fault == "seizure" else range(4)
+    return tuple(
+        kind(k, float(days[k]), kind.usual_size, kind.usual_duration, 4 * number + k)
+        for k in wheels
     )
 
 
