@@ -18,6 +18,7 @@ import numpy as np
 from gyrostat.monitoring.blocks import Samples
 from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.wheel_data import KnownWheel, KnownWheels
+from monitor_peers import daily_numbers
 
 from gyrostat.monitoring.fleet.flight import FAULTS, Cell, Fleet, Flight
 from gyrostat.monitoring.fleet.pointing import CROSSINGS, HIGH, LOW, QUIET, SLEWS
@@ -108,15 +109,21 @@ def fly(arguments):
     flights = [Flight(number, _faults(arguments, number)) for number in numbers]
     monitors = [WheelMonitor(known_wheels(vehicle)) for _ in flights]
     sampling = UGLY if arguments.ugly else Sampling()
-    truth, spent = [], {"fly": 0.0, "sample": 0.0, "monitor": 0.0}
+    truth, numbers_of, speeds = [], [], np.full((len(flights), 4), np.nan)
+    spent = {"fly": 0.0, "sample": 0.0, "monitor": 0.0}
     clock = time.process_time()
     for flown in Fleet(cell, flights).days(arguments.days):
         spent["fly"] -= clock - (clock := time.process_time())
-        for day, monitor in zip(flown, monitors, strict=True):
+        for b, (day, monitor) in enumerate(zip(flown, monitors, strict=True)):
             samples = samples_of(sample(day, vehicle, sampling), vehicle, arguments.drive)
             spent["sample"] -= clock - (clock := time.process_time())
             monitor.add(samples)
             spent["monitor"] -= clock - (clock := time.process_time())
+            if day.day == 0:
+                speeds[b] = np.median(np.abs(samples.speed), axis=0)
+            peers = daily_numbers(samples, vehicle.wheel, speeds[b])
+            numbers_of.append({key: values.tolist() for key, values in peers.items()})
+            clock = time.process_time()
             truth.append({key: values.tolist() for key, values in day.truth.items()})
     tables = [monitor.windows() for monitor in monitors]
     joined = Windows(
@@ -144,6 +151,7 @@ def fly(arguments):
             for x in f.faults
         ],
         "truth": truth,
+        "peers": numbers_of,
     }
     path.with_suffix(".json").write_text(json.dumps(description))
     write_windows(path, joined)

@@ -1,0 +1,276 @@
+"""Judge the window tables that benchmarks/monitor_fleet.py wrote.
+
+    python benchmarks/monitor_judge.py DIR
+
+Prints, for each cell: coverage and error of the intervals, false alarms, delays and classes; then
+the peers on the same flights. Shares have 95 % intervals resampled by wheel. Batches whose first
+flight is below 100000 set the thresholds of the peers and are not judged.
+"""
+
+import argparse
+import json
+from collections import defaultdict
+from dataclasses import dataclass, field
+from pathlib import Path
+
+import numpy as np
+from monitor_fleet import VEHICLES, known_wheels
+from monitor_peers import FIRST, NUMBERS, paths
+
+from gyrostat.monitoring.change.assess import DAY, episodes
+from gyrostat.monitoring.change.channels import Reference
+from gyrostat.monitoring.change.detector import AlarmSettings, Detector
+from gyrostat.monitoring.windows import REGRESSED, read_windows
+
+JUDGED = 100000
+DELAY = 10
+PARAMETERS = (*REGRESSED,)
+FALSE_ALARMS = 0.5
+"""False alarms per wheel-year for which the thresholds of the peers are set."""
+
+
+@dataclass
+class Wheel:
+    """One wheel of a flight."""
+
+    key: tuple
+    name: str
+    days: int
+    table: object
+    truth: dict
+    peers: dict
+    fault: str | None
+    onset: float | None
+    tuning: bool
+    verdicts: list = field(default_factory=list)
+    statistic: dict = field(default_factory=dict)
+
+
+def wheels_of(path):
+    """Wheels of one batch."""
+    about = json.loads(path.with_suffix(".json").read_text())
+    table = read_windows(path)
+    days, flights = about["days"], about["flights"]
+    truth, peers = (
+        {
+            name: np.array([row[name] for row in about[group]]).reshape(days, flights, 4)
+            for name in about[group][0]
+        }
+        for group in ("truth", "peers")
+    )
+    onsets = {(e["flight"], e["wheel"]): e["day"] for e in about["events"]}
+    key = tuple(about[k] for k in ("vehicle", "orbit", "pointing", "noise", "drive", "ugly"))
+    for f in range(flights):
+        number = about["first"] + f
+        for k in range(4):
+            onset = onsets.get((number, k + 1))
+            if about["fault"] == "seizure" and onset is None:
+                continue  # its spacecraft has lost another wheel
+            yield Wheel(
+                key,
+                f"{number}/wheel{k + 1}",
+                days,
+                table.wheel(f"{number}/wheel{k + 1}"),
+                {name: values[:, f, k] for name, values in truth.items()},
+                {name: values[:, f, k] for name, values in peers.items()},
+                about["fault"],
+                onset,
+                number < JUDGED,
+            )
+
+
+def detect(wheel):
+    """Verdicts of the monitor."""
+    known = known_wheels(VEHICLES[wheel.key[0]]).wheels[0]
+    sigma = tuple(known.sigma_of(n) for n in ("viscous", "motor_constant", "offset"))
+    reference = Reference(known.coulomb, known.viscous, known.motor_constant, 0.0, sigma)
+    detector = Detector(reference, AlarmSettings())
+    columns = wheel.table.columns
+    for k in range(len(wheel.table)):
+        wheel.verdicts.append(detector.update({name: v[k] for name, v in columns.items()}))
+
+
+def resampled(values, weights=None):
+    """Share and its 95 % interval, resampled by wheel."""
+    values = np.asarray(values, dtype=float)
+    weights = np.ones(values.size) if weights is None else np.asarray(weights, dtype=float)
+    random = np.random.default_rng(0)
+    rows = random.integers(values.size, size=(1000, values.size))
+    shares = np.sum((values * weights)[rows], axis=1) / np.sum(weights[rows], axis=1)
+    low, high = np.quantile(shares, [0.025, 0.975])
+    return f"{np.sum(values * weights) / np.sum(weights):.3f} [{low:.3f}, {high:.3f}]"
+
+
+def intervals(wheels):
+    """Coverage, error and stated sigma of each parameter."""
+    for name in PARAMETERS:
+        inside, days, errors, sigmas = [], [], [], []
+        for wheel in wheels:
+            table = wheel.table
+            day = np.round(table["start"] / DAY).astype(int)
+            good = table["valid"] & table[f"{name}_observable"] & (day < wheel.days)
+            if not np.any(good):
+                continue
+            error = table[name][good] - wheel.truth[name][day[good]]
+            sigma = table[f"{name}_sigma"][good]
+            scale = np.abs(wheel.truth["coulomb" if name == "offset" else name][day[good]])
+            inside.append(np.mean(np.abs(error) < 1.96 * sigma))
+            days.append(good.sum())
+            errors.append(np.mean((error / scale) ** 2))
+            sigmas.append(np.median(sigma / scale))
+        if inside:
+            rms = np.sqrt(np.average(errors, weights=days))
+            total = sum(len(w.table) for w in wheels)
+            print(
+                f"    {name:15s} inside {resampled(inside, days)}  rms {100 * rms:.2f} %  "
+                f"stated {100 * np.median(sigmas):.2f} %  observable {sum(days) / total:.3f}"
+            )
+        else:
+            print(f"    {name:15s} observable 0")
+
+
+def alarm_days(flags, start):
+    """Windows in which alarms begin."""
+    return episodes(list(flags), start)
+
+
+def false_alarms(wheels, flags_of):
+    """Episodes per wheel-year, with the number and the years."""
+    count = [len(alarm_days(flags_of(w), w.table["start"])) for w in wheels]
+    years = sum(len(w.table) for w in wheels) / 365.25
+    return sum(count), years
+
+
+def delay(wheel, flags):
+    """Days from the onset to the first alarm; infinite if there is none, NaN if it was before."""
+    first = np.flatnonzero(flags)
+    if not first.size:
+        return np.inf
+    if first[0] < int(wheel.onset):
+        return np.nan
+    return float(first[0] - int(wheel.onset))
+
+
+def report_delays(name, delays):
+    """One line of delays."""
+    delays = np.asarray(delays)
+    good = np.isfinite(delays) & (delays <= DELAY)
+    median = np.median(np.where(np.isnan(delays), np.inf, delays))
+    print(
+        f"    {name:30s} within {DELAY} days {resampled(good)}  median {median:.0f}  "
+        f"before onset {np.isnan(delays).sum()} of {delays.size}"
+    )
+
+
+def classes(fault, wheels):
+    """Class ten days after the alarm."""
+    right = pair = wrong = 0
+    probability = []
+    for wheel in wheels:
+        first = next((k for k, v in enumerate(wheel.verdicts) if v.alarm), None)
+        if first is None or first < int(wheel.onset):
+            continue
+        verdict = wheel.verdicts[min(first + 10, len(wheel.verdicts) - 1)]
+        probability.append(verdict.probabilities[fault])
+        right += verdict.classes == (fault,)
+        pair += len(verdict.classes) == 2 and fault in verdict.classes
+        wrong += fault not in verdict.classes
+    total = max(right + pair + wrong, 1)
+    print(
+        f"    {'class':30s} right {right / total:.3f}  in a pair {pair / total:.3f}  wrong or open "
+        f"{wrong / total:.3f}  mean probability {np.mean(probability or [np.nan]):.3f}"
+    )
+    return right + pair, total
+
+
+def reliability(wheels):
+    """Stated probability of the answer against its frequency, ten days after the alarm."""
+    stated, true = [], []
+    for wheel in wheels:
+        first = next((k for k, v in enumerate(wheel.verdicts) if v.alarm), None)
+        if first is None or wheel.fault is None or first < int(wheel.onset):
+            continue
+        verdict = wheel.verdicts[min(first + 10, len(wheel.verdicts) - 1)]
+        for name, value in verdict.probabilities.items():
+            stated.append(value)
+            true.append(float(name == wheel.fault))
+    stated, true = np.array(stated), np.array(true)
+    print("  reliability: stated, found, number")
+    for low, high in ((0.0, 0.01), (0.01, 0.1), (0.1, 0.5), (0.5, 0.9), (0.9, 0.99), (0.99, 1.01)):
+        there = (stated >= low) & (stated < high)
+        if there.any():
+            mean, share = stated[there].mean(), true[there].mean()
+            print(f"    {mean:.4f}  {share:.4f}  {there.sum()}")
+
+
+def peer_statistics(wheels):
+    """Statistics of the peers for wheels of equal length."""
+    groups = defaultdict(list)
+    for wheel in wheels:
+        groups[len(wheel.table), wheel.fault].append(wheel)
+    for group in groups.values():
+        size = len(group[0].table)
+        numbers = {n: np.stack([w.peers[n][:size] for w in group]) for n in NUMBERS}
+        for name, values in paths(numbers).items():
+            for wheel, path in zip(group, values, strict=True):
+                wheel.statistic[name] = path
+
+
+def peers(tuning, healthy, faulty):
+    """Peers with thresholds of the tuning flights."""
+    peer_statistics([*tuning, *healthy, *[w for group in faulty.values() for w in group]])
+    for name in tuning[0].statistic:
+        highest = np.sort(np.concatenate([w.statistic[name] for w in tuning]))
+        threshold = next(
+            t
+            for t in np.quantile(highest, np.linspace(0.9, 1.0, 400))
+            if _rate(tuning, name, t) <= FALSE_ALARMS
+        )
+        count, years = false_alarms(healthy, lambda w: w.statistic[name] > threshold)  # noqa: B023
+        print(f"  {name}: {count} false alarms in {years:.1f} wheel-years")
+        for fault, group in faulty.items():
+            report_delays(fault, [delay(w, w.statistic[name] > threshold) for w in group])
+
+
+def _rate(wheels, name, threshold):
+    count, years = false_alarms(wheels, lambda w: w.statistic[name] > threshold)
+    # the first days of a wheel cannot raise an alarm
+    return count / max(years - len(wheels) * FIRST / 365.25, 1e-9)
+
+
+def main():
+    """Judge all batches."""
+    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
+    parser.add_argument("folder", type=Path)
+    arguments = parser.parse_args()
+    cells = defaultdict(list)
+    for path in sorted(arguments.folder.glob("*.parquet")):
+        for wheel in wheels_of(path):
+            cells[wheel.key].append(wheel)
+    judged = []
+    for key, wheels in cells.items():
+        print(" ".join(map(str, key)), flush=True)
+        for wheel in wheels:
+            detect(wheel)
+        tuning = [w for w in wheels if w.tuning and w.fault is None]
+        healthy = [w for w in wheels if not w.tuning and w.fault is None]
+        faulty = defaultdict(list)
+        for wheel in wheels:
+            if not wheel.tuning and wheel.onset is not None:
+                faulty[wheel.fault].append(wheel)
+        if healthy:
+            intervals(healthy)
+            count, years = false_alarms(healthy, lambda w: [v.alarm for v in w.verdicts])
+            print(f"  monitor: {count} false alarms in {years:.1f} wheel-years ({len(healthy)})")
+        for fault, group in sorted(faulty.items()):
+            report_delays(fault, [delay(w, [v.alarm for v in w.verdicts]) for w in group])
+            classes(fault, group)
+        if tuning and healthy:
+            peers(tuning, healthy, faulty)
+        judged += [w for group in faulty.values() for w in group]
+    if judged:
+        reliability(judged)
+
+
+if __name__ == "__main__":
+    main()
