@@ -15,15 +15,15 @@ import time
 from pathlib import Path
 
 import numpy as np
-from gyrostat.monitoring.blocks import Samples
-from gyrostat.monitoring.stream import WheelMonitor
-from gyrostat.monitoring.wheel_data import KnownWheel, KnownWheels
 from monitor_peers import daily_numbers
 
+from gyrostat.monitoring.blocks import Samples
 from gyrostat.monitoring.fleet.flight import FAULTS, Cell, Fleet, Flight
 from gyrostat.monitoring.fleet.pointing import CROSSINGS, HIGH, LOW, QUIET, SLEWS
 from gyrostat.monitoring.fleet.sampling import RPM, UGLY, Sampling, sample
 from gyrostat.monitoring.fleet.vehicle import LARGE, SMALL
+from gyrostat.monitoring.stream import WheelMonitor
+from gyrostat.monitoring.wheel_data import KnownWheel, KnownWheels
 from gyrostat.monitoring.windows import Windows, write_windows
 
 VEHICLES = {"large": LARGE, "small": SMALL}
