@@ -199,5 +199,5 @@ def test_an_outline_is_the_same_after_a_pickle_and_differs_where_a_constant_does
     assert difference_of(outline_of(traced(table)), sent) is None
     found = difference_of(outline_of(traced(np.array([0.0, 1.0, 2.0 + 1e-15]))), sent)
     assert found is not None
-    assert found.other == "0., 1., 2."
+    assert found.other == "0.0, 1.0, 2.0"
     assert found.equation.primitive.name == "cond"

@@ -30,7 +30,7 @@ KEPT = {
     "text in a list": (("LOG.append('called')", "w = 1.0"), "changes LOG"),
     "counter in the object": (
         ("object.__setattr__(self, 'n', getattr(self, 'n', 0) + 1)", "w = self.n"),
-        "gives 2.e-06 in one trace and 3.e-06 in another",
+        "gives 2e-06 in one trace and 3e-06 in another",
     ),
     "numbers of NumPy": (("w = np.random.rand(4)",), "changes the random generators of numpy"),
     "address": (("w = id(object()) + time.perf_counter()",), "in one trace and"),

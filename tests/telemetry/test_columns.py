@@ -173,7 +173,7 @@ def test_units_of_the_caller_add_and_overrule(read):
             "time;current_A;speed_rpm\nfortnights;A;rpm",
             {},
             "row 2, column 'time': found unit 'fortnights', expected a unit of time:"
-            " s, ms, µs, ns, min, h",
+            " s, ms, µs, ns, min, h, d",
         ),
         (
             "time;current;speed_rpm\ns;A;rad/s",

@@ -173,8 +173,7 @@ def _value(value: Any, same_run: bool) -> _Value:
     if is_random_key(value):
         value = jax.random.key_data(value)
     array = np.asarray(value)
-    text = np.array2string(array.ravel()[:3], separator=", ", precision=17)
-    text = text[1:-1] if array.size <= 3 else f"{text[1:-1]}, ..."
+    text = ", ".join(map(repr, array.ravel()[:3].tolist())) + (", ..." if array.size > 3 else "")
     content = sha256(array.tobytes()).hexdigest()
     return _Value(f"{dtype}{array.shape}", content, text)
 
