@@ -1,0 +1,125 @@
+"""Promised sigma of a designed record against the scatter of the product's own fit.
+
+    python benchmarks/designed_records.py [--records 400] [--seed 91000] [--duration 60]
+        [--wanted static-coulomb viscous all] [--ripple 0.03] [--state-ripple] [--bare]
+
+One wheel for each design, flown by the integrator of `bench_wheels.py`: profile 2 (300 s at 10 Hz),
+identification, and the design of the next record from this fit alone. Then both records are
+repeated with new noise, phases of the ripple and drifts, and identified together. The scatter is
+the root mean square of the errors against the truth. Ripple (two harmonics), drift of viscous and
+dry friction, and rounding of current and speed are on, unless `--bare` leaves white noise only.
+"""
+
+import argparse
+import sys
+import time
+
+import numpy as np
+from bench_wheels import INERTIA, RATE, STRIBECK_SPEED, simulator
+from next_record import RMS, drawn, profile_2
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.units import RPM
+from gyrostat.identification import identify
+from gyrostat.identification.experiment.current_profiles import Limits
+from gyrostat.identification.experiment.experiment_design import design_record
+from gyrostat.identification.experiment.known_wheel import KnownWheel
+from gyrostat.telemetry import Record
+
+NAMES = ("motor_constant", "viscous", "coulomb", "static")
+NOISE, SPEED_STEP, CURRENT_STEP = 1.0 * RPM, 0.4 * RPM, 1e-3
+VISCOUS_DRIFT, DRY_DRIFT = 0.05, 0.02
+
+
+def measured(
+    wheel: np.ndarray, current: np.ndarray, random: np.random.Generator, *, bare: bool
+) -> Record:
+    """Record of a wheel from rest, at random phases of its ripple, with drift and rounding."""
+    wheel = wheel.copy()
+    wheel[7:9] += random.uniform(0.0, 2.0 * np.pi, 2)
+    share = np.linspace(-1.0, 1.0, len(current))
+    signs = random.choice([-1.0, 1.0], 2) * (not bare)
+    drifts = (VISCOUS_DRIFT * signs[0] * share, DRY_DRIFT * signs[1] * share)
+    speed = np.asarray(simulator()(wheel[None], current[None], *(d[None] for d in drifts)))[0]
+    speed = speed + NOISE * random.standard_normal(len(current))
+    clock = np.arange(len(current)) / RATE
+    if not bare:
+        speed = SPEED_STEP * np.round(speed / SPEED_STEP)
+        current = CURRENT_STEP * np.round(current / CURRENT_STEP)
+    return Record("bench", clock, current, speed, clock >= 0.0)
+
+
+def one_design(given: argparse.Namespace, number: int, text: str) -> None:
+    """Design one record, simulate it and print its rows."""
+    random = np.random.default_rng([given.seed, number])
+    ripple = 0.0 if given.bare else given.ripple
+    wheel = drawn(random, ripple)
+    stated = ripple * RMS if given.state_ripple else None
+    options = {"inertia": INERTIA, "hold": {"stribeck_speed": STRIBECK_SPEED}, "ripple": stated}
+    first_current = profile_2(wheel, random)
+    before = identify(measured(wheel, first_current, random, bare=given.bare), **options)
+    known = KnownWheel.from_fit(before)
+    combinations = list(NAMES) if text == "all" else [text]
+    limits = Limits(given.duration, RATE, float(np.abs(first_current).max()))
+    design = design_record(
+        known, combinations, limits, speed_sigma=known.speed_sigma, ripple=stated, seed=number
+    )
+    started, errors, sigmas, failed = time.perf_counter(), [], [], 0
+    truth = dict(zip(NAMES, wheel[[0, 2, 3, 4]], strict=True))
+    for _ in range(given.records):
+        pair = [
+            measured(wheel, current, random, bare=given.bare)
+            for current in (first_current, design.current)
+        ]
+        try:
+            fit = identify(pair, **options)
+        except InputError as error:
+            print(f"{text}: {error}", file=sys.stderr)
+            failed += 1
+            continue
+        failed += not fit.converged
+        if fit.converged:
+            errors.append([fit.parameters[n] - truth[n] for n in NAMES])
+            sigmas.append([fit.sigma[n] for n in NAMES])
+    seconds = (time.perf_counter() - started) / given.records
+    print(f"{text}: {design.shape.family}, {len(errors)} fits, {failed} failed, {seconds:.1f} s")
+    rms = np.sqrt(np.mean(np.square(errors), axis=0))
+    for k, name in enumerate(NAMES):
+        row = next(each for each in design.parameters if each.name == name)
+        cells = (
+            plain(row.before),
+            plain(row.after),
+            plain(row.reliable),
+            plain(float(np.median(np.array(sigmas)[:, k]))),
+            plain(rms[k]),
+            f"{row.after / rms[k]:.2f}",
+            f"{100.0 * np.mean(np.abs(np.array(errors)[:, k]) < 1.96 * np.array(sigmas)[:, k]):.0f} %",
+            "yes" if abs(row.value) > 2.0 * row.after else "no",
+        )
+        print(f"  {name:16s}" + "".join(f"{cell:>12s}" for cell in cells), flush=True)
+
+
+def plain(value: float) -> str:
+    """Three digits."""
+    return f"{value:.3g}"
+
+
+def main() -> None:
+    """Print the table."""
+    parser = argparse.ArgumentParser(description=__doc__)
+    parser.add_argument("--records", type=int, default=400)
+    parser.add_argument("--seed", type=int, default=91000)
+    parser.add_argument("--duration", type=float, default=60.0)
+    parser.add_argument("--wanted", nargs="+", default=["static-coulomb", "viscous", "all"])
+    parser.add_argument("--ripple", type=float, default=0.03, help="amplitude over Coulomb torque")
+    parser.add_argument("--state-ripple", action="store_true")
+    parser.add_argument("--bare", action="store_true", help="white noise only")
+    given = parser.parse_args()
+    header = ("before", "promised", "in 9 of 10", "reported", "rms error", "ratio", "covered", "obs.")
+    print(f"{'':18s}" + "".join(f"{name:>12s}" for name in header))
+    for number, text in enumerate(given.wanted):
+        one_design(given, number, text)
+
+
+if __name__ == "__main__":
+    main()
