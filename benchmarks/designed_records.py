@@ -115,7 +115,16 @@ def main() -> None:
     parser.add_argument("--state-ripple", action="store_true")
     parser.add_argument("--bare", action="store_true", help="white noise only")
     given = parser.parse_args()
-    header = ("before", "promised", "in 9 of 10", "reported", "rms error", "ratio", "covered", "obs.")
+    header = (
+        "before",
+        "promised",
+        "in 9 of 10",
+        "reported",
+        "rms error",
+        "ratio",
+        "covered",
+        "obs.",
+    )
     print(f"{'':18s}" + "".join(f"{name:>12s}" for name in header))
     for number, text in enumerate(given.wanted):
         one_design(given, number, text)

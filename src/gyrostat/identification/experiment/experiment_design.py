@@ -102,21 +102,8 @@ class _Search:
             root=self.root,
             speed_sigma=self.noise,
             initial_speed=self.limits.initial_speed,
+            effects=self.wheel.effects(self.ripple),
         )
-
-    def covariance(self, uncertainty: Gained, columns: Matrix) -> Vector:
-        """Covariance of combinations, with the ripple averaged over independent angles.
-
-        Args:
-            uncertainty: Uncertainty after b currents on d wheels, at k times.
-            columns: Coefficients of c combinations, (n, c).
-
-        Returns:
-            Covariance, (b, d, k, c, c), SI.
-        """
-        ripple = self.ripple * self.at_rest(columns)
-        each = np.outer(ripple, ripple) / np.maximum(uncertainty.angles, 1.0)[..., None, None]
-        return columns.T @ uncertainty.covariance @ columns + each
 
     def scores(self, shapes: Sequence[Shape], wheels: Matrix) -> Vector:
         """Score of each shape on some wheels.
@@ -127,7 +114,7 @@ class _Search:
         """
         currents = np.array([self.current(shape, self.time) for shape in shapes])
         uncertainty = self.uncertainty(currents, wheels)
-        covariance = self.covariance(uncertainty, self.contrasts)
+        covariance = self.contrasts.T @ uncertainty.covariance @ self.contrasts
         variance = np.diagonal(covariance, axis1=-2, axis2=-1)
         if self.targets is None:
             scale = np.sqrt(np.diag(self.before))
@@ -236,7 +223,7 @@ def _conclude(
     current = search.current(shape, search.time)[None]
     columns = np.column_stack([search.contrasts, np.eye(len(wheel.names))])
     uncertainty = search.uncertainty(current, search.wheels)
-    covariance = search.covariance(uncertainty, columns)[0]
+    covariance = (columns.T @ uncertainty.covariance @ columns)[0]
     sigma = np.sqrt(np.diagonal(covariance, axis1=-2, axis2=-1))  # (wheels, times, all)
     reliable = np.quantile(sigma, RELIABLE, axis=0)
     times, last, reach_time = checkpoints(search.time), len(reliable) - 1, None

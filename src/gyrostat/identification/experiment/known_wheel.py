@@ -11,6 +11,12 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.experiment.record_effects import (
+    RIPPLE,
+    ROUNDING,
+    RecordEffects,
+    found_drifts,
+)
 from gyrostat.identification.fit.prediction import wheel_dimensions
 from gyrostat.identification.result.fit import Fit
 from gyrostat.identification.result.fit_json import read_fit
@@ -21,8 +27,6 @@ from gyrostat.wheel import WheelModel
 from gyrostat.wheel.friction import Friction
 from gyrostat.wheel.friction_laws import friction_law, law_below, static
 
-RIPPLE = "crossing_ripple"
-"""Effect of a fit that gives the torque ripple."""
 _TRIALS = 50
 """Number of draws tried for each admissible one."""
 _TERM = re.compile(r"([+-]?)(?:([0-9.]+(?:e[+-]?[0-9]+)?)\*)?([a-z_]+)")
@@ -41,6 +45,9 @@ class KnownWheel:
             None if unknown.
         ripple: Torque ripple that the records show, rms over the dry friction torque; zero if
             it is unlikely.
+        drifts: Drifts of friction that the records show (`RecordEffects`).
+        current_error: Standard deviation of the error of a held current, A; zero if the records do
+            not show that it was rounded.
     """
 
     model: type[Friction]
@@ -49,6 +56,8 @@ class KnownWheel:
     covariance: Matrix
     speed_sigma: float | None = None
     ripple: float = 0.0
+    drifts: tuple[tuple[float, float], ...] = RecordEffects.drifts
+    current_error: float = 0.0
 
     @classmethod
     def from_fit(cls, fit: Fit) -> Self:
@@ -116,7 +125,7 @@ class KnownWheel:
         """Keep the parameters that any record of the wheel has."""
         wheel_names = (*wheel_dimensions(model), "current_bias")
         places = [k for k, n in enumerate(names) if n in wheel_names]
-        ripple = effects.get(RIPPLE)
+        ripple, rounding = effects.get(RIPPLE), effects.get(ROUNDING)
         return cls(
             model=model,
             values={n: values.get(n, 0.0) for n in wheel_names},
@@ -124,7 +133,19 @@ class KnownWheel:
             covariance=covariance[np.ix_(places, places)],
             speed_sigma=speed_sigma or None,
             ripple=ripple.value if ripple is not None and ripple.likely else 0.0,
+            drifts=found_drifts(effects),
+            current_error=(rounding.prior or 0.0)
+            if rounding is not None and rounding.likely
+            else 0.0,
         )
+
+    def effects(self, ripple: float) -> RecordEffects:
+        """Effects that a further record has.
+
+        Args:
+            ripple: Torque ripple, rms, N·m.
+        """
+        return RecordEffects(ripple, self.drifts, self.current_error)
 
     def dry_torque(self) -> float:
         """Mean of the dry friction torques, N·m; the reference of `ripple`."""

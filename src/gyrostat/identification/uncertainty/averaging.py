@@ -46,6 +46,7 @@ class Effect:
             several coefficients.
         sigma: Standard deviation of that coefficient; None for a random torque.
         unit: Unit of value and sigma; "1" for fractions.
+        prior: Standard deviation a priori; None for a random torque and where several are possible.
     """
 
     name: str
@@ -54,6 +55,7 @@ class Effect:
     value: float
     sigma: float | None
     unit: str
+    prior: float | None = None
 
     @property
     def likely(self) -> bool:
@@ -181,7 +183,9 @@ def _effect_marginals(
         variance = float(share @ (hypotheses.covariance[:, at, at] + apart**2))
         value, sigma = float(mean[largest]), float(np.sqrt(variance))
         chance = float(min(weight_present.sum(), 1.0))
-        marginals.append(Effect(effect.name, effect.title, chance, value, sigma, effect.unit))
+        prior = effect.scales[0] if len(effect.scales) == 1 else None
+        row = (effect.name, effect.title, chance, value, sigma, effect.unit, prior)
+        marginals.append(Effect(*row))
         first = last
     return marginals
 
