@@ -28,6 +28,7 @@ from gyrostat.telemetry import Record
 
 NAMES = ("motor_constant", "viscous", "coulomb", "static")
 NOISE, SPEED_STEP, CURRENT_STEP = 1.0 * RPM, 0.4 * RPM, 1e-3
+MOST_LEVELS = 20
 VISCOUS_DRIFT, DRY_DRIFT = 0.05, 0.02
 
 
@@ -37,6 +38,12 @@ def measured(
     """Record of a wheel from rest, at random phases of its ripple, with drift and rounding."""
     wheel = wheel.copy()
     wheel[7:9] += random.uniform(0.0, 2.0 * np.pi, 2)
+    if not bare:
+        # a drive sets a level to a fraction of its step: the error of rounding is another each time
+        levels, index = np.unique(current, return_inverse=True)
+        if len(levels) <= MOST_LEVELS:
+            levels = levels + (levels != 0.0) * CURRENT_STEP * random.uniform(-0.5, 0.5, len(levels))
+            current = levels[index]
     share = np.linspace(-1.0, 1.0, len(current))
     signs = random.choice([-1.0, 1.0], 2) * (not bare)
     drifts = (VISCOUS_DRIFT * signs[0] * share, DRY_DRIFT * signs[1] * share)

@@ -29,6 +29,7 @@ class Record:
         temperature: Temperature, (N,), °C, or None.
         setpoint: Commanded speed, (N,), rad/s, or only its direction if it has no unit; or None.
         reference: Commanded angle of a drive in position control, (N,), rad, or None.
+        torque: Reaction torque about the spin axis that the bench measured, (N,), N·m, or None.
         notes: Changes that the reader made to the data, one note each.
         restart: Whether a segment with its own initial speed begins at the sample, because the
             motion since the previous sample is unknown, (N,), bool; None if the record was not
@@ -74,6 +75,10 @@ class Record:
     reference: Annotated[
         NDArray[np.float64] | None,
         Role("reference", ("reference_angle",), "angle", written="reference_angle_rad"),
+    ] = None
+    torque: Annotated[
+        NDArray[np.float64] | None,
+        Role("torque", ("torque", "reaction_torque"), "torque", written="torque_N·m"),
     ] = None
     notes: tuple[str, ...] = ()
     restart: NDArray[np.bool_] | None = None

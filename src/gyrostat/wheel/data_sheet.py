@@ -84,13 +84,16 @@ def wheel_sheets() -> tuple[str, ...]:
     return tuple(sorted(path.stem for path in FOLDER.glob("*.toml")))
 
 
-def read_wheel_sheet(name: str | os.PathLike[str], *, partial: bool = False) -> WheelSheet:
+def read_wheel_sheet(
+    name: str | os.PathLike[str], *, partial: bool = False, other: tuple[str, ...] = ()
+) -> WheelSheet:
     """Read a data sheet.
 
     Args:
         name: Name of a sheet of the package, or path of a file whose name ends in .toml.
         partial: Whether quantities that a simulated wheel needs may be missing, as in a sheet for
             an acceptance test.
+        other: Further tables of the file, which are not read here.
 
     Raises:
         InputError: The sheet does not exist or cannot be read; a key is unknown or missing; a value
@@ -107,7 +110,8 @@ def read_wheel_sheet(name: str | os.PathLike[str], *, partial: bool = False) -> 
             )
         path = FOLDER / f"{name}.toml"
     table = read_toml(path, "a data sheet of a wheel")
-    refuse_unknown(path, "", table, ("name", *QUANTITIES))
+    refuse_unknown(path, "", table, ("name", *QUANTITIES, *other))
+    table = {key: entry for key, entry in table.items() if key not in other}
     title = table.pop("name", None)
     if not isinstance(title, str):
         raise InputError(f"{path}: key name: found {title!r}, expected a text")

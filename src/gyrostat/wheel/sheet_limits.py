@@ -36,6 +36,8 @@ class Quantity:
         bound: Limit that a value without limits states: "minimum", "maximum" or none.
         conditions: Conditions that its table may state: speed, current.
         required: Conditions that its table must state.
+        test: Test of `gyrostat bench --tests` that measures it, if a record of current and speed
+            alone does not show it.
     """
 
     title: str
@@ -43,6 +45,7 @@ class Quantity:
     bound: str = ""
     conditions: tuple[str, ...] = ()
     required: tuple[str, ...] = ()
+    test: str = ""
 
 
 _AT_SPEED: dict[str, Any] = {"conditions": ("speed",), "required": ("speed",)}
@@ -59,6 +62,23 @@ QUANTITIES = {
     "loss_torque": Quantity("loss torque", "torque", "maximum", **_AT_SPEED),
     "zero_crossing_torque": Quantity("torque step at zero speed", "torque", "maximum"),
     "coast_down_time": Quantity("coast-down time", "time", "minimum", **_AT_SPEED),
+    "torque_ripple": Quantity(
+        "breakaway torque, scatter over angles", "torque", "maximum", test="breakaway"
+    ),
+    "crossing_repeatability": Quantity(
+        "torque step at zero crossings, scatter", "torque", "maximum", test="zero-crossing"
+    ),
+    "run_in_change": Quantity(
+        "loss torque, change per hour after run-in", "torque", "maximum", test="run-in"
+    ),
+    "thermal_loss_torque": Quantity(
+        "largest loss torque over temperature",
+        "torque",
+        "maximum",
+        test="thermal-vacuum",
+        **_AT_SPEED,
+    ),
+    "torque_noise": Quantity("torque noise, rms", "torque", "maximum", test="torque-noise"),
     "static_imbalance": Quantity("static imbalance", "imbalance", "maximum"),
     "dynamic_imbalance": Quantity("dynamic imbalance", "inertia", "maximum"),
 }

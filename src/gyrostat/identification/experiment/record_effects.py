@@ -47,7 +47,7 @@ class RecordEffects:
 
 
 def found_drifts(effects: Mapping[str, Effect]) -> tuple[tuple[float, float], ...]:
-    """Sizes of the drifts that a fit found, for `RecordEffects`: a further record drifts as much."""
+    """Sizes of the drifts that a fit found, for `RecordEffects`; a further record drifts so too."""
 
     def size(name: str) -> float:
         effect = effects.get(name)

@@ -25,7 +25,7 @@ from gyrostat.identification.judge.validation import Validation
 from gyrostat.identification.uncertainty.observability import CLEAR
 from gyrostat.telemetry import Record
 from gyrostat.wheel import WheelModel, WheelSheet
-from gyrostat.wheel.sheet_limits import Limit
+from gyrostat.wheel.sheet_limits import QUANTITIES, Limit
 
 REACHED = 0.95
 """Smallest speed and current of a record, relative to those of a limit, that confirm it."""
@@ -107,6 +107,9 @@ class _Test:
         """Reason why the model or the sheet does not define the quantity; empty if they do."""
         if limit.quantity in ("static_imbalance", "dynamic_imbalance"):
             return "a record of current and speed does not show it"
+        test = QUANTITIES[limit.quantity].test
+        if test:
+            return f"the test {test} of gyrostat bench --tests shows it"
         name = "static" if limit.quantity == "zero_crossing_torque" else limit.quantity
         is_parameter = name in ("static", "stribeck_speed", "coulomb", "viscous", "inertia")
         if is_parameter and self.parameter(self.values, name, 1) is None:

@@ -1,0 +1,225 @@
+"""Test that a bench runs, as the files of `gyrostat.identification.bench_tests.kinds` define it."""
+
+import abc
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import ClassVar
+
+import numpy as np
+from scipy.stats import chi2, norm, t
+
+from gyrostat.core.classes_of import classes_of
+from gyrostat.core.errors import InputError
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.units import RPM, SI_UNIT, Unit
+from gyrostat.identification.bench_tests import kinds
+from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, read_options
+from gyrostat.identification.judge.acceptance_lines import CONFIDENCE, Line, judged
+from gyrostat.telemetry import Record
+from gyrostat.wheel.sheet_limits import QUANTITIES, Limit
+
+COLUMNS = ("time_s", "current_A", "speed_rad/s")
+"""Columns of a record that every test needs."""
+SAME = 1e-6
+"""Relative difference of two conditions that are the same."""
+
+
+@dataclass(frozen=True)
+class PlannedRecord:
+    """One record of a test.
+
+    Attributes:
+        name: Name of its files, without suffix.
+        time: Sample times, (N,), s.
+        current: Current to run, held from sample to sample, (N,), A.
+        remark: What to do beside running the current; empty if nothing.
+        columns: Columns of the record that the bench writes.
+    """
+
+    name: str
+    time: Vector
+    current: Vector
+    remark: str = ""
+    columns: tuple[str, ...] = COLUMNS
+
+    @property
+    def duration(self) -> float:
+        """Duration, s."""
+        return float(self.time[-1])
+
+
+@dataclass(frozen=True)
+class Measured:
+    """Value that a test measured.
+
+    Attributes:
+        quantity: Key of `gyrostat.wheel.sheet_limits.QUANTITIES`.
+        value: Value, SI.
+        sigma: Standard deviation, SI; with few repetitions, that of a normal error with the same
+            one-sided 95 % bound.
+        sense: Sense of rotation, +1 or -1; 0 for both.
+        conditions: Conditions, SI.
+    """
+
+    quantity: str
+    value: float
+    sigma: float
+    sense: int = 0
+    conditions: Mapping[str, float] = field(default_factory=dict)
+
+    def line(self, limit: Limit | None = None) -> Line:
+        """Line of the acceptance test; without a limit, one that only states the value."""
+        if limit is None:
+            kind = QUANTITIES[self.quantity]
+            unit = Unit("rpm", RPM) if kind.dimension == "speed" else Unit(SI_UNIT[kind.dimension])
+            bare = (None, -np.inf, np.inf, self.conditions, unit, "")
+            limit = Limit(self.quantity, *bare)
+        verdict = judged(limit, self.value, self.sigma)
+        return Line(limit, self.sense, self.value, self.sigma, verdict)
+
+    def meets(self, limit: Limit) -> bool:
+        """Whether a limit is on this value."""
+        if limit.quantity != self.quantity or set(limit.conditions) != set(self.conditions):
+            return False
+        pairs = ((self.conditions[name], value) for name, value in limit.conditions.items())
+        return all(abs(a - b) <= SAME * abs(b) for a, b in pairs)
+
+
+@dataclass(frozen=True)
+class Panel:
+    """Picture of a test: points with error bars and lines, or a map.
+
+    Attributes:
+        title: What it shows.
+        x: Label of the abscissa, with the unit.
+        y: Label of the ordinate, with the unit.
+        points: Abscissa, ordinate and sigma, (3, n) each row; empty for none.
+        lines: Curves, (2, n) each.
+        image: Map over (rows: y, columns: x) with its extent; None without one.
+        extent: Left, right, bottom and top of the map.
+    """
+
+    title: str
+    x: str
+    y: str
+    points: Matrix = field(default_factory=lambda: np.zeros((3, 0)))
+    lines: tuple[Matrix, ...] = ()
+    image: Matrix | None = None
+    extent: tuple[float, float, float, float] = (0.0, 1.0, 0.0, 1.0)
+
+
+@dataclass(frozen=True)
+class Outcome:
+    """What the records of a test show.
+
+    Attributes:
+        values: Measured values.
+        lines: Lines that the test itself has judged, in place of those of `values`.
+        notes: Remarks for the reader.
+        panels: Pictures.
+    """
+
+    values: tuple[Measured, ...]
+    lines: tuple[Line, ...] = ()
+    notes: tuple[str, ...] = ()
+    panels: tuple[Panel, ...] = ()
+
+    def of(self, limit: Limit) -> list[Line]:
+        """Lines on a limit of the sheet."""
+        judged_lines = [line for line in self.lines if line.limit is limit]
+        return judged_lines or [each.line(limit) for each in self.values if each.meets(limit)]
+
+
+@dataclass(frozen=True)
+class Motor:
+    """Motor constant that converts currents to torques.
+
+    Attributes:
+        constant: Motor constant, N·m/A.
+        sigma: Its standard deviation, N·m/A.
+        source: Where it is from.
+    """
+
+    constant: float
+    sigma: float
+    source: str
+
+
+@dataclass(frozen=True)
+class BenchTest(abc.ABC):
+    """Test with its profile, record template and verdict; its fields are keys of [test.NAME]."""
+
+    name: ClassVar[str]
+    title: ClassVar[str]
+    purpose: ClassVar[str]
+    place: ClassVar[int]
+    """Order in the plan. The verdict on a quantity is that of the first test that measured it."""
+    quantities: ClassVar[tuple[str, ...]]
+    """Quantities that the test can measure."""
+
+    @abc.abstractmethod
+    def records(self, sheet: BenchSheet) -> list[PlannedRecord]:
+        """Design the records for a wheel and bench.
+
+        Raises:
+            InputError: The bench cannot run the test.
+        """
+
+    @abc.abstractmethod
+    def evaluate(self, sheet: BenchSheet, records: Sequence[Record], motor: Motor) -> Outcome:
+        """Evaluate the records that a bench made, in the order of `records`.
+
+        Raises:
+            InputError: The records do not contain the test.
+        """
+
+
+def bench_tests(sheet: BenchSheet) -> dict[str, BenchTest]:
+    """Tests by name, in their order, with the options of a sheet.
+
+    Raises:
+        InputError: The sheet has options of an unknown test, or unknown options.
+    """
+    every = sorted(classes_of(kinds, BenchTest), key=lambda kind: kind.place)
+    known = {kind.name: kind for kind in every}
+    for name in sheet.options:
+        if name not in known:
+            raise InputError(
+                f"{sheet.path}: key test.{name}: found an unknown test, expected one of "
+                f"{', '.join(known)}"
+            )
+    return {
+        name: kind(
+            **read_options(sheet.path, f"test.{name}", sheet.options.get(name, {}), kind)
+        )
+        for name, kind in known.items()
+    }
+
+
+def speeds_of(sheet: BenchSheet, quantity: str, usual: Sequence[float]) -> list[float]:
+    """Speeds at which a quantity is stated: those of its limits, or usual ones, rad/s."""
+    stated = [lim.conditions["speed"] for lim in sheet.wheel.limits if lim.quantity == quantity]
+    return stated or list(usual)
+
+
+def mean_of(values: Vector) -> tuple[float, float]:
+    """Mean of repetitions and its sigma, with the factor of Student's t at one-sided 95 %."""
+    count = len(values)
+    factor = t.ppf(CONFIDENCE, count - 1) / norm.ppf(CONFIDENCE)
+    return float(np.mean(values)), float(factor * np.std(values, ddof=1) / np.sqrt(count))
+
+
+def scatter_of(values: Vector, noise: float = 0.0) -> tuple[float, float]:
+    """Standard deviation of repetitions without their noise, and its sigma.
+
+    The sigma is that of a normal error with the same upper 95 % bound as the chi-square law.
+
+    Args:
+        values: Repetitions, (n,).
+        noise: Standard deviation of the error of each.
+    """
+    freedom = len(values) - 1
+    total = float(np.var(values, ddof=1))
+    bound = np.sqrt(max(total * freedom / chi2.ppf(1.0 - CONFIDENCE, freedom) - noise**2, 0.0))
+    value = np.sqrt(max(total - noise**2, 0.0))
+    return float(value), float((bound - value) / norm.ppf(CONFIDENCE))

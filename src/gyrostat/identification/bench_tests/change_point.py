@@ -1,0 +1,79 @@
+"""Time at which a wheel breaks away, from noisy speeds."""
+
+from typing import NamedTuple
+
+import numpy as np
+
+from gyrostat.core.types import Vector
+from gyrostat.telemetry.signals import scatter
+
+FINER = 10
+"""Candidates of the breakaway time in each sample interval."""
+CLEAR = 6.0
+"""Speed at the end, in standard deviations of its noise, above which the wheel moved."""
+LONGEST = 40
+"""Largest number of samples after the breakaway that are fitted."""
+
+
+class Breakaway(NamedTuple):
+    """Breakaway of a wheel from rest.
+
+    Attributes:
+        time: Time of the breakaway, s.
+        sigma: Its standard deviation, s.
+    """
+
+    time: float
+    sigma: float
+
+
+def breakaway(time: Vector, speed: Vector, noise: float = 0.0) -> Breakaway | None:
+    """Find when a wheel starts to move, by least squares over the time of the change.
+
+    Before it the speed is zero; after it w = a (t - t_b) + b (t - t_b)², with a, b >= 0: the
+    friction falls to the Coulomb torque at once, and the current may rise.
+
+    Args:
+        time: Sample times, (N,), s.
+        speed: Measured speeds in the sense of the current, (N,), rad/s.
+        noise: Smallest standard deviation of a measured speed, rad/s.
+
+    Returns:
+        The breakaway; None if the wheel does not move clearly.
+    """
+    noise = max(noise, scatter(speed), 1e-9 * float(np.max(np.abs(speed))), 1e-300)
+    smooth = np.convolve(speed, np.ones(3) / 3.0, mode="same")
+    moving = np.flatnonzero(np.logical_and.accumulate((smooth > CLEAR * noise)[-2::-1])[::-1])
+    if not len(moving):
+        return None
+    last = min(int(moving[0]) + LONGEST // 2, len(time) - 1)
+    window = slice(max(0, last - 4 * LONGEST), last + 1)
+    t, w = time[window], speed[window]
+    candidates = np.linspace(t[0], t[-2], FINER * (len(t) - 2) + 1)
+    after = np.maximum(t - candidates[:, None], 0.0)
+    misfit = np.array([_misfit(each, w) for each in after])
+    best = int(np.argmin(misfit))
+    deviance = (misfit - misfit[best]) / noise**2
+    weight = np.exp(-0.5 * np.minimum(deviance, 200.0))
+    weight /= weight.sum()
+    mean = float(weight @ candidates)
+    spread = float(np.sqrt(weight @ (candidates - mean) ** 2))
+    step = candidates[1] - candidates[0]
+    return Breakaway(mean, float(np.hypot(spread, step / np.sqrt(12.0))))
+
+
+def _misfit(after: Vector, speed: Vector) -> float:
+    """Least sum of squares of a line and a parabola with coefficients of 0 or more."""
+    rows = np.column_stack([after, after**2])
+    products, right = rows.T @ rows, rows.T @ speed
+    total = float(speed @ speed)
+    best = total
+    for k in (0, 1):
+        if products[k, k] > 0.0 and right[k] > 0.0:
+            best = min(best, total - right[k] ** 2 / products[k, k])
+    determinant = products[0, 0] * products[1, 1] - products[0, 1] ** 2
+    if determinant > 1e-12 * products[0, 0] * products[1, 1]:
+        both = np.linalg.solve(products, right)
+        if np.all(both >= 0.0):
+            best = min(best, total - float(right @ both))
+    return best

@@ -1,0 +1,1 @@
+"""Kinds of bench tests: one file each, found by its place."""

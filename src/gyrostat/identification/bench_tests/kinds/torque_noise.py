@@ -1,0 +1,166 @@
+"""Torque noise: spectrum at one speed, waterfall over a coast-down."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.types import Vector
+from gyrostat.core.units import RPM
+from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, option
+from gyrostat.identification.bench_tests.bench_test import (
+    COLUMNS,
+    BenchTest,
+    Measured,
+    Motor,
+    Outcome,
+    Panel,
+    PlannedRecord,
+)
+from gyrostat.identification.bench_tests.program import Program
+from gyrostat.identification.bench_tests.spectrum import Spectrum, spectrum
+from gyrostat.telemetry import Record
+
+UNEVEN = 1e-3
+"""Largest deviation of a sample interval from their mean, relative, for a spectrum."""
+FEWEST = 8
+"""Smallest number of segments."""
+FLOOR = 1e-4
+"""Smallest density of a waterfall over its largest one."""
+
+
+@dataclass(frozen=True)
+class TorqueNoise(BenchTest):
+    """Reaction torque of a fast record (column `torque`), or inertia times acceleration.
+
+    A speed is differenced: its noise is part of the torque then, which is an upper bound.
+    """
+
+    name = "torque-noise"
+    title = "Torque noise: spectrum and waterfall"
+    purpose = "rms torque noise in a band, its spectrum at one speed, its waterfall over speed"
+    place = 60
+    quantities = ("torque_noise",)
+
+    speed: float | None = option(None, "speed", "Speed; by default half of the speed limit.")
+    hold_time: float = option(60.0, "time", "Duration at this speed.")
+    low: float = option(1.0, "frequency", "Lower end of the band.")
+    high: float | None = option(None, "frequency", "Upper end; by default 0.4 of the fast rate.")
+    segment: float = option(4.0, "time", "Length of a segment of the spectrum.")
+
+    def records(self, sheet: BenchSheet) -> list[PlannedRecord]:
+        """See `BenchTest.records`."""
+        rate = sheet.bench.fast_rate
+        high = self.high or 0.4 * rate
+        if not 1.0 / self.segment <= self.low < high < 0.5 * rate:
+            raise InputError(
+                f"{sheet.path}: test.{self.name}: found a band of {self.low:g} to {high:g} Hz at "
+                f"{rate:g} Hz with segments of {self.segment:g} s, expected it above one period "
+                "of a segment and below half of fast_rate"
+            )
+        speed = self.speed or 0.5 * sheet.value("speed_limit")
+        columns = (*COLUMNS, "torque_N·m")
+        planned = []
+        for word in ("spectrum", "waterfall"):
+            program = Program(sheet, self.name, rate)
+            program.drive(sheet.bench.current_limit, speed)
+            if word == "spectrum":
+                program.steady(self.hold_time)
+            else:
+                program.coast()
+            remark = "reaction torque about the spin axis in torque_N·m, if the bench measures it"
+            planned.append(
+                PlannedRecord(f"{self.name}-{word}", *program.series(), remark, columns)
+            )
+        return planned
+
+    def evaluate(self, sheet: BenchSheet, records: Sequence[Record], motor: Motor) -> Outcome:
+        """See `BenchTest.evaluate`."""
+        high = self.high or 0.4 * sheet.bench.fast_rate
+        steady, coast = records
+        speed = self.speed or 0.5 * sheet.value("speed_limit")
+        near = np.abs(np.abs(steady.speed) - speed) <= 0.1 * speed
+        index = np.flatnonzero(near & steady.valid)
+        if not len(index):
+            raise InputError(
+                f"{steady.name}: found no sample near {speed / RPM:.0f} rpm, expected "
+                f"{self.hold_time:g} s of them"
+            )
+        # the speed rises before it is held
+        start = int(index[-1]) - round(self.hold_time * _rate(steady)) + 1
+        first, notes = self._spectrum(sheet, steady, slice(max(start, int(index[0])), index[-1] + 1))
+        slow = np.flatnonzero(coast.current != 0.0)
+        begin = int(slow[-1]) + 1 if len(slow) else 0
+        second, _ = self._spectrum(sheet, coast, slice(begin, len(coast.time)))
+        value, sigma = first.rms(self.low, high)
+        scale = sheet.inertial_scale() if steady.torque is None else _torque_scale(sheet)
+        value = Measured("torque_noise", value, float(np.hypot(sigma, scale * value)))
+        centres = begin + second.centres
+        speeds = np.abs(coast.speed[centres]) / RPM
+        shown = second.frequency <= high
+        floor = FLOOR * float(second.rows[:, shown].max() or 1.0)
+        image = 10.0 * np.log10(np.maximum(second.rows[:, shown], floor))
+        order = np.argsort(speeds)
+        grid = np.linspace(speeds[order[0]], speeds[order[-1]], len(order))
+        image = image[order[np.searchsorted(speeds[order], grid).clip(0, len(order) - 1)]]
+        density = np.array([first.frequency[1:], np.sqrt(first.density[1:])])
+        panels = (
+            Panel(
+                f"Spectrum at {speed / RPM:.0f} rpm",
+                "frequency (Hz)",
+                "torque (N·m/√Hz)",
+                lines=(density[:, density[0] <= high],),
+            ),
+            Panel(
+                "Waterfall: density in dB over speed",
+                "frequency (Hz)",
+                "speed (rpm)",
+                image=image,
+                extent=(0.0, float(second.frequency[shown][-1]), grid[0], grid[-1]),
+            ),
+        )
+        return Outcome((value,), notes=tuple(notes), panels=panels)
+
+    def _spectrum(
+        self, sheet: BenchSheet, record: Record, part: slice
+    ) -> tuple[Spectrum, list[str]]:
+        """Spectrum of the torque in a part of a record."""
+        rate = _rate(record)
+        torque = record.torque
+        notes = []
+        if torque is None:
+            torque = _inertial_torque(sheet.value("inertia"), record)
+            notes.append(
+                "no column of the reaction torque: inertia times acceleration, with the noise of "
+                "the tachometer in it; the value is an upper bound"
+            )
+        length = round(self.segment * rate)
+        signal = torque[part]
+        if len(signal) < (FEWEST + 1) * length // 2:
+            raise InputError(
+                f"{record.name}: found {len(signal) / rate:.3g} s for the spectrum, expected at "
+                f"least {(FEWEST + 1) * self.segment / 2.0:.3g} s"
+            )
+        return spectrum(signal, rate, length), notes
+
+
+def _rate(record: Record) -> float:
+    """Samples per second of an evenly sampled record, Hz."""
+    intervals = np.diff(record.time)
+    mean = float(intervals.mean())
+    if np.max(np.abs(intervals - mean)) > UNEVEN * mean + 1e-9:
+        raise InputError(f"{record.name}: found uneven sample times, expected even ones: spectrum")
+    return 1.0 / mean
+
+
+def _inertial_torque(inertia: float, record: Record) -> Vector:
+    """Inertia times the differences of the speed, (N,), N·m; missing speeds are interpolated."""
+    valid = record.valid
+    speed = np.interp(record.time, record.time[valid], record.speed[valid])
+    return inertia * np.gradient(speed, record.time)
+
+
+def _torque_scale(sheet: BenchSheet) -> float:
+    """Relative sigma of the instrument of the reaction torque."""
+    return max((i.uncertainty for i in sheet.instruments if i.quantity == "torque"), default=0.0)

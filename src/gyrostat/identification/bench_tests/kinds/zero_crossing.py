@@ -1,0 +1,134 @@
+"""Repeated zero crossings."""
+
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.types import Vector
+from gyrostat.core.units import RPM
+from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, option
+from gyrostat.identification.bench_tests.bench_test import (
+    BenchTest,
+    Measured,
+    Motor,
+    Outcome,
+    Panel,
+    PlannedRecord,
+    mean_of,
+    scatter_of,
+)
+from gyrostat.identification.bench_tests.program import Program
+from gyrostat.telemetry import Record
+
+FEWEST = 4
+"""Smallest number of crossings."""
+NEAR, FAR = 0.1, 0.9
+"""Part of the largest speed in which the slopes before and after a crossing are fitted: near zero
+the friction rises to its static level."""
+LEAST = 8
+"""Smallest number of samples of each slope."""
+
+
+@dataclass(frozen=True)
+class ZeroCrossing(BenchTest):
+    """The wheel passes zero speed at constant current, again and again.
+
+    The torque does not change, so that the acceleration steps by (F(0+) + F(0-)) / J. Half of the
+    step is the Coulomb torque, mean of both senses; its scatter is the repeatability.
+    """
+
+    name = "zero-crossing"
+    title = "Repeated zero crossings"
+    purpose = "Coulomb torque from the step of acceleration, and its scatter"
+    place = 30
+    quantities = ("crossing_repeatability", "coulomb")
+
+    crossings: int = option(20, "count", "Number of crossings.")
+    speed: float = option(100.0 * RPM, "speed", "Speed before and after each crossing.")
+    current: float = option(1.6, "1", "Current over the breakaway current.")
+
+    def records(self, sheet: BenchSheet) -> list[PlannedRecord]:
+        """See `BenchTest.records`."""
+        if self.crossings < FEWEST or self.current <= 1.0:
+            raise InputError(
+                f"{sheet.path}: test.{self.name}: found {self.crossings} crossings at "
+                f"{self.current:g} breakaway currents, expected at least {FEWEST} above 1"
+            )
+        current = self.current * sheet.breakaway_current()
+        program = Program(sheet, self.name, sheet.bench.rate)
+        program.drive(current, self.speed)
+        for k in range(self.crossings):
+            sense = -((-1.0) ** k)
+            program.drive(sense * current, sense * self.speed)
+        program.coast()
+        return [PlannedRecord(self.name, *program.series())]
+
+    def evaluate(self, sheet: BenchSheet, records: Sequence[Record], motor: Motor) -> Outcome:
+        """See `BenchTest.evaluate`."""
+        (record,) = records
+        inertia = sheet.value("inertia")
+        steps = [inertia * np.array(step) for step in acceleration_steps(record)]
+        if len(steps) < FEWEST:
+            raise InputError(
+                f"{record.name}: found {len(steps)} zero crossings at constant current, expected "
+                f"at least {FEWEST}"
+            )
+        torque, sigma = np.array(steps).T
+        mean, spread = mean_of(torque)
+        scale = sheet.inertial_scale()
+        coulomb = Measured("coulomb", 0.5 * mean, 0.5 * float(np.hypot(spread, scale * mean)))
+        scatter = scatter_of(torque, float(np.sqrt(np.mean(sigma**2))))
+        numbers = np.arange(1, len(torque) + 1)
+        panel = Panel(
+            "Step of the torque at each crossing",
+            "crossing",
+            "torque (N·m)",
+            points=np.array([numbers, torque, sigma]),
+            lines=(np.array([numbers[[0, -1]], [mean, mean]]),),
+        )
+        note = f"{len(torque)} crossings evaluated"
+        return Outcome(
+            (coulomb, Measured("crossing_repeatability", *scatter)), (), (note,), (panel,)
+        )
+
+
+def acceleration_steps(record: Record) -> list[tuple[float, float]]:
+    """Step of the acceleration at each zero crossing with constant current, and its sigma, rad/s².
+
+    The slopes of the speed before and after, each a parabola, are extrapolated to the crossing.
+    """
+    change = np.abs(np.diff(record.current))
+    edges = np.flatnonzero(change > 0.2 * np.max(np.abs(record.current))) + 1
+    borders = [0, *edges.tolist(), len(record.time)]
+    steps = []
+    for first, last in zip(borders, borders[1:], strict=False):
+        index = np.arange(first, last)[record.valid[first:last]]
+        if len(index) < 3 * LEAST or abs(np.mean(record.current[first:last])) == 0.0:
+            continue
+        sense = np.sign(np.mean(record.current[first:last]))
+        speed, time = sense * record.speed[index], record.time[index]
+        top = min(-speed.min(), speed.max())
+        before = np.flatnonzero((speed < -NEAR * top) & (speed > -FAR * top))
+        after = np.flatnonzero((speed > NEAR * top) & (speed < FAR * top))
+        if top <= 0.0 or min(len(before), len(after)) < LEAST or before[0] > after[0]:
+            continue
+        sides = [_slope_at_zero(time[side], speed[side]) for side in (before, after)]
+        step = sides[0][0] - sides[1][0]
+        steps.append((step, float(np.hypot(sides[0][1], sides[1][1]))))
+    return steps
+
+
+def _slope_at_zero(time: Vector, speed: Vector) -> tuple[float, float]:
+    """Slope of a line at zero speed, and its sigma: dw/dt = a + b w with b small.
+
+    A line over the samples has the slope at their mean speed; viscous friction is the same on both
+    sides of the crossing, so that its effect on the step is that of the sum of both mean speeds.
+    """
+    rows: NDArray[np.float64] = np.column_stack([np.ones(len(time)), time - time.mean()])
+    solution, *_ = np.linalg.lstsq(rows, speed, rcond=None)
+    residual = speed - rows @ solution
+    variance = float(residual @ residual) / max(len(time) - 2, 1)
+    return float(solution[1]), float(np.sqrt(variance / (rows[:, 1] @ rows[:, 1])))

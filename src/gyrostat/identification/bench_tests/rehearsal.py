@@ -1,0 +1,186 @@
+"""Rehearsal of a test: records of the expected wheel, and what the verdict makes of them."""
+
+from collections.abc import Callable, Sequence
+from dataclasses import dataclass
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.units import si_unit
+from gyrostat.identification.bench_tests.bench_sheet import BenchSheet
+from gyrostat.identification.bench_tests.bench_test import (
+    BenchTest,
+    Measured,
+    Motor,
+    PlannedRecord,
+)
+from gyrostat.telemetry import Record
+from gyrostat.wheel.sheet_limits import QUANTITIES, Limit
+from gyrostat.wheel.uneven_wheel import Ripple, uneven_speeds
+
+SECOND = 0.5
+"""Amplitude of the second harmonic of the ripple over that of the first."""
+ORDERS = (2, 9)
+"""Range of the order of the second harmonic."""
+ROOM_TEMPERATURE = 20.0
+
+
+@dataclass(frozen=True)
+class Prediction:
+    """What a test determines, over n simulated records.
+
+    Attributes:
+        measured: Quantity with conditions, and the mean of its values.
+        sigma: Median of the sigma that the verdict states; SI.
+        scatter: Standard deviation of the values, SI; None with fewer than two.
+        count: Number of values.
+    """
+
+    measured: Measured
+    sigma: float
+    scatter: float | None
+    count: int
+
+    @property
+    def title(self) -> str:
+        """Quantity with its conditions and sense."""
+        return self.measured.line().title
+
+    @property
+    def unit(self) -> str:
+        """SI unit."""
+        return si_unit(QUANTITIES[self.measured.quantity].dimension)
+
+
+@dataclass(frozen=True)
+class Rehearsal:
+    """Simulated records of one test.
+
+    Attributes:
+        predictions: What it determines.
+        runs: Number of simulated tests.
+        failures: Reasons why some gave no result, one for each.
+    """
+
+    predictions: tuple[Prediction, ...]
+    runs: int
+    failures: tuple[str, ...]
+
+
+def simulated(
+    sheet: BenchSheet, planned: PlannedRecord, count: int, random: np.random.Generator
+) -> list[Record]:
+    """Records of the expected wheel with ripple, drift, noise and rounding.
+
+    The wheel starts at a random angle. Its friction drifts linearly, by a fraction with the
+    standard deviation that the sheet states. The drive sets a current exactly and records it
+    rounded.
+
+    Args:
+        sheet: Spec sheet.
+        planned: Profile.
+        count: Number of records.
+        random: Random generator.
+    """
+    bench = sheet.bench
+    amplitude = bench.ripple * sheet.value("coulomb") * np.sqrt(2.0 / (1.0 + SECOND**2))
+    orders = np.column_stack([np.ones(count), random.integers(*ORDERS, count)])
+    sizes = np.tile([amplitude, SECOND * amplitude], (count, 1))
+    ripple = Ripple(sizes, orders, random.uniform(0.0, 2.0 * np.pi, (count, 2)))
+    share = 2.0 * planned.time / planned.time[-1] - 1.0
+    growth = 1.0 + bench.drift * random.standard_normal((count, 1)) * share
+    speeds = uneven_speeds(sheet.expected(), planned.time, planned.current, growth, ripple)
+    torque = _reaction(sheet, planned, speeds) if "torque_N·m" in planned.columns else None
+    records = []
+    for k, speed in enumerate(speeds):
+        current = planned.current + bench.current_sigma * random.standard_normal(len(speed))
+        speed = speed + bench.speed_sigma * random.standard_normal(len(speed))
+        warm = "temperature_degC" in planned.columns
+        records.append(
+            Record(
+                planned.name,
+                planned.time,
+                _rounded(current, bench.current_quantum),
+                _rounded(speed, bench.speed_quantum),
+                np.ones(len(speed), dtype=bool),
+                temperature=np.full(len(speed), ROOM_TEMPERATURE) if warm else None,
+                torque=None if torque is None else torque[k],
+            )
+        )
+    return records
+
+
+def _rounded(values: np.ndarray, step: float) -> np.ndarray:
+    return step * np.round(values / step) if step else values
+
+
+def _reaction(sheet: BenchSheet, planned: PlannedRecord, speeds: np.ndarray) -> np.ndarray:
+    """Torque on the bench: that which accelerates the rotor, with the opposite sign."""
+    rate = np.diff(speeds, axis=1, append=speeds[:, -1:]) / np.diff(planned.time)[0]
+    return -sheet.value("inertia") * rate
+
+
+def rehearse(
+    sheet: BenchSheet,
+    test: BenchTest,
+    planned: Sequence[PlannedRecord],
+    runs: int,
+    seed: int,
+    say: Callable[[str], None],
+) -> Rehearsal:
+    """Simulate a test and evaluate the records as those of a bench.
+
+    Args:
+        sheet: Spec sheet.
+        test: Test.
+        planned: Its records.
+        runs: Number of simulated tests.
+        seed: Seed of ripple, drift and noise.
+        say: Function that receives progress.
+    """
+    random = np.random.default_rng([seed, test.place])
+    series = [simulated(sheet, each, runs, random) for each in planned]
+    motor = sheet_motor(sheet)
+    results: dict[tuple[object, ...], list[Measured]] = {}
+    failures = []
+    for k, records in enumerate(zip(*series, strict=True)):
+        try:
+            outcome = test.evaluate(sheet, records, motor)
+        except InputError as error:
+            failures.append(str(error))
+            continue
+        lines = [
+            Measured(x.limit.quantity, x.measured, x.sigma, x.sense, x.limit.conditions)
+            for x in outcome.lines
+            if x.measured is not None and x.sigma is not None
+        ]
+        stated = {(each.quantity, each.sense, *each.conditions.items()) for each in lines}
+        values = [v for v in outcome.values if (v.quantity, v.sense) not in stated]
+        for each in (*lines, *values):
+            key = (each.quantity, each.sense, *each.conditions.items())
+            results.setdefault(key, []).append(each)
+        if (k + 1) % 10 == 0:
+            say(f"  {test.name}: {k + 1} of {runs} simulated")
+    return Rehearsal(
+        tuple(_prediction(every) for every in results.values()), runs, tuple(failures)
+    )
+
+
+def _prediction(every: Sequence[Measured]) -> Prediction:
+    values = np.array([each.value for each in every])
+    sigma = float(np.median([each.sigma for each in every]))
+    scatter = float(np.std(values, ddof=1)) if len(values) > 1 else None
+    first = every[0]
+    mean = Measured(first.quantity, float(values.mean()), sigma, first.sense, first.conditions)
+    return Prediction(mean, sigma, scatter, len(every))
+
+
+def sheet_motor(sheet: BenchSheet) -> Motor:
+    """Motor constant of the sheet; its tolerance is the half width of a uniform distribution."""
+    constant = sheet.value("motor_constant")
+    limit: Limit = next(each for each in sheet.wheel.limits if each.quantity == "motor_constant")
+    width = 0.5 * (limit.maximum - limit.minimum) if np.isfinite(limit.maximum) else 0.0
+    width = width if np.isfinite(width) else 0.0
+    scale = sheet.tolerances().get("current_scale", 0.0) * constant
+    sigma = float(np.hypot(width / np.sqrt(3.0), scale))
+    return Motor(constant, sigma, "the motor constant of the sheet")
