@@ -155,9 +155,16 @@ def validate(
 
 def bench(
     model: Annotated[
-        Path, typer.Argument(help="model.toml of the wheel; with --design also fit.json.")
+        Path,
+        typer.Argument(
+            help="model.toml of the wheel; with --design also fit.json; with --tests or --verdict "
+            "a spec sheet."
+        ),
     ],
-    out: Annotated[Path, typer.Option(help="Record to write, .csv or .parquet.")],
+    out: Annotated[
+        Path,
+        typer.Option(help="Record to write, .csv or .parquet; with --tests or --verdict a folder."),
+    ],
     profile: Annotated[str, typer.Option(help="Current profile: steps, sines or ramps.")] = "steps",
     duration: Annotated[str, typer.Option(help="Duration, s or with a unit.")] = "300",
     rate: Annotated[float, typer.Option(help="Sampling rate, Hz.")] = 10.0,
@@ -184,12 +191,30 @@ def bench(
         float | None, typer.Option(help="Largest rate of the designed current, A/s.")
     ] = None,
     ripple: Ripple = None,
+    tests: Annotated[
+        list[str] | None, typer.Option(help="Bench tests to plan or judge: all, or names; A,B.")
+    ] = None,
+    verdict: Annotated[
+        Path | None, typer.Option(help="Folder with the records of bench tests, to judge them.")
+    ] = None,
+    simulate: Annotated[
+        int, typer.Option(help="Simulated records of each bench test or design.")
+    ] = 0,
     force: ForceModel = False,
     json_output: Json = False,
 ) -> None:
-    """Simulate the bench record of a known wheel, or with --design design the next record."""
-    if json_output and not design:
+    """Simulate a bench record; --design the next one; plan --tests; judge their records.
+
+    --verdict writes the acceptance report.
+    """
+    planned = bool(tests) or verdict is not None
+    if json_output and not (design or planned):
         raise InputError("--json: found without --design, expected with it: a record is no JSON")
-    call(verbs.bench, {**locals(), "design": design or None}, command=command_line())
+    given = {**locals(), "design": design or None, "tests": tests or None}
+    del given["planned"]
+    result = call(verbs.bench, given, command=command_line())
     if json_output:
-        print_json(out.with_suffix(".json"))
+        names = "plan.json" if verdict is None else "acceptance.json"
+        print_json(out / names if planned else out.with_suffix(".json"))
+    if verdict is not None and result.acceptance.failed:
+        raise typer.Exit(1)

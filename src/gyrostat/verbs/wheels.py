@@ -4,7 +4,7 @@ import json
 from collections.abc import Iterable, Mapping
 from dataclasses import replace
 from pathlib import Path
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import (
@@ -18,11 +18,14 @@ from gyrostat.verbs.arguments import (
     refuse_given,
     silent,
 )
+from gyrostat.verbs.bench_tests import judge_bench, plan_bench
 from gyrostat.verbs.design import design as design_bench
 from gyrostat.verbs.wheel_arguments import HOLDS, load_records, parameters_in_si, wheel_model
 
 if TYPE_CHECKING:
     from gyrostat.identification import Fit, Validation
+    from gyrostat.identification.bench_tests.plan import TestPlan
+    from gyrostat.identification.bench_tests.verdict import BenchVerdict
     from gyrostat.identification.experiment.design import Design
     from gyrostat.telemetry import Record
     from gyrostat.wheel import Wheel, WheelModel, WheelSheet
@@ -150,15 +153,18 @@ def bench(
     max_speed: Quantity | None = None,
     slew: float | None = None,
     ripple: float | None = None,
+    tests: str | Iterable[str] | None = None,
+    verdict: "str | Path | None" = None,
+    simulate: int = 0,
     force: bool = False,
     say: Say = silent,
     command: str = "gyrostat.bench",
-) -> "Record | Design":
-    """Simulate the bench record of a known wheel, or design the next record of an identified one.
+) -> "Record | Design | TestPlan | BenchVerdict":
+    """Simulate the record of a known wheel, design the next one, or plan and judge bench tests.
 
     Args:
         model: Wheel, its model, an identification, or path of model.toml; with `design` also of
-            fit.json.
+            fit.json; with `tests` or `verdict` path of a spec sheet.
         out: File for the record, .csv or .parquet; None writes no file. With `design`, a .csv with
             the current and the speed of the estimated wheel, and NAME.json and NAME.html beside it.
         profile: "steps", "sines" or "ramps".
@@ -182,6 +188,13 @@ def bench(
         max_speed: Largest speed that a designed record may reach, rad/s.
         slew: Largest rate of change of the current of a designed record, A/s.
         ripple: Torque ripple, rms over the dry friction torque; by default that of the fit.
+        tests: Names of bench tests, or "all": plan them from the spec sheet, `out` is a folder for
+            profiles, templates of records, plan.json and plan.html; with `verdict` the tests to
+            judge.
+        verdict: Folder with the records of bench tests: judge them against the limits of the spec
+            sheet, `out` is a folder for acceptance.html, acceptance.pdf and acceptance.json.
+        simulate: Number of simulated records of each bench test or design, which check the
+            predicted sigma.
         force: Whether to replace a file that gyrostat did not write, and to accept a wheel that its
             identification marked as impossible.
         say: Function that receives each message for the user.
@@ -191,6 +204,33 @@ def bench(
         InputError: A wheel or option cannot be used, or an existing file would be replaced.
     """
     path = None if out is None else Path(out)
+    if tests is not None or verdict is not None:
+        test_options = {
+            "--design": design,
+            "--profile": profile if profile != "steps" else None,
+            "--duration": duration if duration not in (300.0, "300") else None,
+            "--rate": rate if rate != 10.0 else None,
+            "--low": low,
+            "--high": high,
+            "--period": period,
+            "--initial-speed": initial_speed if initial_speed not in (0.0, "0") else None,
+            "--speed-sigma": speed_sigma if speed_sigma not in (0.0, "0") else None,
+            "--speed-quantum": speed_quantum if speed_quantum not in (0.0, "0") else None,
+            "--jitter": jitter or None,
+            "--dropouts": dropouts or None,
+            "--target-sigma": target_sigma,
+            "--max-speed": max_speed,
+            "--slew": slew,
+            "--ripple": ripple,
+        }
+        where = "--tests" if verdict is None else "--verdict"
+        refuse_given(test_options, where, "a record")
+        options: dict[str, Any] = {"force": force, "say": say, "command": command}
+        if verdict is None:
+            assert tests is not None
+            return plan_bench(model, tests, path, simulate=simulate, seed=seed, **options)
+        refuse_given({"--simulate": simulate or None}, "--verdict", "--tests or --design")
+        return judge_bench(model, verdict, tests, path, **options)
     if design is not None:
         record_options = {
             "--profile": profile if profile != "steps" else None,
@@ -224,6 +264,7 @@ def bench(
         "--max-speed": max_speed,
         "--slew": slew,
         "--ripple": ripple,
+        "--simulate": simulate or None,
     }
     refuse_given(design_options, "a simulated record", "--design")
     from gyrostat.core.files import check_writable

@@ -41,10 +41,12 @@ class Coast:
     Attributes:
         time: Time from the start of the interval, (m,), s.
         speed: Measured speed, (m,), rad/s, positive in the sense of rotation at the start.
+        start: Time of the start in the record, s.
     """
 
     time: Vector
     speed: Vector
+    start: float = 0.0
 
 
 def coasting_speed(
@@ -113,7 +115,8 @@ def find_coasts(record: Record, noise: float) -> list[Coast]:
             continue
         if sense * (smooth[0] - smooth[len(stretch) - 1]) > TURNING * noise:
             time = record.time[stretch] - record.time[stretch[0]]
-            coasts.append(Coast(time, sense * record.speed[stretch]))
+            start = float(record.time[stretch[0]])
+            coasts.append(Coast(time, sense * record.speed[stretch], start))
     return coasts
 
 

@@ -37,6 +37,8 @@ USUAL_STATIC, USUAL_STRIBECK_SPEED = 1.03, 0.418879
 """Static over Coulomb torque, and Stribeck speed, rad/s, of a sheet without them."""
 MEASURED = ("current", "speed", "time", "temperature", "torque")
 """Quantities that an instrument measures."""
+VISCOUS_ERROR = 0.1
+"""Relative sigma of the viscous coefficient of a sheet, which is not that of each wheel."""
 MOST_SHARE = 0.5
 LARGEST_RATE = 1e5
 

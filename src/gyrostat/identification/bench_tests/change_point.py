@@ -4,7 +4,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gyrostat.core.types import Vector
+from gyrostat.core.types import Matrix, Vector
 from gyrostat.telemetry.signals import scatter
 
 FINER = 10
@@ -51,7 +51,7 @@ def breakaway(time: Vector, speed: Vector, noise: float = 0.0) -> Breakaway | No
     t, w = time[window], speed[window]
     candidates = np.linspace(t[0], t[-2], FINER * (len(t) - 2) + 1)
     after = np.maximum(t - candidates[:, None], 0.0)
-    misfit = np.array([_misfit(each, w) for each in after])
+    misfit = _misfit(after, w)
     best = int(np.argmin(misfit))
     deviance = (misfit - misfit[best]) / noise**2
     weight = np.exp(-0.5 * np.minimum(deviance, 200.0))
@@ -62,18 +62,30 @@ def breakaway(time: Vector, speed: Vector, noise: float = 0.0) -> Breakaway | No
     return Breakaway(mean, float(np.hypot(spread, step / np.sqrt(12.0))))
 
 
-def _misfit(after: Vector, speed: Vector) -> float:
-    """Least sum of squares of a line and a parabola with coefficients of 0 or more."""
-    rows = np.column_stack([after, after**2])
-    products, right = rows.T @ rows, rows.T @ speed
+def _misfit(after: Matrix, speed: Vector) -> Vector:
+    """Least sums of squares of a line and a parabola with coefficients of 0 or more, (c,).
+
+    Args:
+        after: Time since each candidate, 0 before it, (c, n), s.
+        speed: Speeds, (n,), rad/s.
+    """
+    square = after**2
+    right = np.stack([after @ speed, square @ speed])
+    first, mixed, second = ((a * b).sum(axis=1) for a, b in _pairs(after, square))
     total = float(speed @ speed)
-    best = total
-    for k in (0, 1):
-        if products[k, k] > 0.0 and right[k] > 0.0:
-            best = min(best, total - right[k] ** 2 / products[k, k])
-    determinant = products[0, 0] * products[1, 1] - products[0, 1] ** 2
-    if determinant > 1e-12 * products[0, 0] * products[1, 1]:
-        both = np.linalg.solve(products, right)
-        if np.all(both >= 0.0):
-            best = min(best, total - float(right @ both))
-    return best
+    singles = [
+        np.where(r > 0.0, r**2 / np.maximum(p, 1e-300), 0.0)
+        for r, p in zip(right, (first, second), strict=True)
+    ]
+    gain = np.maximum(*singles)
+    determinant = first * second - mixed**2
+    regular = determinant > 1e-12 * first * second
+    divisor = np.where(regular, determinant, 1.0)
+    line = (second * right[0] - mixed * right[1]) / divisor
+    bend = (first * right[1] - mixed * right[0]) / divisor
+    both = line * right[0] + bend * right[1]
+    return total - np.where(regular & (line >= 0.0) & (bend >= 0.0), both, gain)
+
+
+def _pairs(after: Matrix, square: Matrix) -> tuple[tuple[Matrix, Matrix], ...]:
+    return (after, after), (after, square), (square, square)

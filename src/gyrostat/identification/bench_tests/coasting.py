@@ -6,11 +6,12 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.bench.coast import coasting_speed, find_coasts
 from gyrostat.identification.bench.methods import identify_dedicated
 from gyrostat.identification.bench_tests.bench_sheet import BenchSheet
 from gyrostat.telemetry import Record
 from gyrostat.telemetry.record import CHANNELS
-from gyrostat.telemetry.signals import runs
+from gyrostat.telemetry.signals import runs, trapezoidal
 
 RESTING = 0.02
 """Current, relative to the largest, below which the motor counts as switched off."""
@@ -60,6 +61,8 @@ class Coasted:
 def coast_friction(sheet: BenchSheet, record: Record) -> Coasted:
     """Viscous and Coulomb friction of all coasts of a record.
 
+    The drift of friction over the record, as large as the sheet states, is part of the covariance.
+
     Raises:
         InputError: The record has no coast, or the fit is not valid.
     """
@@ -69,8 +72,36 @@ def coast_friction(sheet: BenchSheet, record: Record) -> Coasted:
     if not fit.converged:
         raise InputError(f"{record.name}: found no friction that fits the coasts, expected one")
     places = [fit.names.index(name) for name in ("viscous", "coulomb")]
-    covariance = fit.covariance[np.ix_(places, places)]
-    return Coasted(fit.values[places], covariance, inertia, sheet.inertial_scale())
+    values, covariance = fit.values[places], fit.covariance[np.ix_(places, places)]
+    shift = sheet.bench.drift * _shift_by_drift(record, values / inertia, fit.speed_sigma) * inertia
+    covariance = covariance + np.outer(shift, shift)
+    return Coasted(values, covariance, inertia, sheet.inertial_scale())
+
+
+def _shift_by_drift(record: Record, ratios: Vector, noise: float) -> Vector:
+    """Change of b/J and c/J of a fit to the coasts if friction drifts over the record, (2,).
+
+    The friction grows linearly from mid-record to its end, by its own size: the change d of the
+    speed obeys dd/dt = -(b/J) d - s(t) (b w + c)/J, and the fit follows it in least squares.
+    """
+    viscous, coulomb = ratios
+    middle, half = np.mean(record.time[[0, -1]]), 0.5 * np.ptp(record.time)
+    coasts = find_coasts(record, noise)
+    rows, right = [], []
+    for k, coast in enumerate(coasts):
+        start = float(coast.speed[: len(coast.speed) // 20 + 1].mean())
+        speed, slopes = coasting_speed(coast.time, start, viscous, coulomb)
+        share = (coast.start + coast.time - middle) / half
+        growth = np.exp(viscous * coast.time)
+        drive = share * (viscous * speed + coulomb)
+        right.append(-trapezoidal(growth * drive, coast.time) / growth)
+        own = np.tile(np.eye(len(coasts))[k], (len(coast.time), 1))
+        rows.append(np.column_stack([slopes[:, :2], own * slopes[:, 2:]]))
+    # the rows of b and c differ by the size of the speed
+    matrix = np.vstack(rows)
+    size = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
+    solution = np.linalg.lstsq(matrix / size, np.concatenate(right), rcond=None)[0] / size
+    return solution[:2]
 
 
 def each_coast(record: Record) -> list[tuple[float, Record]]:

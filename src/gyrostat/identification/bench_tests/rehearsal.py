@@ -1,13 +1,13 @@
 """Rehearsal of a test: records of the expected wheel, and what the verdict makes of them."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.units import si_unit
-from gyrostat.identification.bench_tests.bench_sheet import BenchSheet
+from gyrostat.identification.bench_tests.bench_sheet import VISCOUS_ERROR, BenchSheet
 from gyrostat.identification.bench_tests.bench_test import (
     BenchTest,
     Measured,
@@ -20,8 +20,8 @@ from gyrostat.wheel.uneven_wheel import Ripple, uneven_speeds
 
 SECOND = 0.5
 """Amplitude of the second harmonic of the ripple over that of the first."""
-ORDERS = (2, 9)
-"""Range of the order of the second harmonic."""
+ORDERS = (1.0, 5.0)
+"""Periods of both harmonics in a turn."""
 ROOM_TEMPERATURE = 20.0
 
 
@@ -84,9 +84,9 @@ def simulated(
     """
     bench = sheet.bench
     amplitude = bench.ripple * sheet.value("coulomb") * np.sqrt(2.0 / (1.0 + SECOND**2))
-    orders = np.column_stack([np.ones(count), random.integers(*ORDERS, count)])
-    sizes = np.tile([amplitude, SECOND * amplitude], (count, 1))
-    ripple = Ripple(sizes, orders, random.uniform(0.0, 2.0 * np.pi, (count, 2)))
+    # one wheel, that starts at another angle each time
+    orders, sizes = (np.tile(row, (count, 1)) for row in (ORDERS, (amplitude, SECOND * amplitude)))
+    ripple = Ripple(sizes, orders, orders * random.uniform(0.0, 2.0 * np.pi, (count, 1)))
     share = 2.0 * planned.time / planned.time[-1] - 1.0
     growth = 1.0 + bench.drift * random.standard_normal((count, 1)) * share
     speeds = uneven_speeds(sheet.expected(), planned.time, planned.current, growth, ripple)
@@ -140,12 +140,13 @@ def rehearse(
     """
     random = np.random.default_rng([seed, test.place])
     series = [simulated(sheet, each, runs, random) for each in planned]
-    motor = sheet_motor(sheet)
     results: dict[tuple[object, ...], list[Measured]] = {}
     failures = []
     for k, records in enumerate(zip(*series, strict=True)):
+        believed, motor, scales = _calibration(sheet, random)
         try:
-            outcome = test.evaluate(sheet, records, motor)
+            scaled = [record.scaled(**scales) for record in records]
+            outcome = test.evaluate(believed, scaled, motor)
         except InputError as error:
             failures.append(str(error))
             continue
@@ -164,6 +165,22 @@ def rehearse(
     return Rehearsal(
         tuple(_prediction(every) for every in results.values()), runs, tuple(failures)
     )
+
+
+def _calibration(
+    sheet: BenchSheet, random: np.random.Generator
+) -> tuple[BenchSheet, Motor, dict[str, float]]:
+    """Sheet, motor constant and instruments with errors as large as their uncertainties."""
+    errors = {
+        name: 1.0 + sigma * random.standard_normal() for name, sigma in sheet.tolerances().items()
+    }
+    inertia = sheet.value("inertia") * errors.pop("inertia", 1.0)
+    viscous = sheet.value("viscous") * (1.0 + VISCOUS_ERROR * random.standard_normal())
+    values = {**sheet.wheel.values, "inertia": inertia, "viscous": viscous}
+    wheel = replace(sheet.wheel, values=values)
+    motor = sheet_motor(sheet)
+    constant = motor.constant + motor.sigma * random.standard_normal()
+    return replace(sheet, wheel=wheel), replace(motor, constant=constant), errors
 
 
 def _prediction(every: Sequence[Measured]) -> Prediction:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.read.plateaus import mean_sigma
 
 MEAN_SQUARE_OF_HANN = 0.375
 """Mean square of the Hann window, by which its spectra are divided."""
@@ -30,8 +31,8 @@ class Spectrum:
     def rms(self, low: float, high: float) -> tuple[float, float]:
         """Root mean square in a band, and its sigma.
 
-        The power of each segment in the band is one repetition; segments overlap by half, which
-        leaves them nearly independent with the Hann window (Welch 1967).
+        The power of each segment in the band is one repetition; the correlation of neighbours, of
+        which those that overlap by half have a little (Welch 1967), is taken into account.
 
         Args:
             low: Lower end, Hz.
@@ -43,9 +44,7 @@ class Spectrum:
         value = np.sqrt(mean)
         if len(powers) < 2 or value == 0.0:
             return float(value), float(value)
-        # neighbours that overlap by half have a correlation of 1/36 in power
-        spread = np.std(powers, ddof=1) * np.sqrt((1.0 + 2.0 / 36.0) / len(powers))
-        return float(value), float(0.5 * spread / value)
+        return float(value), 0.5 * mean_sigma(powers, None) / float(value)
 
 
 def spectrum(signal: Vector, rate: float, length: int) -> Spectrum:

@@ -42,7 +42,7 @@ class RunIn(BenchTest):
     place = 40
     quantities = ("run_in_change",)
 
-    cycles: int = option(8, "count", "Number of cycles.")
+    cycles: int = option(12, "count", "Number of cycles.")
     hold_time: float = option(600.0, "time", "Rotation at speed in each cycle.")
     speed: float | None = option(None, "speed", "Speed; by default half of the speed limit.")
 

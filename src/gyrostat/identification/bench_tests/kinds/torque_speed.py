@@ -94,7 +94,7 @@ class TorqueSpeed(BenchTest):
         reached = float(np.max(np.abs(first.speed[first.valid])))
         grid = np.linspace(-reached, reached, 201)
         grid = grid[grid != 0.0]
-        torques = [float(model.friction.torque(w, np.sign(w))) for w in grid]
+        torques = np.asarray(model.wheel().friction.torque(grid, np.sign(grid)))
         panel = Panel(
             "Friction torque of the identified wheel",
             "speed (rpm)",

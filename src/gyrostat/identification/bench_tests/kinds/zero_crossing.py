@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
-from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, option
+from gyrostat.identification.bench_tests.bench_sheet import VISCOUS_ERROR, BenchSheet, option
 from gyrostat.identification.bench_tests.bench_test import (
     BenchTest,
     Measured,
@@ -37,7 +37,9 @@ class ZeroCrossing(BenchTest):
     """The wheel passes zero speed at constant current, again and again.
 
     The torque does not change, so that the acceleration steps by (F(0+) + F(0-)) / J. Half of the
-    step is the Coulomb torque, mean of both senses; its scatter is the repeatability.
+    step is the Coulomb torque, mean of both senses; its scatter is the repeatability. The slopes
+    are those at the mean speeds before and after: the viscous torque there, by the coefficient of
+    the sheet, is subtracted.
     """
 
     name = "zero-crossing"
@@ -70,7 +72,11 @@ class ZeroCrossing(BenchTest):
         """See `BenchTest.evaluate`."""
         (record,) = records
         inertia = sheet.value("inertia")
-        steps = [inertia * np.array(step) for step in acceleration_steps(record)]
+        viscous = sheet.value("viscous")
+        crossings = acceleration_steps(record)
+        steps = [
+            (inertia * step - viscous * apart, inertia * error) for step, error, apart in crossings
+        ]
         if len(steps) < FEWEST:
             raise InputError(
                 f"{record.name}: found {len(steps)} zero crossings at constant current, expected "
@@ -79,7 +85,10 @@ class ZeroCrossing(BenchTest):
         torque, sigma = np.array(steps).T
         mean, spread = mean_of(torque)
         scale = sheet.inertial_scale()
-        coulomb = Measured("coulomb", 0.5 * mean, 0.5 * float(np.hypot(spread, scale * mean)))
+        apart = np.mean([each[2] for each in crossings])
+        error = VISCOUS_ERROR * viscous * apart
+        sigma_step = float(np.sqrt(spread**2 + (scale * mean) ** 2 + error**2))
+        coulomb = Measured("coulomb", 0.5 * mean, 0.5 * sigma_step)
         scatter = scatter_of(torque, float(np.sqrt(np.mean(sigma**2))))
         numbers = np.arange(1, len(torque) + 1)
         panel = Panel(
@@ -95,10 +104,12 @@ class ZeroCrossing(BenchTest):
         )
 
 
-def acceleration_steps(record: Record) -> list[tuple[float, float]]:
-    """Step of the acceleration at each zero crossing with constant current, and its sigma, rad/s².
+def acceleration_steps(record: Record) -> list[tuple[float, float, float]]:
+    """Steps of the acceleration at zero crossings with constant current.
 
-    The slopes of the speed before and after, each a parabola, are extrapolated to the crossing.
+    Returns:
+        For each crossing the step, rad/s², its sigma, rad/s², and the difference of the mean speeds
+        after and before, rad/s.
     """
     change = np.abs(np.diff(record.current))
     edges = np.flatnonzero(change > 0.2 * np.max(np.abs(record.current))) + 1
@@ -115,18 +126,14 @@ def acceleration_steps(record: Record) -> list[tuple[float, float]]:
         after = np.flatnonzero((speed > NEAR * top) & (speed < FAR * top))
         if top <= 0.0 or min(len(before), len(after)) < LEAST or before[0] > after[0]:
             continue
-        sides = [_slope_at_zero(time[side], speed[side]) for side in (before, after)]
-        step = sides[0][0] - sides[1][0]
-        steps.append((step, float(np.hypot(sides[0][1], sides[1][1]))))
+        sides = [_slope(time[side], speed[side]) for side in (before, after)]
+        step, sigma = sides[0][0] - sides[1][0], float(np.hypot(sides[0][1], sides[1][1]))
+        steps.append((step, sigma, float(speed[after].mean() - speed[before].mean())))
     return steps
 
 
-def _slope_at_zero(time: Vector, speed: Vector) -> tuple[float, float]:
-    """Slope of a line at zero speed, and its sigma: dw/dt = a + b w with b small.
-
-    A line over the samples has the slope at their mean speed; viscous friction is the same on both
-    sides of the crossing, so that its effect on the step is that of the sum of both mean speeds.
-    """
+def _slope(time: Vector, speed: Vector) -> tuple[float, float]:
+    """Slope of a line through speeds, and its sigma, rad/s²."""
     rows: NDArray[np.float64] = np.column_stack([np.ones(len(time)), time - time.mean()])
     solution, *_ = np.linalg.lstsq(rows, speed, rcond=None)
     residual = speed - rows @ solution

@@ -1,0 +1,176 @@
+"""Pages of bench tests: the plan, and the acceptance report as HTML and PDF."""
+
+from io import BytesIO
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from gyrostat.identification.bench_tests import plan_text, verdict_text
+from gyrostat.identification.bench_tests.bench_test import Panel
+from gyrostat.identification.bench_tests.plan import PlannedTest, TestPlan
+from gyrostat.identification.bench_tests.verdict import BenchVerdict, TestResult
+from gyrostat.identification.judge.acceptance_lines import FAIL, PASS
+from gyrostat.reports.colours import MARK, MEASURED, MODEL
+from gyrostat.reports.drawing import panels, svg
+from gyrostat.reports.paper import Paper
+from gyrostat.reports.template import render
+
+HEIGHT = 2.3
+"""Height of a figure, inches."""
+MOST_POINTS = 2000
+"""Largest number of points of a profile in a figure."""
+SIGNATURES = ("Tested by", "Quality assurance", "Accepted by the customer")
+
+
+def plan_page(plan: TestPlan, *, command: str) -> str:
+    """HTML page of a plan.
+
+    Args:
+        plan: Plan of tests.
+        command: Command line that produced it.
+    """
+    tests = [
+        (
+            planned,
+            plan_text.record_rows(planned),
+            plan_text.prediction_rows(planned),
+            plan_text.failures(planned),
+            svg(_profiles(planned)),
+        )
+        for planned in plan.tests
+    ]
+    return render(
+        "test_plan.html",
+        plan=plan,
+        command=command,
+        tests=tests,
+        records=plan_text.RECORDS,
+        predictions=plan_text.PREDICTIONS,
+    )
+
+
+def _profiles(planned: PlannedTest) -> Figure:
+    """Currents of the records of a test."""
+    records = planned.records[:4]
+    with panels(1, len(records), height=1.7, squeeze=False, sharey=True) as (figure, grid):
+        for axes, record in zip(grid.flat, records, strict=True):
+            # the ends of each step stay visible
+            index = np.unique(np.linspace(0, len(record.time) - 1, MOST_POINTS).astype(int))
+            axes.step(record.time[index], record.current[index], where="post", lw=0.9, color=MODEL)
+            axes.set_title(record.name, fontsize=8)
+            axes.set_xlabel("time (s)")
+        grid[0, 0].set_ylabel("current (A)")
+    return figure
+
+
+def report_page(verdict: BenchVerdict, *, command: str) -> str:
+    """HTML of the acceptance report.
+
+    Args:
+        verdict: Verdict on the tests.
+        command: Command line that produced it.
+    """
+    tests = [
+        (result, verdict_text.value_rows(result), [svg(f) for f in _figures(result)])
+        for result in verdict.results
+    ]
+    classes = [{PASS: "good", FAIL: "bad"}.get(x.verdict, "open") for x in verdict.acceptance.lines]
+    return render(
+        "acceptance_report.html",
+        verdict=verdict,
+        command=command,
+        software=verdict_text.software(),
+        header=verdict_text.LINES,
+        rows=list(
+            zip(verdict_text.line_rows(verdict), verdict.acceptance.lines, classes, strict=True)
+        ),
+        instruments=(verdict_text.INSTRUMENTS, verdict_text.instrument_rows(verdict)),
+        files=(verdict_text.FILES, verdict_text.file_rows(verdict)),
+        values=verdict_text.VALUES,
+        tests=tests,
+        signatures=SIGNATURES,
+    )
+
+
+def report_pdf(verdict: BenchVerdict, *, command: str) -> bytes:
+    """PDF of the acceptance report, A4.
+
+    Args:
+        verdict: Verdict on the tests.
+        command: Command line that produced it.
+    """
+    serial = verdict.serial or "not stated"
+    buffer = BytesIO()
+    with Paper(buffer, f"Acceptance report, {verdict.sheet.wheel.name}, serial {serial}") as paper:
+        paper.heading("Acceptance report", size=17)
+        paper.table(
+            ("wheel", verdict.sheet.wheel.name),
+            [
+                ("serial number", serial),
+                ("spec sheet", verdict.sheet.path.name),
+                ("software", verdict_text.software()),
+                ("command", command),
+                ("result", verdict.acceptance.verdict),
+            ],
+        )
+        paper.heading("Requirements")
+        rows = [
+            (*row, line.limit.source)
+            for row, line in zip(
+                verdict_text.line_rows(verdict), verdict.acceptance.lines, strict=True
+            )
+        ]
+        paper.table((*verdict_text.LINES, "source"), rows)
+        paper.text(
+            "Pass: the true value lies inside the limits with a probability of at least 95 %; "
+            "fail: outside with at least 95 %; undecided: neither (JCGM 106:2012)."
+        )
+        for note in verdict.acceptance.notes:
+            paper.text(note)
+        paper.signatures(SIGNATURES)
+        paper.heading("Instruments")
+        paper.table(verdict_text.INSTRUMENTS, verdict_text.instrument_rows(verdict))
+        paper.heading("Records")
+        paper.table(verdict_text.FILES, verdict_text.file_rows(verdict))
+        for result in verdict.results:
+            paper.heading(result.test.title)
+            if result.outcome is None:
+                paper.text(result.why)
+                continue
+            paper.table(verdict_text.VALUES, verdict_text.value_rows(result))
+            for note in result.outcome.notes:
+                paper.text(note)
+            for panel in result.outcome.panels:
+                paper.figure(lambda axes, panel=panel: draw(axes, panel))
+    return buffer.getvalue()
+
+
+def _figures(result: TestResult) -> list[Figure]:
+    """Figure of each picture of a test."""
+    figures = []
+    for panel in () if result.outcome is None else result.outcome.panels:
+        with panels(height=HEIGHT) as (figure, axes):
+            draw(axes, panel)
+        figures.append(figure)
+    return figures
+
+
+def draw(axes: Axes, panel: Panel) -> None:
+    """Draw one picture of a test."""
+    if panel.image is not None:
+        image = axes.imshow(
+            panel.image, aspect="auto", origin="lower", extent=panel.extent, cmap="viridis"
+        )
+        bar = axes.figure.colorbar(image, ax=axes)
+        bar.set_label("dB")
+        axes.grid(visible=False)
+    x, y, sigma = panel.points
+    if len(x):
+        axes.errorbar(x, y, yerr=1.96 * sigma, fmt="o", ms=3, lw=1, color=MEASURED)
+    for line, colour in zip(panel.lines, (MODEL, MARK, MEASURED), strict=False):
+        axes.plot(*line, color=colour, lw=1.2)
+    axes.set_title(panel.title, fontsize=9)
+    axes.set_xlabel(panel.x)
+    axes.set_ylabel(panel.y)
+    axes.ticklabel_format(axis="y", scilimits=(-2, 3), useOffset=False)
