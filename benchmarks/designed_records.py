@@ -42,7 +42,9 @@ def measured(
         # a drive sets a level to a fraction of its step: the error of rounding is another each time
         levels, index = np.unique(current, return_inverse=True)
         if len(levels) <= MOST_LEVELS:
-            levels = levels + (levels != 0.0) * CURRENT_STEP * random.uniform(-0.5, 0.5, len(levels))
+            levels = levels + (levels != 0.0) * CURRENT_STEP * random.uniform(
+                -0.5, 0.5, len(levels)
+            )
             current = levels[index]
     share = np.linspace(-1.0, 1.0, len(current))
     signs = random.choice([-1.0, 1.0], 2) * (not bare)
@@ -91,6 +93,7 @@ def one_design(given: argparse.Namespace, number: int, text: str) -> None:
     seconds = (time.perf_counter() - started) / given.records
     print(f"{text}: {design.shape.family}, {len(errors)} fits, {failed} failed, {seconds:.1f} s")
     rms = np.sqrt(np.mean(np.square(errors), axis=0))
+    inside = np.mean(np.abs(errors) < 1.96 * np.array(sigmas), axis=0)
     for k, name in enumerate(NAMES):
         row = next(each for each in design.parameters if each.name == name)
         cells = (
@@ -100,7 +103,7 @@ def one_design(given: argparse.Namespace, number: int, text: str) -> None:
             plain(float(np.median(np.array(sigmas)[:, k]))),
             plain(rms[k]),
             f"{row.after / rms[k]:.2f}",
-            f"{100.0 * np.mean(np.abs(np.array(errors)[:, k]) < 1.96 * np.array(sigmas)[:, k]):.0f} %",
+            f"{100.0 * inside[k]:.0f} %",
             "yes" if abs(row.value) > 2.0 * row.after else "no",
         )
         print(f"  {name:16s}" + "".join(f"{cell:>12s}" for cell in cells), flush=True)

@@ -7,6 +7,7 @@ import matplotlib as mpl
 from matplotlib.axes import Axes
 from matplotlib.backends.backend_pdf import PdfPages
 from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
 
 from gyrostat.reports.drawing import STYLE, literal
 
@@ -83,7 +84,7 @@ class Paper:
             self._open()
 
     def _rule(self, y: float) -> None:
-        line = mpl.lines.Line2D(
+        line = Line2D(
             [LEFT / WIDTH, 1.0 - RIGHT / WIDTH], [y / HEIGHT] * 2, lw=0.5, color="#b0b4ba"
         )
         self.page.add_artist(line)
@@ -152,7 +153,7 @@ class Paper:
         width = (WIDTH - LEFT - RIGHT) / len(roles)
         for k, role in enumerate(roles):
             x = LEFT + k * width
-            line = mpl.lines.Line2D(
+            line = Line2D(
                 [x / WIDTH, (x + width - 0.25) / WIDTH], [self.y / HEIGHT] * 2, lw=0.7, color="k"
             )
             self.page.add_artist(line)

@@ -1,7 +1,7 @@
 """Tests that a bench runs, modes of the verb `bench`: their plan, and the verdict on them."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING
 
@@ -16,6 +16,23 @@ if TYPE_CHECKING:
 
 REPORT = ("acceptance.html", "acceptance.json", "acceptance.pdf")
 SPELLING = "spec sheet .toml with tables of quantities and [bench]"
+
+
+def changed_options(
+    options: Mapping[str, object], usual: Mapping[str, str]
+) -> dict[str, object | None]:
+    """Option -> value, None where it is the default.
+
+    Args:
+        options: Argument -> value.
+        usual: Argument -> default as text; of the others it is none, or zero.
+    """
+    changed = {}
+    for name, value in options.items():
+        text = str(value).removesuffix(".0")
+        same = value is None or text == usual.get(name, "0")
+        changed["--" + name.replace("_", "-")] = None if same else value
+    return changed
 
 
 def _sheet(model: object) -> "BenchSheet":

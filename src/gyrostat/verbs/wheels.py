@@ -11,14 +11,13 @@ from gyrostat.verbs.arguments import (
     Named,
     Quantity,
     Say,
-    in_si,
-    in_si_or_none,
     named,
     one_of,
     refuse_given,
     silent,
 )
-from gyrostat.verbs.bench_tests import judge_bench, plan_bench
+from gyrostat.verbs.bench_record import bench_record_file
+from gyrostat.verbs.bench_tests import changed_options, judge_bench, plan_bench
 from gyrostat.verbs.design import design as design_bench
 from gyrostat.verbs.wheel_arguments import HOLDS, load_records, parameters_in_si, wheel_model
 
@@ -205,30 +204,30 @@ def bench(
     """
     path = None if out is None else Path(out)
     if tests is not None or verdict is not None:
-        test_options = {
-            "--design": design,
-            "--profile": profile if profile != "steps" else None,
-            "--duration": duration if duration not in (300.0, "300") else None,
-            "--rate": rate if rate != 10.0 else None,
-            "--low": low,
-            "--high": high,
-            "--period": period,
-            "--initial-speed": initial_speed if initial_speed not in (0.0, "0") else None,
-            "--speed-sigma": speed_sigma if speed_sigma not in (0.0, "0") else None,
-            "--speed-quantum": speed_quantum if speed_quantum not in (0.0, "0") else None,
-            "--jitter": jitter or None,
-            "--dropouts": dropouts or None,
-            "--target-sigma": target_sigma,
-            "--max-speed": max_speed,
-            "--slew": slew,
-            "--ripple": ripple,
-        }
         where = "--tests" if verdict is None else "--verdict"
-        refuse_given(test_options, where, "a record")
+        usual = {"profile": "steps", "duration": "300", "rate": "10"}
+        record_options = {
+            "profile": profile,
+            "duration": duration,
+            "rate": rate,
+            "low": low,
+            "high": high,
+            "period": period,
+            "initial_speed": initial_speed,
+            "speed_sigma": speed_sigma,
+            "speed_quantum": speed_quantum,
+            "jitter": jitter,
+            "dropouts": dropouts,
+            "design": design,
+            "target_sigma": target_sigma,
+            "max_speed": max_speed,
+            "slew": slew,
+            "ripple": ripple,
+        }
+        refuse_given(changed_options(record_options, usual), where, "a record")
         options: dict[str, Any] = {"force": force, "say": say, "command": command}
         if verdict is None:
-            assert tests is not None
-            return plan_bench(model, tests, path, simulate=simulate, seed=seed, **options)
+            return plan_bench(model, tests or "all", path, simulate=simulate, seed=seed, **options)
         refuse_given({"--simulate": simulate or None}, "--verdict", "--tests or --design")
         return judge_bench(model, verdict, tests, path, **options)
     if design is not None:
@@ -267,43 +266,25 @@ def bench(
         "--simulate": simulate or None,
     }
     refuse_given(design_options, "a simulated record", "--design")
-    from gyrostat.core.files import check_writable
-    from gyrostat.core.outputs import new_files
-    from gyrostat.simulation import CurrentRange, Telemetry, bench_record, default_range
-    from gyrostat.telemetry import write_record
-
-    if path is not None:
-        check_writable(path.parent)
-    wheel = wheel_model(model, force=force).wheel()
-    usual = default_range(wheel)
-    record = bench_record(
-        wheel,
+    return bench_record_file(
+        model,
+        path,
         profile,
-        duration=in_si(duration, "time", "--duration"),
-        telemetry=Telemetry(
-            rate=rate,
-            speed_sigma=in_si(speed_sigma, "speed", "--speed-sigma"),
-            speed_quantum=in_si(speed_quantum, "speed", "--speed-quantum"),
-            jitter=jitter,
-            dropouts=dropouts,
-        ),
-        amplitudes=CurrentRange(
-            usual.low if low is None else in_si(low, "current", "--low"),
-            usual.high if high is None else in_si(high, "current", "--high"),
-        ),
-        initial_speed=in_si(initial_speed, "speed", "--initial-speed"),
-        period=in_si_or_none(period, "time", "--period"),
+        duration=duration,
+        telemetry={
+            "rate": rate,
+            "speed_sigma": speed_sigma,
+            "speed_quantum": speed_quantum,
+            "jitter": jitter,
+            "dropouts": dropouts,
+        },
+        amplitudes=(low, high),
+        initial_speed=initial_speed,
+        period=period,
         seed=seed,
-        name="bench" if path is None else path.name,
+        force=force,
+        say=say,
     )
-    if path is not None:
-        if path.suffix.lower() not in (".csv", ".parquet"):
-            raise InputError(f"--out: found {str(path)!r}, expected a name in .csv or .parquet")
-        with new_files(path.parent, by="bench", force=force) as folder:
-            write_record(record, folder / path.name)
-        source = model if isinstance(model, str | Path) else type(model).__name__
-        say(f"written: {path}, {len(record.time)} samples, wheel of {source}")
-    return record
 
 
 def _drive(hold: Named, model: "type[Friction]") -> dict[str, float]:

@@ -86,5 +86,4 @@ def uneven_speeds(
     """
     interval = float(time[-1] - time[0]) / (len(time) - 1)
     program = _program(int(np.ceil(interval / STEP * (1.0 - 1e-9))))
-    parts = Ripple(*(jnp.asarray(part) for part in ripple))
-    return np.asarray(program(wheel, jnp.asarray(current), interval, jnp.asarray(growth), parts))
+    return np.asarray(program(wheel, jnp.asarray(current), interval, jnp.asarray(growth), ripple))

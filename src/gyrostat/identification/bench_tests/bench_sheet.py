@@ -128,7 +128,9 @@ class BenchSheet:
         """Relative sigma of the inertia and of the instruments' scales, as for `identify`."""
         names = {"current": "current_scale", "speed": "speed_scale", "time": "clock"}
         scales = {"inertia": self.bench.inertia_sigma}
-        scales |= {names[i.quantity]: i.uncertainty for i in self.instruments if i.quantity in names}
+        scales |= {
+            names[i.quantity]: i.uncertainty for i in self.instruments if i.quantity in names
+        }
         return {name: sigma for name, sigma in scales.items() if sigma > 0.0}
 
     def inertial_scale(self) -> float:
@@ -180,8 +182,8 @@ def _check(sheet: BenchSheet) -> None:
     least = 2.0 * sheet.breakaway_current()
     if bench.current_limit < least:
         raise InputError(
-            f"{where}.current_limit: found {bench.current_limit:g} A, expected at least {least:.3g} "
-            "A, twice the breakaway current"
+            f"{where}.current_limit: found {bench.current_limit:g} A, expected at least "
+            f"{least:.3g} A, twice the breakaway current"
         )
 
 
@@ -218,7 +220,9 @@ def _value(path: Path, key: str, value: object, dimension: str, default: object)
         return _share(path, key, value)
     if dimension == "count":
         if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= 1000:
-            raise InputError(f"{path}: key {key}: found {value!r}, expected a whole number 1 to 1000")
+            raise InputError(
+                f"{path}: key {key}: found {value!r}, expected a whole number 1 to 1000"
+            )
         return value
     result = quantity(path, key, value, dimension, positive=default != 0.0)
     if result < 0.0:
@@ -259,17 +263,19 @@ def _instrument(path: Path, where: str, row: object) -> Instrument:
         name: name_text(path, f"{where}.{name}", table.get(name, "" if name != "name" else None))
         for name in ("quantity", "name", "serial", "certificate")
     }
-    dates = {name: _date(path, f"{where}.{name}", table.get(name)) for name in ("calibrated", "due")}
-    calibrated, due = dates["calibrated"], dates["due"]
+    calibrated = _date(path, f"{where}.calibrated", table.get("calibrated"))
+    due = _date(path, f"{where}.due", table.get("due"))
     if calibrated is not None and due is not None and due < calibrated:
         raise InputError(f"{path}: key {where}.due: found {due}, expected it after {calibrated}")
     uncertainty = _share(path, f"{where}.uncertainty", table.get("uncertainty", 0.0))
-    return Instrument(**texts, uncertainty=uncertainty, **dates)
+    return Instrument(**texts, uncertainty=uncertainty, calibrated=calibrated, due=due)
 
 
 def _date(path: Path, key: str, value: object) -> datetime.date | None:
     """Date of TOML, or as text."""
-    if value is None or (isinstance(value, datetime.date) and not isinstance(value, datetime.datetime)):
+    if value is None or (
+        isinstance(value, datetime.date) and not isinstance(value, datetime.datetime)
+    ):
         return value
     try:
         return datetime.date.fromisoformat(str(value))

@@ -1,7 +1,7 @@
 """Test that a bench runs, as the files of `gyrostat.identification.bench_tests.kinds` define it."""
 
 import abc
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import ClassVar
 
@@ -188,11 +188,12 @@ def bench_tests(sheet: BenchSheet) -> dict[str, BenchTest]:
                 f"{sheet.path}: key test.{name}: found an unknown test, expected one of "
                 f"{', '.join(known)}"
             )
+    makers: dict[str, Callable[..., BenchTest]] = dict(known)
     return {
-        name: kind(
-            **read_options(sheet.path, f"test.{name}", sheet.options.get(name, {}), kind)
+        name: make(
+            **read_options(sheet.path, f"test.{name}", sheet.options.get(name, {}), known[name])
         )
-        for name, kind in known.items()
+        for name, make in makers.items()
     }
 
 

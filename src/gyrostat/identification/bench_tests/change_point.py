@@ -11,8 +11,10 @@ FINER = 10
 """Candidates of the breakaway time in each sample interval."""
 CLEAR = 6.0
 """Speed at the end, in standard deviations of its noise, above which the wheel moved."""
-LONGEST = 40
-"""Largest number of samples after the breakaway that are fitted."""
+LONGEST = 80
+"""Largest number of samples after a clear motion that are fitted."""
+BEFORE = 160
+"""Largest number of samples before it."""
 
 
 class Breakaway(NamedTuple):
@@ -28,7 +30,7 @@ class Breakaway(NamedTuple):
 
 
 def breakaway(time: Vector, speed: Vector, noise: float = 0.0) -> Breakaway | None:
-    """Find when a wheel starts to move, by least squares over the time of the change.
+    """Find when a wheel starts to move: mean of the posterior of the time of the change.
 
     Before it the speed is zero; after it w = a (t - t_b) + b (t - t_b)², with a, b >= 0: the
     friction falls to the Coulomb torque at once, and the current may rise.
@@ -46,8 +48,7 @@ def breakaway(time: Vector, speed: Vector, noise: float = 0.0) -> Breakaway | No
     moving = np.flatnonzero(np.logical_and.accumulate((smooth > CLEAR * noise)[-2::-1])[::-1])
     if not len(moving):
         return None
-    last = min(int(moving[0]) + LONGEST // 2, len(time) - 1)
-    window = slice(max(0, last - 4 * LONGEST), last + 1)
+    window = slice(max(0, int(moving[0]) - BEFORE), int(moving[0]) + LONGEST + 1)
     t, w = time[window], speed[window]
     candidates = np.linspace(t[0], t[-2], FINER * (len(t) - 2) + 1)
     after = np.maximum(t - candidates[:, None], 0.0)

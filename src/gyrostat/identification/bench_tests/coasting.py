@@ -38,7 +38,8 @@ class Coasted:
     def loss(self, speed: float) -> tuple[float, float]:
         """Friction torque at a speed of 0 or more, rad/s, and its sigma, N·m."""
         slope = np.array([speed, 1.0])
-        return float(slope @ self.values), self._sigma(slope, slope @ self.values)
+        torque = float(slope @ self.values)
+        return torque, self._sigma(slope, torque)
 
     def time(self, speed: float) -> tuple[float, float]:
         """Time from a speed, rad/s, to rest, and its sigma, s: J/b ln(1 + b w/c)."""
@@ -46,8 +47,8 @@ class Coasted:
         ratio = max(viscous, 1e-12 * coulomb / speed) * speed / coulomb
         time = self.inertia * speed / coulomb * np.log1p(ratio) / ratio
         by_coulomb = -self.inertia * speed / (coulomb**2 * (1.0 + ratio))
-        by_viscous = (self.inertia * speed / (coulomb * (1.0 + ratio)) - time) * speed / (
-            coulomb * ratio
+        by_viscous = (
+            (self.inertia * speed / (coulomb * (1.0 + ratio)) - time) * speed / (coulomb * ratio)
         )
         slope = np.array([by_viscous, by_coulomb])
         # the ratio of torques to inertia is measured, without the error of the inertia

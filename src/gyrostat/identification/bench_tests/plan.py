@@ -89,8 +89,7 @@ def plan_tests(
     if not 0 <= runs <= MOST_RUNS:
         raise InputError(f"simulate: found {runs}, expected 0 to {MOST_RUNS}")
     designs = [
-        (test, tuple(test.records(sheet)))
-        for test in chosen_tests(sheet, names, "tests").values()
+        (test, tuple(test.records(sheet))) for test in chosen_tests(sheet, names, "tests").values()
     ]
     tests = []
     for test, records in designs:

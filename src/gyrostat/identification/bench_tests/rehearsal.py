@@ -162,9 +162,7 @@ def rehearse(
             results.setdefault(key, []).append(each)
         if (k + 1) % 10 == 0:
             say(f"  {test.name}: {k + 1} of {runs} simulated")
-    return Rehearsal(
-        tuple(_prediction(every) for every in results.values()), runs, tuple(failures)
-    )
+    return Rehearsal(tuple(_prediction(every) for every in results.values()), runs, tuple(failures))
 
 
 def _calibration(

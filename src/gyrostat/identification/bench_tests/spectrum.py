@@ -3,6 +3,7 @@
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.read.plateaus import mean_sigma
@@ -26,7 +27,7 @@ class Spectrum:
     frequency: Vector
     density: Vector
     rows: Matrix
-    centres: Vector
+    centres: NDArray[np.intp]
 
     def rms(self, low: float, high: float) -> tuple[float, float]:
         """Root mean square in a band, and its sigma.
@@ -67,5 +68,5 @@ def spectrum(signal: Vector, rate: float, length: int) -> Spectrum:
     power[:, 0] *= 0.5
     if length % 2 == 0:
         power[:, -1] *= 0.5
-    frequency = np.fft.rfftfreq(length, 1.0 / rate)
+    frequency = np.arange(power.shape[1]) * (rate / length)
     return Spectrum(frequency, power.mean(axis=0), power, starts + length // 2)

@@ -232,5 +232,3 @@ def record_date(file: RecordFile) -> datetime.date | None:
         return datetime.date.fromisoformat(file.remark("date")[:10])
     except ValueError:
         return None
-
-

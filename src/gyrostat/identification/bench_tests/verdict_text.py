@@ -13,7 +13,15 @@ INTERVAL = 1.959964
 LINES = ("no", "quantity", "limits", "unit", "value ± sigma", "95 % interval", "test", "verdict")
 VALUES = ("quantity", "value ± sigma", "95 % interval", "unit")
 FILES = ("record", "date", "operator", "samples", "SHA-256")
-INSTRUMENTS = ("measures", "instrument", "serial", "uncertainty", "calibrated", "due", "certificate")
+INSTRUMENTS = (
+    "measures",
+    "instrument",
+    "serial",
+    "uncertainty",
+    "calibrated",
+    "due",
+    "certificate",
+)
 
 
 def interval(line: Line) -> str:

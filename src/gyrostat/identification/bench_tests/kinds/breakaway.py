@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 
@@ -120,8 +121,9 @@ class BreakawayTest(BenchTest):
             means[sense] = (torque, sigma, common * torque)
             values.append(Measured("static", torque, sigma, sense))
             noise = float(np.sqrt(np.mean(sigmas**2)))
-            scatter = [motor.constant * each for each in scatter_of(currents, noise)]
-            values.append(Measured("torque_ripple", *scatter, sense))
+            value, error = scatter_of(currents, noise)
+            ripple = (motor.constant * value, motor.constant * error)
+            values.append(Measured("torque_ripple", *ripple, sense))
             apart = motor.constant * float(currents.mean() - stair.mean())
             notes.append(
                 f"{'positive' if sense > 0 else 'negative'} sense: {len(currents)} ramps, "
@@ -184,7 +186,7 @@ def rises(current: Vector) -> list[slice]:
     sign = np.sign(np.where(np.abs(current) > 0.1 * np.max(np.abs(current)), current, 0.0))
     edges = np.flatnonzero(np.diff(np.concatenate([[0.0], sign, [0.0]]))).tolist()
     parts = []
-    for first, last in zip(edges, edges[1:], strict=False):
+    for first, last in pairwise(edges):
         part = np.abs(current[first:last])
         if sign[first] == 0.0 or len(part) < 10:
             continue

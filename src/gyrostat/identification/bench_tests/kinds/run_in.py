@@ -83,7 +83,9 @@ class RunIn(BenchTest):
         noise = np.sqrt(np.maximum(sigma**2 - common**2, 0.0))
         last = slice(len(loss) // 2, None)
         slope, error = _slope(hours[last], loss[last], noise[last])
-        line = np.array([hours[last], loss[last].mean() + slope * (hours - hours[last].mean())[last]])
+        line = np.array(
+            [hours[last], loss[last].mean() + slope * (hours - hours[last].mean())[last]]
+        )
         panel = Panel(
             "Loss torque over the run-in",
             "time (h)",

@@ -80,8 +80,8 @@ class ThermalVacuum(BenchTest):
                 continue
             rows = np.array([coasted.loss(speed) for coasted in coasts])
             worst = int(np.argmax(rows[:, 0]))
-            conditions = {"speed": speed}
-            values.append(Measured("thermal_loss_torque", *rows[worst].tolist(), 0, conditions))
+            loss, sigma = rows[worst].tolist()
+            values.append(Measured("thermal_loss_torque", loss, sigma, 0, {"speed": speed}))
             panels.append(
                 Panel(
                     f"Loss torque at {speed:.4g} rad/s",

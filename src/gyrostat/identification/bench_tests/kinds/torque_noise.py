@@ -4,6 +4,7 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
@@ -70,9 +71,7 @@ class TorqueNoise(BenchTest):
             else:
                 program.coast()
             remark = "reaction torque about the spin axis in torque_N·m, if the bench measures it"
-            planned.append(
-                PlannedRecord(f"{self.name}-{word}", *program.series(), remark, columns)
-            )
+            planned.append(PlannedRecord(f"{self.name}-{word}", *program.series(), remark, columns))
         return planned
 
     def evaluate(self, sheet: BenchSheet, records: Sequence[Record], motor: Motor) -> Outcome:
@@ -89,14 +88,16 @@ class TorqueNoise(BenchTest):
             )
         # the speed rises before it is held
         start = int(index[-1]) - round(self.hold_time * _rate(steady)) + 1
-        first, notes = self._spectrum(sheet, steady, slice(max(start, int(index[0])), index[-1] + 1))
+        first, notes = self._spectrum(
+            sheet, steady, slice(max(start, int(index[0])), index[-1] + 1)
+        )
         slow = np.flatnonzero(coast.current != 0.0)
         begin = int(slow[-1]) + 1 if len(slow) else 0
         second, _ = self._spectrum(sheet, coast, slice(begin, len(coast.time)))
         value, sigma = first.rms(self.low, high)
         scale = sheet.inertial_scale() if steady.torque is None else _torque_scale(sheet)
         value = Measured("torque_noise", value, float(np.hypot(sigma, scale * value)))
-        centres = begin + second.centres
+        centres: NDArray[np.intp] = begin + second.centres
         speeds = np.abs(coast.speed[centres]) / RPM
         shown = second.frequency <= high
         floor = FLOOR * float(second.rows[:, shown].max() or 1.0)

@@ -6,6 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import RPM
 from gyrostat.identification.batch import identify
 from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, option
@@ -22,6 +23,7 @@ from gyrostat.identification.judge.acceptance import accept
 from gyrostat.identification.judge.validation import validate
 from gyrostat.identification.result.fit import Fit
 from gyrostat.telemetry import Record
+from gyrostat.wheel.friction import static_curve
 
 LOWEST = 0.6
 """Current of the first stair over that of the last."""
@@ -84,7 +86,7 @@ class TorqueSpeed(BenchTest):
         fit = self.fit(sheet, first)
         model = fit.wheel_model()
         if model is None or not fit.converged:
-            raise InputError(f"{first.name}: found no valid fit, expected a wheel: {fit.reason}")
+            raise InputError(f"{first.name}: found no valid fit, expected a wheel")
         check = validate(
             model.static_friction(), dict(model.values), second, covariance=model.covariance()
         )
@@ -94,12 +96,13 @@ class TorqueSpeed(BenchTest):
         reached = float(np.max(np.abs(first.speed[first.valid])))
         grid = np.linspace(-reached, reached, 201)
         grid = grid[grid != 0.0]
-        torques = np.asarray(model.wheel().friction.torque(grid, np.sign(grid)))
+        friction = static_curve(model.wheel().friction)
+        torques = jax.vmap(friction.torque)(jnp.asarray(grid), jnp.sign(grid))
         panel = Panel(
             "Friction torque of the identified wheel",
             "speed (rpm)",
             "torque (N·m)",
-            lines=(np.array([grid / RPM, torques]),),
+            lines=(np.array([grid / RPM, np.asarray(torques)]),),
         )
         return Outcome(tuple(values), acceptance.lines, tuple(notes), (panel,))
 
@@ -114,6 +117,4 @@ class TorqueSpeed(BenchTest):
 
     def _estimated(self, fit: Fit) -> list[str]:
         """Observable parameters that are quantities of a sheet."""
-        return [
-            n for n in fit.names if n in self.quantities and fit.observability[n].observable
-        ]
+        return [n for n in fit.names if n in self.quantities and fit.observability[n].observable]

@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -90,7 +91,7 @@ class ZeroCrossing(BenchTest):
         sigma_step = float(np.sqrt(spread**2 + (scale * mean) ** 2 + error**2))
         coulomb = Measured("coulomb", 0.5 * mean, 0.5 * sigma_step)
         scatter = scatter_of(torque, float(np.sqrt(np.mean(sigma**2))))
-        numbers = np.arange(1, len(torque) + 1)
+        numbers = 1.0 + np.arange(float(len(torque)))
         panel = Panel(
             "Step of the torque at each crossing",
             "crossing",
@@ -115,7 +116,7 @@ def acceleration_steps(record: Record) -> list[tuple[float, float, float]]:
     edges = np.flatnonzero(change > 0.2 * np.max(np.abs(record.current))) + 1
     borders = [0, *edges.tolist(), len(record.time)]
     steps = []
-    for first, last in zip(borders, borders[1:], strict=False):
+    for first, last in pairwise(borders):
         index = np.arange(first, last)[record.valid[first:last]]
         if len(index) < 3 * LEAST or abs(np.mean(record.current[first:last])) == 0.0:
             continue

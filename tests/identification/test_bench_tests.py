@@ -1,0 +1,395 @@
+"""Tests that a bench runs: designs, estimates against closed solutions, verdicts, files."""
+
+import hashlib
+import json
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gyrostat as gs
+from gyrostat.core.errors import InputError
+from gyrostat.core.units import RPM
+from gyrostat.identification.bench.coast import coasting_speed
+from gyrostat.identification.bench_tests.bench_sheet import read_bench_sheet
+from gyrostat.identification.bench_tests.bench_test import (
+    Measured,
+    Motor,
+    bench_tests,
+    mean_of,
+    scatter_of,
+)
+from gyrostat.identification.bench_tests.change_point import breakaway
+from gyrostat.identification.bench_tests.coasting import coast_friction
+from gyrostat.identification.bench_tests.kinds.breakaway import rises
+from gyrostat.identification.bench_tests.kinds.run_in import RunIn
+from gyrostat.identification.bench_tests.kinds.thermal_vacuum import ThermalVacuum
+from gyrostat.identification.bench_tests.kinds.zero_crossing import acceleration_steps
+from gyrostat.identification.bench_tests.program import Program
+from gyrostat.identification.bench_tests.rehearsal import simulated
+from gyrostat.identification.bench_tests.spectrum import spectrum
+from gyrostat.identification.judge.acceptance_lines import FAIL, NOT_JUDGED, PASS
+from gyrostat.telemetry import Record, write_record
+from gyrostat.wheel import speed_response
+from gyrostat.wheel.uneven_wheel import Ripple, uneven_speeds
+
+pytestmark = pytest.mark.optimised
+SHEET = """name = "RW-1"
+[inertia]
+value = 1.5e-3
+source = "drawing"
+[motor_constant]
+value = 0.0228
+tolerance = "3 %"
+source = "spec 1"
+[coulomb]
+value = "0.88 mN·m"
+source = "first"
+[viscous]
+value = 4.83e-6
+source = "first"
+[speed_limit]
+value = "400 rpm"
+source = "spec 2"
+[[loss_torque]]
+speed = "300 rpm"
+maximum = "1.2 mN·m"
+source = "spec 3"
+[torque_ripple]
+maximum = "0.05 mN·m"
+source = "spec 4"
+[bench]
+current_limit = "0.15 A"
+speed_sigma = "0.3 rpm"
+rate = "10 Hz"
+fast_rate = "50 Hz"
+ripple = 0
+drift = 0
+"""
+
+
+@pytest.fixture
+def sheet_file(tmp_path):
+    def write(change=lambda text: text):
+        path = tmp_path / "sheet.toml"
+        path.write_text(change(SHEET), encoding="utf-8")
+        return path
+
+    return write
+
+
+@pytest.fixture
+def sheet(sheet_file):
+    return read_bench_sheet(sheet_file())
+
+
+def record_of(time, current, speed, name="record"):
+    return Record(name, time, current, speed, np.ones(len(time), dtype=bool))
+
+
+def test_an_even_wheel_moves_as_by_the_exact_response(sheet):
+    wheel = sheet.expected()
+    time = np.arange(401) / 10.0
+    current = np.where(time < 12.0, 0.06, np.where(time < 20.0, -0.06, 0.0))
+    none = Ripple(*np.zeros((3, 1, 1)))
+    speed = uneven_speeds(wheel, time, current, np.ones((1, 401)), none)[0]
+    exact = np.asarray(speed_response(wheel, time, current, 0.0)[0])
+    np.testing.assert_allclose(speed, exact, atol=2e-3)
+    assert speed[-1] == 0.0
+
+
+def test_a_ripple_keeps_a_wheel_at_rest_until_the_current_exceeds_both(sheet):
+    wheel = sheet.expected()
+    time = np.arange(101) / 10.0
+    held = Ripple(np.array([[2e-4]]), np.array([[1.0]]), np.array([[-0.5 * np.pi]]))
+    static = sheet.value("static")
+    for excess, moves in ((0.99, False), (1.01, True)):
+        current = np.full(101, excess * (static + 2e-4) / 0.0228)
+        speed = uneven_speeds(wheel, time, current, np.ones((1, 101)), held)
+        assert bool(np.any(speed)) is moves
+
+
+def test_a_programme_reaches_its_speed_when_the_closed_solution_does(sheet):
+    program = Program(sheet, "coast-down", 1000.0)
+    program.drive(0.1, 30.0)
+    _, current = program.series()
+    time = (np.count_nonzero(current)) / 1000.0
+    drive = 0.0228 * 0.1 - 0.88e-3
+    final = drive / 4.83e-6
+    reached = final * (1.0 - np.exp(-4.83e-6 * time / 1.5e-3))
+    assert reached == pytest.approx(30.0, abs=2e-3)
+
+
+def test_a_sine_has_its_mean_square_in_its_band():
+    """Parseval: half of the squared amplitude; nothing elsewhere."""
+    time = np.arange(4096) / 256.0
+    result = spectrum(0.3 * np.sin(2.0 * np.pi * 20.0 * time), 256.0, 512)
+    assert result.rms(15.0, 25.0)[0] == pytest.approx(0.3 / np.sqrt(2.0), rel=1e-4)
+    assert result.rms(60.0, 120.0)[0] < 1e-3
+
+
+def test_white_noise_has_its_variance_over_all_frequencies():
+    noise = 0.02 * np.random.default_rng(3).standard_normal(60_000)
+    result = spectrum(noise, 100.0, 400)
+    value, sigma = result.rms(0.0, 50.0)
+    assert value == pytest.approx(0.02, abs=5.0 * sigma + 1e-4)
+    assert 2e-5 < sigma < 2e-4
+    level = result.density[10:-10].mean()
+    assert level == pytest.approx(2.0 * 0.02**2 / 100.0, rel=0.02)
+
+
+def test_the_breakaway_is_found_with_its_scatter():
+    random = np.random.default_rng(4)
+    time = np.arange(200) / 10.0
+    errors, sigmas = [], []
+    for _ in range(120):
+        start = random.uniform(8.0, 9.0)
+        after = np.maximum(time - start, 0.0)
+        speed = 0.3 * after + 0.1 * after**2 + 0.03 * random.standard_normal(200)
+        found = breakaway(time, speed, 0.03)
+        errors.append(found.time - start)
+        sigmas.append(found.sigma)
+    assert abs(np.mean(errors)) < 4.0 * np.std(errors) / np.sqrt(120.0)
+    assert np.std(errors) == pytest.approx(np.sqrt(np.mean(np.square(sigmas))), rel=0.25)
+    assert breakaway(time, 0.03 * random.standard_normal(200), 0.03) is None
+
+
+def test_bounds_of_few_repetitions_hold_in_95_percent():
+    """Student's t for the mean, chi-square for the scatter; binomial error of 6000 sets 0.28 %."""
+    draws = np.random.default_rng(5).standard_normal((6000, 5))
+    upper = np.array([[v + 1.644854 * s for v, s in (mean_of(d), scatter_of(d))] for d in draws])
+    assert np.mean(upper[:, 0] < 0.0) == pytest.approx(0.05, abs=0.01)
+    assert np.mean(upper[:, 1] < 1.0) == pytest.approx(0.05, abs=0.01)
+
+
+def test_a_wheel_at_its_limit_passes_and_fails_in_five_percent_each(sheet):
+    (limit,) = [each for each in sheet.wheel.limits if each.quantity == "torque_ripple"]
+    draws = 5e-5 + 1e-6 * np.random.default_rng(6).standard_normal((4000, 8))
+    verdicts = [Measured("torque_ripple", *mean_of(d)).line(limit).verdict for d in draws]
+    for verdict in (PASS, FAIL):
+        assert np.mean([v == verdict for v in verdicts]) == pytest.approx(0.05, abs=0.011)
+
+
+def test_the_step_of_acceleration_is_that_of_the_friction():
+    time = np.arange(0.0, 40.0, 0.1)
+    speed = np.where(time < 15.0, 0.5 * (time - 15.0), 0.2 * (time - 15.0))
+    record = record_of(time, np.where(time < 39.0, 0.06, -0.06), speed)
+    ((step, sigma, _),) = acceleration_steps(record)
+    assert step == pytest.approx(0.3, abs=1e-9)
+    assert sigma < 1e-9
+
+
+def test_rises_are_ramps_and_no_pulses():
+    ramp, rest, pulse = np.linspace(0.03, 0.06, 50), np.zeros(20), np.full(30, 0.1)
+    current = np.concatenate([rest, ramp, rest, pulse, rest, -ramp, rest])
+    assert [(p.start, p.stop) for p in rises(current)] == [(20, 70), (140, 190)]
+
+
+def test_drift_of_friction_shifts_a_coast_as_predicted(sheet):
+    """A coast with drifting friction, integrated in fine steps, against the covariance."""
+    step, drift = 1e-3, 0.02
+    time = np.arange(0.0, 60.0, step)
+    share = 2.0 * time / time[-1] - 1.0
+    speed = np.empty(len(time))
+    speed[0] = 41.0
+    for k in range(len(time) - 1):
+        friction = (1.0 + drift * share[k]) * (4.83e-6 * speed[k] + 0.88e-3)
+        speed[k + 1] = speed[k] - step * friction / 1.5e-3
+    noise = 1e-4 * np.random.default_rng(2).standard_normal(len(time[::100]))
+    still = np.zeros(len(noise))
+    plain, _ = coasting_speed(time[::100], 41.0, 4.83e-6 / 1.5e-3, 0.88e-3 / 1.5e-3)
+    drifting = replace(sheet, bench=replace(sheet.bench, drift=drift))
+    shifted = coast_friction(drifting, record_of(time[::100], still, speed[::100] + noise))
+    known = coast_friction(sheet, record_of(time[::100], still, plain + noise))
+    shift = shifted.values - known.values
+    np.testing.assert_allclose(known.values, [4.83e-6, 0.88e-3], rtol=1e-2)
+    np.testing.assert_allclose(np.abs(shift), np.sqrt(np.diag(shifted.covariance)), rtol=0.1)
+    exact = 1.5e-3 / 4.83e-6 * np.log1p(4.83e-6 * 30.0 / 0.88e-3)
+    assert known.time(30.0)[0] == pytest.approx(exact, rel=1e-3)
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("value = 1.5e-3", "value = 0", "inertia.value: found 0"),
+        ('value = "400 rpm"', 'value = "400 s"', "found unit 's'"),
+        ("rate = ", "speed = ", "bench.speed: found an unknown key"),
+        ('speed_sigma = "0.3 rpm"', "", "bench.speed_sigma: found none"),
+        ("ripple = 0\n", 'ripple = "60 %"\n', "expected 0 to 0.5"),
+        ('current_limit = "0.15 A"', "current_limit = 0.01", "twice the breakaway current"),
+        ("tolerance =", "minimum = 1\nmaximum = 0.5\ntolerance =", "motor_constant.tolerance"),
+        ('maximum = "1.2 mN·m"', "minimum = 2\nmaximum = 1", "expected them in order"),
+        ("[bench]", "[test.spin]\n[bench]", "found an unknown test"),
+        ("[bench]", "[test.run-in]\ncycles = 1.5\n[bench]", "expected a whole number"),
+        ("[bench]", '[[instrument]]\nquantity = "mass"\nname = "x"\n[bench]', "found 'mass'"),
+        (
+            "[bench]",
+            '[[instrument]]\nquantity = "speed"\nname = "x"\ndue = "soon"\n[bench]',
+            "expected a date",
+        ),
+        (
+            "[bench]",
+            '[[instrument]]\nquantity = "speed"\nname = "x"\ncalibrated = 2026-02-01\n'
+            "due = 2026-01-01\n[bench]",
+            "expected it after",
+        ),
+        ('[coulomb]\nvalue = "0.88 mN·m"', '[coulomb]\nmaximum = "1 mN·m"', "key coulomb"),
+        ("[bench]", '[static]\nvalue = "0.5 mN·m"\nsource = "x"\n[bench]', "key static"),
+    ],
+)
+def test_a_sheet_that_cannot_be_used_is_refused(sheet_file, old, new, message):
+    path = sheet_file(lambda text: text.replace(old, new, 1))
+    with pytest.raises(InputError) as error:
+        bench_tests(read_bench_sheet(path))
+    assert message in str(error.value)
+    assert "\n" not in str(error.value)
+
+
+def test_a_bench_that_does_not_reach_the_speed_is_named(sheet_file):
+    path = sheet_file(lambda text: text.replace("400 rpm", "9000 rpm").replace("0.15", "0.09"))
+    with pytest.raises(InputError, match="current_limit"):
+        gs.bench(path, tests="coast-down")
+
+
+def test_every_design_keeps_to_the_current_limit_and_has_a_template(sheet):
+    for name, test in bench_tests(sheet).items():
+        for record in test.records(sheet):
+            assert np.max(np.abs(record.current)) <= sheet.bench.current_limit
+            assert record.name.startswith(name)
+            assert np.all(np.diff(record.time) > 0.0)
+
+
+@pytest.fixture
+def measured(sheet, tmp_path):
+    """Write records of some tests, as a bench does."""
+
+    def measured(names, comment="# serial: RW-1-7\n# date: 2026-05-02\n"):
+        folder, random = tmp_path / "records", np.random.default_rng(8)
+        folder.mkdir(exist_ok=True)
+        for name in names:
+            for planned in bench_tests(sheet)[name].records(sheet):
+                (record,) = simulated(sheet, planned, 1, random)
+                path = folder / f"{planned.name}.csv"
+                write_record(record, path)
+                path.write_text(comment + path.read_text(encoding="utf-8"), encoding="utf-8")
+        return folder
+
+    return measured
+
+
+def test_plan_records_and_report_from_end_to_end(sheet_file, measured, tmp_path):
+    path = sheet_file()
+    plan = gs.bench(path, tmp_path / "plan", tests="coast-down,zero-crossing")
+    assert [each.test.name for each in plan.tests] == ["coast-down", "zero-crossing"]
+    template = tmp_path / "plan/records/coast-down-positive.csv"
+    assert template.read_text(encoding="utf-8").splitlines()[-1] == "time_s,current_A,speed_rad/s"
+    with pytest.raises(InputError, match="no filled record"):
+        gs.bench(path, verdict=tmp_path / "plan/records")
+    folder = measured(["coast-down", "zero-crossing"])
+    lines = []
+    verdict = gs.bench(path, tmp_path / "report", verdict=folder, say=lines.append)
+    rows = {(x.limit.quantity, x.sense): x for x in verdict.acceptance.lines}
+    for sense in (1, -1):
+        row = rows["loss_torque", sense]
+        assert row.verdict == PASS
+        assert row.measured == pytest.approx(0.88e-3 + 4.83e-6 * 300.0 * RPM, abs=4 * row.sigma)
+        assert row.sigma < 0.01 * row.measured
+    assert rows["torque_ripple", 0].verdict == NOT_JUDGED
+    assert "not run: no record breakaway-ramp" in rows["torque_ripple", 0].why
+    content = json.loads((tmp_path / "report/acceptance.json").read_text(encoding="utf-8"))
+    digest = hashlib.sha256((folder / "coast-down-positive.csv").read_bytes()).hexdigest()
+    assert content["records"][0]["sha256"] == digest
+    assert content["serial"] == "RW-1-7"
+    page = (tmp_path / "report/acceptance.html").read_text(encoding="utf-8")
+    document = (tmp_path / "report/acceptance.pdf").read_bytes()
+    assert digest in page
+    assert "signature" in page
+    assert document.startswith(b"%PDF")
+    gs.bench(path, tmp_path / "again", verdict=folder)
+    assert (tmp_path / "again/acceptance.pdf").read_bytes() == document
+    assert "NOT YET ACCEPTED" in lines[-2]
+
+
+def test_records_after_the_end_of_a_calibration_are_not_judged(sheet_file, measured):
+    instrument = '[[instrument]]\nquantity = "current"\nname = "shunt"\ndue = 2026-05-01\n[bench]'
+    path = sheet_file(lambda text: text.replace("[bench]", instrument))
+    verdict = gs.bench(path, verdict=measured(["coast-down"]))
+    (first, *_) = [x for x in verdict.acceptance.lines if x.limit.quantity == "loss_torque"]
+    assert first.verdict == NOT_JUDGED
+    assert "calibration of shunt" in first.why
+
+
+@pytest.mark.parametrize(
+    ("change", "message"),
+    [
+        (lambda rows: [rows[0].replace("speed_rad/s", "temperature_degC"), *rows[1:]], "speed"),
+        (lambda rows: [rows[0].replace("rad/s", "parsec"), *rows[1:]], "unit"),
+        (lambda rows: [rows[0], *rows[1:50], "nan,0,0", *rows[50:]], "row"),
+        (lambda rows: [rows[0], *rows[:0:-1]], "expected strictly increasing time"),
+    ],
+)
+def test_a_spoilt_record_is_refused_in_one_line(sheet_file, measured, change, message):
+    folder = measured(["coast-down"], comment="")
+    path = folder / "coast-down-positive.csv"
+    rows = path.read_text(encoding="utf-8").splitlines()
+    path.write_text("\n".join(change(rows)) + "\n", encoding="utf-8")
+    with pytest.raises(InputError) as error:
+        gs.bench(sheet_file(), verdict=folder)
+    assert "coast-down-positive.csv" in str(error.value)
+    assert message in str(error.value)
+
+
+def test_records_of_two_wheels_are_refused(sheet_file, measured):
+    folder = measured(["coast-down"])
+    path = folder / "coast-down-negative.csv"
+    path.write_text(path.read_text(encoding="utf-8").replace("RW-1-7", "RW-1-8"), encoding="utf-8")
+    with pytest.raises(InputError, match="expected those of one wheel"):
+        gs.bench(sheet_file(), verdict=folder)
+
+
+def test_a_record_without_the_test_gives_no_result(sheet_file, measured):
+    folder = measured(["coast-down"])
+    time = np.arange(300) / 10.0
+    still = record_of(time, np.full(300, 0.05), 3.0 * time)
+    write_record(still, folder / "coast-down-positive.csv")
+    verdict = gs.bench(sheet_file(), verdict=folder)
+    assert verdict.results[0].why.startswith("no result: coast-down-positive.csv: found no coast")
+    assert verdict.results[0].outcome is None
+
+
+def test_breakaways_at_several_angles_give_the_static_torque(sheet):
+    test = bench_tests(sheet)["breakaway"]
+    random = np.random.default_rng(9)
+    records = [simulated(sheet, planned, 1, random)[0] for planned in test.records(sheet)]
+    outcome = test.evaluate(sheet, records, Motor(0.0228, 0.0, "exact"))
+    for each in outcome.values:
+        if each.quantity == "static":
+            # half a step of the staircase
+            assert each.value == pytest.approx(sheet.value("static"), rel=0.02)
+
+
+def test_a_loss_torque_that_grows_is_the_slope_per_hour(sheet):
+    test = RunIn(cycles=6, hold_time=60.0)
+    (planned,) = test.records(sheet)
+    growth = 1.0 + 0.2 * planned.time / 3600.0
+    none = Ripple(*np.zeros((3, 1, 1)))
+    speed = uneven_speeds(sheet.expected(), planned.time, planned.current, growth[None], none)[0]
+    noise = 1e-3 * np.random.default_rng(1).standard_normal(len(speed))
+    record = record_of(planned.time, planned.current, speed + noise)
+    (change,) = test.evaluate(sheet, [record], Motor(0.0228, 0.0, "exact")).values
+    loss = 0.88e-3 + 4.83e-6 * 0.7 * 200.0 * RPM
+    assert change.value == pytest.approx(0.2 * loss, rel=0.1)
+
+
+def test_thermal_records_need_a_temperature(sheet):
+    test = ThermalVacuum(cycles=1, speed=20.0)
+    time = np.arange(50) / 10.0
+    record = record_of(time, np.zeros(50), np.linspace(20.0, 10.0, 50))
+    with pytest.raises(InputError, match="found no temperature"):
+        test.evaluate(sheet, [record, record], Motor(0.0228, 0.0, "exact"))
+
+
+def test_the_example_sheet_is_read():
+    sheet = read_bench_sheet(Path(__file__).parents[2] / "examples/bench_tests.toml")
+    assert sheet.tolerances()["inertia"] == pytest.approx(0.003)
