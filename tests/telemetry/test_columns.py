@@ -125,7 +125,7 @@ def test_units_of_the_caller_add_and_overrule(read):
             "time_s,current_A,speed_rpm",
             {"columns": {"speeed": "speed_rpm"}},
             "found role 'speeed' in columns, expected one of time, current, speed, angle,"
-            " time_fine, temperature, setpoint, reference, valid",
+            " time_fine, temperature, setpoint, reference, torque, valid",
         ),
         (
             "time_s,current_A,speed_rpm",
@@ -136,7 +136,7 @@ def test_units_of_the_caller_add_and_overrule(read):
             "time_s,current_A,speed_rpm",
             {"units": {"valid": "rpm"}},
             "found role 'valid' in units, expected one of time, current, speed, angle, time_fine,"
-            " temperature, setpoint, reference",
+            " temperature, setpoint, reference, torque",
         ),
         (
             "time_s,current_A,speed",
