@@ -58,6 +58,22 @@ def test_a_constant_momentum_is_least_squares_with_the_prior():
     assert np.all(np.abs(found.scale - SCALE) < 4.0 * np.sqrt(np.diag(found.covariance)[3:]))
 
 
+def test_the_covariance_keeps_its_digits_after_an_unknown_start():
+    own = RotorScaleFilter(CRAFT, time=1e9, rate_sigma=1e-5)
+    attitude, rate, speed = record(3)
+    found = filtered(own, attitude, rate, speed)
+    sigma = np.max(np.diag(INERTIA)) * 1e-5
+    # the information in units of the noise; its prior is 1e-9 for the momentum
+    information = np.diag([*(3 * [1e-9]), *(2 * [(sigma / 0.05) ** 2])])
+    for matrix, s in zip(attitude.as_matrix(), speed, strict=True):
+        row = np.hstack([matrix.T, -AXES * (ROTOR * s)])
+        information = information + row.T @ row
+    scale = np.sqrt(np.diag(information))
+    exact = sigma**2 * np.linalg.inv(information / np.outer(scale, scale)) / np.outer(scale, scale)
+    size = np.sqrt(np.outer(np.diag(exact), np.diag(exact)))
+    assert np.max(np.abs(found.covariance - exact) / size) < 1e-12
+
+
 def test_wheels_at_rest_tell_nothing_of_their_inertia():
     attitude, rate, speed = record(50)
     found = filtered(RotorScaleFilter(CRAFT), attitude, rate, 0.0 * speed)

@@ -88,5 +88,7 @@ class RotorScaleFilter(Checked):
         gain = spread @ inverse_definite(rows @ spread + variance * jnp.eye(3))
         state = jnp.concatenate([estimate.momentum, estimate.scale])
         state = state + gain @ (self.spacecraft.inertia_locked() @ rate - rows @ state)
-        covariance = symmetric(prior - gain @ spread.T)
+        # Joseph form: the difference of two covariances has no digits left after the first sample
+        rest = jnp.eye(len(prior)) - gain @ rows
+        covariance = symmetric(rest @ prior @ rest.T + variance * gain @ gain.T)
         return RotorScaleEstimate(state[:3], state[3:], covariance)
