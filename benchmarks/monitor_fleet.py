@@ -19,47 +19,16 @@ from monitor_peers import daily_numbers
 
 from gyrostat.monitoring.blocks import Samples
 from gyrostat.monitoring.fleet.flight import FAULTS, Cell, Fleet, Flight
+from gyrostat.monitoring.fleet.known import known_wheels
 from gyrostat.monitoring.fleet.pointing import CROSSINGS, HIGH, LOW, QUIET, SLEWS
 from gyrostat.monitoring.fleet.sampling import RPM, UGLY, Sampling, sample
 from gyrostat.monitoring.fleet.vehicle import LARGE, SMALL
 from gyrostat.monitoring.stream import WheelMonitor
-from gyrostat.monitoring.wheel_data import KnownWheel, KnownWheels
 from gyrostat.monitoring.windows import Windows, write_windows
 
 VEHICLES = {"large": LARGE, "small": SMALL}
 ORBITS = {"low": LOW, "high": HIGH}
 POINTINGS = {"slews": SLEWS, "quiet": QUIET, "crossings": CROSSINGS}
-MOTOR_SIGMA = 0.01
-"""Relative standard deviation of the motor constant that the monitor is told, as the fleet's."""
-
-
-def known_wheels(vehicle):
-    """What the monitor knows beforehand: nominal values, and their scatter in the fleet."""
-    wheel = vehicle.wheel
-    sigma = {
-        "motor_constant": MOTOR_SIGMA * wheel.motor_constant,
-        "viscous": 0.3 * wheel.viscous,
-        "offset": wheel.offset_scatter * wheel.coulomb,
-    }
-    return KnownWheels(
-        tuple(
-            KnownWheel(
-                f"wheel{k + 1}",
-                wheel.inertia,
-                wheel.motor_constant,
-                wheel.coulomb,
-                wheel.viscous,
-                0.0,
-                wheel.stribeck_speed,
-                sigma,
-            )
-            for k in range(4)
-        ),
-        vehicle.axes,
-        np.diag(vehicle.inertia),
-        (2.0,),
-        0.4 * RPM,
-    )
 
 
 def samples_of(columns, vehicle, drive):
@@ -107,8 +76,8 @@ def fly(arguments):
         return
     numbers = range(arguments.first, arguments.first + arguments.flights)
     flights = [Flight(number, _faults(arguments, number)) for number in numbers]
-    monitors = [WheelMonitor(known_wheels(vehicle)) for _ in flights]
     sampling = UGLY if arguments.ugly else Sampling()
+    monitors = [WheelMonitor(known_wheels(vehicle, sampling)) for _ in flights]
     truth, numbers_of, speeds = [], [], np.full((len(flights), 4), np.nan)
     spent = {"fly": 0.0, "sample": 0.0, "monitor": 0.0}
     clock = time.process_time()

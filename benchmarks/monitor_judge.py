@@ -14,12 +14,13 @@ from dataclasses import dataclass, field
 from pathlib import Path
 
 import numpy as np
-from monitor_fleet import VEHICLES, known_wheels
+from monitor_fleet import VEHICLES
 from monitor_peers import FIRST, NUMBERS, paths
 
-from gyrostat.monitoring.change.assess import DAY, episodes
-from gyrostat.monitoring.change.channels import Reference
+from gyrostat.monitoring.change.assess import DAY, episodes, reference_to
 from gyrostat.monitoring.change.detector import AlarmSettings, Detector
+from gyrostat.monitoring.fleet.known import known_wheels
+from gyrostat.monitoring.fleet.sampling import Sampling
 from gyrostat.monitoring.windows import REGRESSED, read_windows
 
 JUDGED = 100000
@@ -81,10 +82,8 @@ def wheels_of(path):
 
 def detect(wheel):
     """Verdicts of the monitor."""
-    known = known_wheels(VEHICLES[wheel.key[0]]).wheels[0]
-    sigma = tuple(known.sigma_of(n) for n in ("viscous", "motor_constant", "offset"))
-    reference = Reference(known.coulomb, known.viscous, known.motor_constant, 0.0, sigma)
-    detector = Detector(reference, AlarmSettings())
+    known = known_wheels(VEHICLES[wheel.key[0]], Sampling()).wheels[0]
+    detector = Detector(reference_to(known), AlarmSettings())
     columns = wheel.table.columns
     for k in range(len(wheel.table)):
         wheel.verdicts.append(detector.update({name: v[k] for name, v in columns.items()}))

@@ -24,6 +24,16 @@ def monitor(
     ] = None,
     units: Annotated[str | None, typer.Option(help="Units by role, if the file has none.")] = None,
     window: Annotated[str, typer.Option(help="Length of a window.")] = "1d",
+    false_alarms: Annotated[
+        float, typer.Option(help="Highest expected number of false alarms per wheel-year.")
+    ] = 0.32,
+    fault_rates: Annotated[
+        str | None,
+        typer.Option(help="Assumed faults per wheel-year by class, such as 'stiction=0.02'."),
+    ] = None,
+    friction_limit: Annotated[
+        str | None, typer.Option(help="Friction torque whose day is forecast, such as '3 mN·m'.")
+    ] = None,
     restart: Annotated[
         bool, typer.Option("--restart", help="Forget the telemetry of earlier calls.")
     ] = False,

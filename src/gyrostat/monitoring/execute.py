@@ -2,13 +2,15 @@
 
 import time
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gyrostat.core.errors import InputError
+from gyrostat.monitoring.change.assess import Limit, assess, reference_to
+from gyrostat.monitoring.change.detector import AlarmSettings
 from gyrostat.monitoring.health import Health
 from gyrostat.monitoring.reading import first_time, read_parts
 from gyrostat.monitoring.state import Progress, load_state, save_state
@@ -27,11 +29,15 @@ class Options:
         columns: Role -> column, or a file of them.
         units: Role -> unit.
         window: Length of a window, s.
+        alarm: Settings of alarms and classes of change.
+        friction_limit: Friction torque whose day is forecast, N·m; None: no forecast.
     """
 
     columns: Mapping[str, str] | str | Path | None = None
     units: Mapping[str, str] | None = None
     window: float = DAY
+    alarm: AlarmSettings = field(default_factory=AlarmSettings)
+    friction_limit: float | None = None
 
     def settings(self, known: KnownWheels) -> str:
         """Text that changes with all that the rows depend on."""
@@ -96,7 +102,7 @@ def monitor_files(
         progress.sizes[path.name] = _size(path)
     if state is not None:
         save_state(state, monitor, progress)
-    return _health(monitor, progress)
+    return _health(monitor, progress, options)
 
 
 def _size(path: Path) -> int:
@@ -116,7 +122,7 @@ def _check_drive(path: Path, progress: Progress, drive: str) -> None:
     progress.drive = drive
 
 
-def _health(monitor: WheelMonitor, progress: Progress) -> Health:
+def _health(monitor: WheelMonitor, progress: Progress, options: Options) -> Health:
     clock = monitor.clock
     telemetry: dict[str, Any] = {
         "files": sorted(progress.rows),
@@ -148,4 +154,13 @@ def _health(monitor: WheelMonitor, progress: Progress) -> Health:
             "the axes of the wheels are not known: speeds that do not turn the body are used as if "
             "friction could not move them"
         )
-    return Health(monitor.windows(), telemetry, tuple(notes))
+    windows, wheels = monitor.windows(), monitor.known.wheels
+    limit = options.friction_limit
+    settings = replace(options.alarm, window=monitor.window / DAY)
+    conditions = assess(
+        windows,
+        settings,
+        {wheel.name: reference_to(wheel) for wheel in wheels},
+        {} if limit is None else {wheel.name: Limit(limit) for wheel in wheels},
+    )
+    return Health(windows, telemetry, tuple(notes), tuple(conditions), settings)

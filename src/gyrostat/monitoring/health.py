@@ -2,12 +2,14 @@
 
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import Any
 
 import numpy as np
 
 from gyrostat.core.types import Matrix
+from gyrostat.monitoring.change.assess import WheelHealth
+from gyrostat.monitoring.change.detector import AlarmSettings
 from gyrostat.monitoring.windows import PARAMETERS, REGRESSED, Windows
 
 
@@ -19,13 +21,20 @@ class Health:
         windows: Window table.
         telemetry: What was read: first and last time, drive, files, repeats, resets.
         notes: Remarks on the telemetry.
-        alarms: Alarms that stand, one mapping each, with `wheel` and `text`.
+        conditions: Trend, changes and forecast of each wheel.
+        settings: Settings of alarms and classes.
     """
 
     windows: Windows
     telemetry: Mapping[str, Any]
     notes: tuple[str, ...] = ()
-    alarms: tuple[Mapping[str, Any], ...] = ()
+    conditions: tuple[WheelHealth, ...] = ()
+    settings: AlarmSettings = field(default_factory=AlarmSettings)
+
+    @property
+    def alarms(self) -> tuple[Mapping[str, Any], ...]:
+        """Alarms that stand, one mapping each, with `wheel` and `text`."""
+        return tuple({"wheel": c.wheel, "text": c.text} for c in self.conditions if c.alarm)
 
     @property
     def wheels(self) -> list[str]:
@@ -50,7 +59,12 @@ class Health:
         return {
             "telemetry": dict(self.telemetry),
             "wheels": {name: self._wheel(name) for name in self.wheels},
+            "changes": {each.wheel: each.as_json() for each in self.conditions},
             "alarms": [dict(alarm) for alarm in self.alarms],
+            "assumed": {
+                "false_alarms_per_wheel_year": self.settings.false_alarms,
+                "faults_per_wheel_year": dict(self.settings.rates),
+            },
             "notes": list(self.notes),
         }
 

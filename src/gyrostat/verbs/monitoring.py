@@ -4,7 +4,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gyrostat.verbs.arguments import Quantity, Say, in_si, named, silent
+from gyrostat.verbs.arguments import Quantity, Say, in_si, in_si_or_none, named, silent
 
 if TYPE_CHECKING:
     from gyrostat.monitoring import Health
@@ -22,6 +22,9 @@ def monitor(
     columns: Mapping[str, str] | str | Path | None = None,
     units: Mapping[str, str] | str | None = None,
     window: Quantity = "1d",
+    false_alarms: float = 0.32,
+    fault_rates: "Mapping[str, float] | str | None" = None,
+    friction_limit: Quantity | None = None,
     restart: bool = False,
     force: bool = False,
     say: Say = silent,
@@ -39,6 +42,10 @@ def monitor(
         columns: Role -> column, or a .toml file of them (`gyrostat.monitoring.reading`).
         units: Role -> unit, if the files have none.
         window: Length of a window, s; a multiple of a minute.
+        false_alarms: Highest expected number of false alarms per wheel-year.
+        fault_rates: Class of change -> faults per wheel-year, an assumption that the probabilities
+            of the classes depend on; classes that are left out keep their usual rate.
+        friction_limit: Friction torque at the usual speed whose day is forecast, N·m.
         restart: Whether to forget the state in `out`.
         force: Whether to replace files that gyrostat did not write.
         say: Function that receives each message for the user.
@@ -51,6 +58,7 @@ def monitor(
         InputError: A file or an argument cannot be used, or existing files would be replaced.
     """
     from gyrostat.core.outputs import check_outputs
+    from gyrostat.monitoring.change.detector import alarm_settings
     from gyrostat.monitoring.execute import Options, monitor_files
     from gyrostat.monitoring.wheels_file import read_wheels
     from gyrostat.verbs.wheel_arguments import assigned
@@ -65,7 +73,13 @@ def monitor(
     health = monitor_files(
         [Path(file) for file in files],
         known,
-        Options(chosen, stated, length),
+        Options(
+            chosen,
+            stated,
+            length,
+            alarm_settings(false_alarms, named(fault_rates, "--fault-rates")),
+            in_si_or_none(friction_limit, "torque", "--friction-limit"),
+        ),
         state=None if out is None else Path(out) / STATE,
         restart=restart,
         say=say,

@@ -14,6 +14,7 @@ from gyrostat.monitoring.change.channels import (
 )
 from gyrostat.monitoring.change.detector import AlarmSettings, Detector, Verdict
 from gyrostat.monitoring.change.forecast import Forecast, Series, forecast
+from gyrostat.monitoring.wheel_data import KnownWheel
 from gyrostat.monitoring.windows import Windows
 
 DAY = 86400.0
@@ -31,11 +32,11 @@ class Limit:
 
     Attributes:
         torque: N·m.
-        speed: Wheel speed at which the friction counts, rad/s.
+        speed: Wheel speed at which the friction counts, rad/s; None: the wheel's median.
     """
 
     torque: float
-    speed: float
+    speed: float | None = None
 
 
 @dataclass(frozen=True, eq=False)
@@ -67,6 +68,22 @@ class WheelHealth:
     def alarm(self) -> bool:
         """Whether an alarm stands after the last window."""
         return bool(self.verdicts) and self.verdicts[-1].alarm
+
+    @property
+    def text(self) -> str:
+        """One line on the alarm that stands; empty without one."""
+        if not self.alarm:
+            return ""
+        last = self.verdicts[-1]
+        classes = " or ".join(self._share(name) for name in last.classes) or "a change of any class"
+        _, low, high = last.onset or (0, 0, 0)
+        return (
+            f"{classes}; began between {self._time(low):.0f} s and {self._time(high) + DAY:.0f} s "
+            "on the clock of the telemetry (90 %)"
+        )
+
+    def _share(self, name: str) -> str:
+        return f"{name} ({100.0 * self.verdicts[-1].probabilities[name]:.0f} %)"
 
     def as_json(self) -> dict[str, Any]:
         """Health as JSON; times are in s on the clock of the telemetry."""
@@ -103,6 +120,17 @@ class WheelHealth:
 
 def _finite(value: float) -> float | None:
     return value if np.isfinite(value) else None
+
+
+def reference_to(wheel: KnownWheel) -> Reference:
+    """Reference of a wheel that is known beforehand."""
+    return Reference(
+        wheel.coulomb,
+        wheel.viscous,
+        wheel.motor_constant,
+        wheel.offset,
+        (wheel.sigma_of("viscous"), wheel.sigma_of("motor_constant"), wheel.sigma_of("offset")),
+    )
 
 
 def reference_of(windows: Windows) -> Reference:
@@ -154,7 +182,7 @@ def assess_wheel(windows: Windows, detector: Detector, limit: Limit | None = Non
     scales = reference.scales()
     speeds = np.abs(windows["speed_mean"])
     usual = float(np.nanmedian(speeds)) if np.any(np.isfinite(speeds)) else 0.0
-    speed = limit.speed if limit is not None else usual
+    speed = usual if limit is None or limit.speed is None else limit.speed
     unit = reference.coulomb + reference.viscous * speed
     weights = np.array([reference.coulomb, reference.viscous * speed]) / unit
     verdicts, level, sigma = [], [], []

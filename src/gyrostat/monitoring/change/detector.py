@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
+from gyrostat.core.validation import require
 from gyrostat.monitoring.change.channels import CHANNELS, Observation, Reference, observation
 from gyrostat.monitoring.change.evidence import (
     KINDS,
@@ -68,6 +70,34 @@ class AlarmSettings:
     def per_window(self) -> Vector:
         """Rate of each class per window, (classes,)."""
         return np.array([self.rates[name] for name in NAMES]) * self.window / YEAR
+
+
+def alarm_settings(false_alarms: float, rates: Mapping[str, Any]) -> AlarmSettings:
+    """Settings from what a user gives.
+
+    Args:
+        false_alarms: False alarms per wheel-year.
+        rates: Class -> faults per wheel-year; other classes keep their usual rates.
+
+    Raises:
+        InputError: A class is unknown, or a number is not above 0.
+    """
+    require("false_alarms", false_alarms, "per wheel-year", positive=True)
+    stated: dict[str, float] = {}
+    for name, value in rates.items():
+        if name not in NAMES:
+            raise InputError(
+                f"fault_rates: found the class {name!r}, expected one of {', '.join(NAMES)}"
+            )
+        try:
+            stated[name] = float(value)
+        except (TypeError, ValueError):
+            raise InputError(
+                f"fault_rates: found {value!r} for {name}, expected a number"
+            ) from None
+        require(f"fault_rates: {name}", stated[name], "per wheel-year", positive=True)
+    usual = AlarmSettings()
+    return AlarmSettings(false_alarms, {**usual.rates, **stated})
 
 
 @dataclass(frozen=True)

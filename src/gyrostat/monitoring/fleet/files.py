@@ -7,15 +7,18 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.monitoring.fleet.flight import DAY, Fleet, Flight, FlightDay
+from gyrostat.monitoring.fleet.known import known_wheels
 from gyrostat.monitoring.fleet.sampling import Sampling, sample
 from gyrostat.monitoring.fleet.vehicle import Vehicle
+from gyrostat.monitoring.wheel_data import KnownWheels
 
 
 def write_fleet(folder: Path, fleet: Fleet, days: int, sampling: Sampling) -> None:
     """Fly a batch and write one folder for each flight.
 
     `telemetry.parquet` has one row group a day; `truth.parquet` one row for each wheel and day;
-    `events.json` the faults; `spacecraft.toml` the spacecraft with its nominal wheels.
+    `events.json` the faults; `spacecraft.toml` the spacecraft with its nominal wheels;
+    `wheels.toml` what the monitor may know of them.
 
     Args:
         folder: Folder of the flights; it is created.
@@ -32,6 +35,9 @@ def write_fleet(folder: Path, fleet: Fleet, days: int, sampling: Sampling) -> No
     for path, flight in zip(paths, fleet.flights, strict=True):
         path.mkdir(parents=True, exist_ok=True)
         (path / "spacecraft.toml").write_text(spacecraft_text(fleet.cell.vehicle), "utf-8")
+        (path / "wheels.toml").write_text(
+            wheels_text(known_wheels(fleet.cell.vehicle, sampling)), "utf-8"
+        )
         (path / "events.json").write_text(json.dumps(events(flight), indent=1), "utf-8")
     try:
         for flown in fleet.days(days):
@@ -100,6 +106,25 @@ def spacecraft_text(vehicle: Vehicle) -> str:
             f"coulomb = {wheel.coulomb!r}, static = {wheel.static!r}, "
             f"stribeck_speed = {wheel.stribeck_speed!r} }}\n"
         )
+    return text
+
+
+def wheels_text(known: KnownWheels) -> str:
+    """File of what is known of the wheels.
+
+    Args:
+        known: The wheels.
+    """
+    text = (
+        f"[telemetry]\nspeed_resolution = {known.speed_resolution!r}\n"
+        f"modes_left_out = {list(known.modes_left_out)}\n"
+    )
+    for wheel in known.wheels:
+        text += f'\n[[wheel]]\nname = "{wheel.name}"\n'
+        for name in ("inertia", "motor_constant", "coulomb", "viscous", "stribeck_speed"):
+            text += f"{name} = {getattr(wheel, name)!r}\n"
+        text += "\n[wheel.sigma]\n"
+        text += "".join(f"{name} = {value!r}\n" for name, value in wheel.sigma.items())
     return text
 
 
