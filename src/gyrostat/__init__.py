@@ -21,7 +21,11 @@ if os.name == "nt":
     )
 
 __version__ = "0.1.0"
-hand_down(replaced="gyrostat.scenario_files.python.changes")
+hand_down(
+    replaced="gyrostat.scenario_files.python.changes",
+    picture="gyrostat.reports.pictures",
+    notebook_html="gyrostat.reports.pictures",
+)
 
 
 def _shown(module: str, value: Any) -> Any:

@@ -10,6 +10,8 @@ from gyrostat.identification.drive.control_law import read_control_law
 from gyrostat.identification.drive.inverse import identify_inverse
 from gyrostat.identification.experiment import design_text as design_text  # a view
 from gyrostat.identification.fit.problem import Problem
+from gyrostat.identification.judge import comparison_text as comparison_text  # a view
+from gyrostat.identification.judge import validation_text as validation_text  # a view
 from gyrostat.identification.judge.acceptance import accept
 from gyrostat.identification.judge.acceptance_lines import Acceptance
 from gyrostat.identification.judge.fit_changes import Comparison

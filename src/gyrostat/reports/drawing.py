@@ -25,6 +25,20 @@ STYLE: dict[Any, Any] = {
 }
 
 
+def png(figure: Figure) -> bytes:
+    """PNG file of a figure."""
+    buffer = io.BytesIO()
+    figure.savefig(buffer, format="png", dpi=100)
+    return buffer.getvalue()
+
+
+class Picture(Figure):
+    """Figure that a notebook shows, although pyplot does not know it."""
+
+    def _repr_png_(self) -> bytes:
+        return png(self)
+
+
 @contextmanager
 def panels(
     rows: int = 1,
@@ -49,7 +63,7 @@ def panels(
         The figure, and its axes as `subplots` returns them.
     """
     with mpl.rc_context(STYLE):
-        figure = Figure(figsize=(width, height), layout=layout)
+        figure = Picture(figsize=(width, height), layout=layout)
         yield figure, figure.subplots(rows, columns, **options)
 
 

@@ -76,10 +76,9 @@ def validate(
         InputError: A model, record or sheet cannot be used, or existing files would be replaced.
     """
     from gyrostat.core.outputs import check_outputs, new_files
-    from gyrostat.core.units import RPM
+    from gyrostat.core.views import lines
     from gyrostat.identification import accept
     from gyrostat.identification import validate as predict
-    from gyrostat.identification.judge.acceptance_text import acceptance_table
     from gyrostat.reports.page import validation_page
     from gyrostat.wheel import read_wheel_sheet
 
@@ -117,17 +116,8 @@ def validate(
         with new_files(Path(out), by="validate", force=force) as folder:
             (folder / "validation.html").write_text(page, encoding="utf-8")
             (folder / "validation.json").write_text(text + "\n", encoding="utf-8")
-    say(
-        f"residual {result.rms_speed:.4g} rad/s rms ({result.rms_speed / RPM:.4g} rpm), tachometer "
-        f"noise {result.noise:.4g} rad/s, over {result.samples} samples and {result.crossings} "
-        "zero crossings"
-    )
-    say(result.verdict)
-    if not result.converged:
-        say("no valid result: found no initial speed that fits the record best")
-    if result.acceptance is not None:
-        for line in acceptance_table(result.acceptance):
-            say(line)
+    for line in lines(result):
+        say(line)
     return result
 
 

@@ -3,6 +3,7 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
+from gyrostat.core.pictured import Pictured
 from gyrostat.core.types import Vector
 from gyrostat.core.views import lines
 from gyrostat.identification.experiment.current_profiles import Limits, Shape
@@ -34,7 +35,7 @@ class Combination:
 
 
 @dataclass(frozen=True, repr=False)
-class Design:
+class Design(Pictured):
     """Designed record.
 
     Attributes:

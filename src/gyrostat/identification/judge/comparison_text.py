@@ -3,6 +3,7 @@
 from typing import Any
 
 from gyrostat.core.text import aligned, measured, plain
+from gyrostat.core.views import lines as text_view
 from gyrostat.identification.judge.fit_changes import (
     FALSE_ALARMS,
     BatchSpread,
@@ -79,6 +80,7 @@ def shared_text(comparison: Comparison) -> str:
     return f"fits of {kind}; the error of the {names} is common to them and cancels in differences"
 
 
+@text_view.register(Comparison)
 def comparison_table(comparison: Comparison) -> list[str]:
     """Format a comparison as the command line prints it, in lines."""
     lines = [shared_text(comparison)]

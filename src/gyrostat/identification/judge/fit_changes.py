@@ -6,7 +6,9 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.core.pictured import Pictured
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.views import lines
 from gyrostat.identification.result.stored_fit import StoredFit
 
 FALSE_ALARMS = 0.05
@@ -98,8 +100,8 @@ class BatchSpread(_Tested):
     chance: float
 
 
-@dataclass(frozen=True)
-class Comparison:
+@dataclass(frozen=True, repr=False)
+class Comparison(Pictured):
     """Comparison of several fits.
 
     Attributes:
@@ -123,6 +125,10 @@ class Comparison:
     spreads: tuple[BatchSpread, ...]
     tests: int
     notes: tuple[str, ...]
+
+    def __repr__(self) -> str:
+        """Text that the command line prints."""
+        return "\n".join(lines(self))
 
     @property
     def parameters(self) -> tuple[str, ...]:

@@ -6,7 +6,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import Pictured
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.views import lines
 from gyrostat.identification.fit.least_squares import UNFINISHED, Evaluation, Prior, minimise
 from gyrostat.identification.fit.loss import Quadratic
 from gyrostat.identification.fit.prediction import CurrentHold, Linearisation, SpeedPrediction
@@ -37,8 +39,8 @@ REACH = 5.0
 larger value would only hide a bad model."""
 
 
-@dataclass(frozen=True)
-class Validation:
+@dataclass(frozen=True, repr=False)
+class Validation(Pictured):
     """Residuals of a record for a fixed wheel model.
 
     Attributes:
@@ -86,6 +88,10 @@ class Validation:
     def holds(self) -> bool:
         """Whether the model predicts the record within its own uncertainty."""
         return self.inside >= ENOUGH
+
+    def __repr__(self) -> str:
+        """Text that the command line prints."""
+        return "\n".join(lines(self))
 
     @property
     def verdict(self) -> str:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gyrostat.core.pictured import Pictured
 from gyrostat.core.types import Vector
 from gyrostat.core.views import content as json_view
 from gyrostat.identification.lot.best_set import BestSet
@@ -81,7 +82,7 @@ class LotParameter:
 
 
 @dataclass(frozen=True)
-class Lot:
+class Lot(Pictured):
     """Analysis of a lot of wheels.
 
     Attributes:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gyrostat.core.pictured import Pictured
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.views import content as json_view
 from gyrostat.core.views import lines as text_view
@@ -126,7 +127,7 @@ class Conditions:
 
 
 @dataclass(frozen=True)
-class Pool:
+class Pool(Pictured):
     """One model of a wheel from several records.
 
     Attributes:

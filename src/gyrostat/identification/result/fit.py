@@ -8,6 +8,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.named_vector import NamedVector
+from gyrostat.core.pictured import Pictured
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.views import content, lines
 from gyrostat.identification.fit.friction_torques import friction_torques
@@ -83,7 +84,7 @@ class Candidate:
 
 
 @dataclass(frozen=True, repr=False)
-class Fit:
+class Fit(Pictured):
     """Identified wheel; `print` shows it as a table.
 
     Attributes:

@@ -1,0 +1,25 @@
+"""Results that are drawn, and shown with their picture in a notebook."""
+
+from typing import TYPE_CHECKING
+
+from gyrostat.core.handed_down import handed_down
+
+if TYPE_CHECKING:
+    from matplotlib.figure import Figure
+
+
+class Pictured:
+    """Result of which the reports have a picture."""
+
+    def plot(self) -> "Figure":
+        """Draw the result.
+
+        Returns:
+            Figure of Matplotlib to edit, or to save by its `savefig`. A notebook shows it where it
+            is the value of a cell; it is no figure of pyplot.
+        """
+        return handed_down("picture")(self)
+
+    def _repr_html_(self) -> str:
+        """Text of the result and its picture, for a notebook."""
+        return handed_down("notebook_html")(self)

@@ -1,0 +1,139 @@
+"""Pictures of results for `plot()` and for notebooks."""
+
+from base64 import b64encode
+from functools import singledispatch
+from html import escape
+
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from gyrostat.core.types import Vector
+from gyrostat.core.units import RPM
+from gyrostat.identification import Fit, Validation
+from gyrostat.identification.experiment.design import Design
+from gyrostat.identification.judge.fit_changes import Comparison
+from gyrostat.identification.lot.result import Lot
+from gyrostat.identification.pool.result import Pool
+from gyrostat.identification.torque_points import torque_points
+from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
+from gyrostat.reports.comparison import comparison_figure
+from gyrostat.reports.design import design_figure
+from gyrostat.reports.drawing import literal, panels, png
+from gyrostat.reports.lot import histograms
+from gyrostat.reports.pool import over_conditions
+from gyrostat.telemetry import Record
+
+HEIGHT = 2.1
+"""Height of a panel, inches."""
+MOST_RECORDS = 3
+"""Largest number of records that are drawn."""
+CURVE = 400
+"""Number of points of a friction curve."""
+
+
+def notebook_html(result: object) -> str:
+    """Text and picture of a result.
+
+    Args:
+        result: Result with a picture.
+    """
+    image = b64encode(png(picture(result))).decode()
+    return (
+        f"<pre>{escape(str(result))}</pre>\n"
+        f'<img alt="{type(result).__name__}" style="max-width: 100%" '
+        f'src="data:image/png;base64,{image}">'
+    )
+
+
+@singledispatch
+def picture(result: object) -> Figure:
+    """Draw a result.
+
+    Args:
+        result: Result of a verb.
+
+    Raises:
+        TypeError: There is no picture of its class.
+    """
+    raise TypeError(f"found no picture of {type(result).__name__}, expected a result of a verb")
+
+
+@picture.register
+def _(result: Fit) -> Figure:
+    """Speed and residual of each record, and the friction curve."""
+    shown = list(zip(result.records, result.predicted, result.predicted_sigma, strict=False))
+    shown = shown[:MOST_RECORDS]
+    with panels(2 * len(shown) + 1, height=HEIGHT * (2 * len(shown) + 1), squeeze=False) as (
+        figure,
+        grid,
+    ):
+        rows = grid[:, 0].tolist()
+        for k, (record, predicted, sigma) in enumerate(shown):
+            noise = result.speed_sigmas[k]
+            _speeds(rows[2 * k : 2 * k + 2], record, predicted, sigma, noise)
+        _friction(rows[-1], result)
+    return figure
+
+
+@picture.register
+def _(result: Validation) -> Figure:
+    """Measured and predicted speed of a record, and their difference."""
+    with panels(2, height=2 * HEIGHT, sharex=True) as (figure, axes):
+        _speeds(axes, result.record, result.predicted, result.predicted_sigma, result.noise)
+    return figure
+
+
+picture.register(Comparison, comparison_figure)
+picture.register(Design, design_figure)
+picture.register(Lot, histograms)
+picture.register(Pool, over_conditions)
+
+
+def _speeds(
+    axes: "list[Axes]", record: Record, predicted: Vector, sigma: Vector, noise: float
+) -> None:
+    """Speed of a record above its residual with the 95 % interval.
+
+    Args:
+        axes: Upper and lower panel.
+        record: Measured record.
+        predicted: Modelled speed, (N,), rad/s.
+        sigma: Its standard deviation, (N,), rad/s.
+        noise: Standard deviation of the measured speed, rad/s.
+    """
+    upper, lower = axes
+    limit = 2.0 * np.hypot(sigma, noise) / RPM
+    samples = {"ls": "none", "marker": ".", "ms": 2, "color": MEASURED, "rasterized": True}
+    upper.plot(record.time, record.speed / RPM, **samples, label="measured")
+    upper.plot(record.time, predicted / RPM, lw=1.0, color=MODEL, label="model")
+    upper.set_title(literal(record.name), fontsize=9)
+    upper.set_ylabel("speed (rpm)")
+    upper.legend(loc="upper right")
+    lower.fill_between(record.time, -limit, limit, color=BAND, alpha=0.5, lw=0, label="95 %")
+    lower.plot(record.time, (record.speed - predicted) / RPM, **samples)
+    lower.set_ylabel("residual (rpm)")
+    lower.set_xlabel("time (s)")
+    lower.legend(loc="upper right")
+
+
+def _friction(axes: Axes, fit: Fit) -> None:
+    """Friction curve with its 95 % interval, and the measured torques."""
+    points = fit.friction_points or torque_points(fit)
+    speeds = [np.abs(r.speed[r.valid]) for r in fit.records]
+    speeds += [] if points is None else [np.abs(points.speed)]
+    reach = max((float(np.max(each)) for each in speeds), default=0.0) or 1.0
+    half = np.linspace(1e-6, 1.0, CURVE) ** 2 * reach
+    if points is not None:
+        torque, sigma = 1e3 * points.torque, 2e3 * points.sigma
+        axes.errorbar(
+            points.speed / RPM, torque, yerr=sigma, fmt=".", ms=3, lw=0.7, color=MEASURED, zorder=1
+        )
+    for speed in (-half[::-1], half):
+        torque, sigma = (1e3 * values for values in fit.friction_curve(speed))
+        ends = (torque - 2.0 * sigma, torque + 2.0 * sigma)
+        axes.fill_between(speed / RPM, *ends, color=BAND, alpha=0.7, lw=0)
+        axes.plot(speed / RPM, torque, color=MODEL, lw=1.2)
+    axes.axvline(0.0, color=MARK, lw=0.6)
+    axes.set_xlabel("speed (rpm)")
+    axes.set_ylabel("friction (mN·m)")

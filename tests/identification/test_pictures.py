@@ -1,0 +1,56 @@
+"""Pictures of results: what is drawn is what the result says."""
+
+from base64 import b64decode
+from html import unescape
+
+import numpy as np
+import pytest
+from matplotlib.figure import Figure
+
+from gyrostat.core.units import RPM
+from gyrostat.identification import Fit, Lot, Pool, compare_fits, stored_fit, validate
+from gyrostat.identification.experiment.design import Design
+from gyrostat.reports.pictures import picture
+
+
+def line(axes, label):
+    return next(each for each in axes.lines if each.get_label() == label)
+
+
+def test_fit_shows_speeds_residuals_and_friction(plain):
+    figure = plain.plot()
+    assert isinstance(figure, Figure)
+    speed, residual, friction = figure.axes
+    np.testing.assert_array_equal(line(speed, "model").get_ydata(), plain.predicted[0] / RPM)
+    np.testing.assert_array_equal(residual.lines[0].get_ydata(), plain.residuals[0] / RPM)
+    band = np.asarray(residual.collections[0].get_paths()[0].vertices)[:, 1]
+    expected = 2.0 * np.hypot(plain.predicted_sigma[0], plain.speed_sigma) / RPM
+    assert band.max() == pytest.approx(expected.max(), rel=1e-12)
+    curves = [each for each in friction.lines if len(each.get_xdata()) == 400]
+    for curve in curves:
+        speeds, torques = curve.get_data()
+        expected, _ = plain.friction_curve(np.asarray(speeds) * RPM)
+        np.testing.assert_allclose(torques, 1e3 * expected, rtol=1e-9)
+    assert len(curves) == 2
+
+
+def test_notebook_shows_the_text_of_the_command_line_and_a_picture(plain, record):
+    held = validate(plain.model, plain.parameters, record(seed=3))
+    both = compare_fits([stored_fit(plain)] * 2, ["a", "b"], same_wheel=True, same_bench=True)
+    for result in (plain, held, both):
+        html = result._repr_html_()
+        text, image = html.split("</pre>")
+        assert unescape(text.removeprefix("<pre>")) == str(result)
+        assert b64decode(image.split("base64,")[1].split('"')[0]).startswith(b"\x89PNG")
+    assert "the model holds" in str(held)
+    assert "significant over" in str(both)
+
+
+@pytest.mark.parametrize("kind", [Lot, Pool, Design, Fit])
+def test_every_result_has_a_picture_of_its_own(kind):
+    assert picture.dispatch(kind) is not picture.dispatch(object)
+
+
+def test_other_objects_have_no_picture():
+    with pytest.raises(TypeError, match="found no picture of str, expected a result"):
+        picture("fit")
