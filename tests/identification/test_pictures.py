@@ -17,6 +17,10 @@ def line(axes, label):
     return next(each for each in axes.lines if each.get_label() == label)
 
 
+def points(line):
+    return np.array(line.get_data(), dtype=float)
+
+
 def test_fit_shows_speeds_residuals_and_friction(plain):
     figure = plain.plot()
     assert isinstance(figure, Figure)
@@ -26,10 +30,9 @@ def test_fit_shows_speeds_residuals_and_friction(plain):
     band = np.asarray(residual.collections[0].get_paths()[0].vertices)[:, 1]
     expected = 2.0 * np.hypot(plain.predicted_sigma[0], plain.speed_sigma) / RPM
     assert band.max() == pytest.approx(expected.max(), rel=1e-12)
-    curves = [each for each in friction.lines if len(each.get_xdata()) == 400]
-    for curve in curves:
-        speeds, torques = curve.get_data()
-        expected, _ = plain.friction_curve(np.asarray(speeds) * RPM)
+    curves = [each for each in map(points, friction.lines) if each.shape[1] == 400]
+    for speeds, torques in curves:
+        expected, _ = plain.friction_curve(speeds * RPM)
         np.testing.assert_allclose(torques, 1e3 * expected, rtol=1e-9)
     assert len(curves) == 2
 
