@@ -1,7 +1,8 @@
 """Promised sigma of a designed record against the scatter of the product's own fit.
 
     python benchmarks/designed_records.py [--records 400] [--seed 91000] [--duration 60]
-        [--wanted static-coulomb viscous all] [--ripple 0.03] [--state-ripple] [--bare]
+        [--wanted static-coulomb viscous all] [--ripple 0.03] [--state-ripple]
+        [--state-drift] [--bare]
 
 One wheel for each design, flown by the integrator of `bench_wheels.py`: profile 2 (300 s at 10 Hz),
 identification, and the design of the next record from this fit alone. Then both records are
@@ -13,6 +14,7 @@ dry friction, and rounding of current and speed are on, unless `--bare` leaves w
 import argparse
 import sys
 import time
+from dataclasses import replace
 
 import numpy as np
 from bench_wheels import INERTIA, RATE, STRIBECK_SPEED, simulator
@@ -68,6 +70,8 @@ def one_design(given: argparse.Namespace, number: int, text: str) -> None:
     first_current = profile_2(wheel, random)
     before = identify(measured(wheel, first_current, random, bare=given.bare), **options)
     known = KnownWheel.from_fit(before)
+    if given.state_drift:
+        known = replace(known, drifts=((VISCOUS_DRIFT, 0.0), (DRY_DRIFT, 0.0)))
     combinations = list(NAMES) if text == "all" else [text]
     limits = Limits(given.duration, RATE, float(np.abs(first_current).max()))
     design = design_record(
@@ -123,6 +127,7 @@ def main() -> None:
     parser.add_argument("--wanted", nargs="+", default=["static-coulomb", "viscous", "all"])
     parser.add_argument("--ripple", type=float, default=0.03, help="amplitude over Coulomb torque")
     parser.add_argument("--state-ripple", action="store_true")
+    parser.add_argument("--state-drift", action="store_true", help="state the drift to the design")
     parser.add_argument("--bare", action="store_true", help="white noise only")
     given = parser.parse_args()
     header = (

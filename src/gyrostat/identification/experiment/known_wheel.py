@@ -14,6 +14,7 @@ from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.experiment.record_effects import (
     RIPPLE,
     ROUNDING,
+    Drifts,
     RecordEffects,
     found_drifts,
 )
@@ -56,7 +57,7 @@ class KnownWheel:
     covariance: Matrix
     speed_sigma: float | None = None
     ripple: float = 0.0
-    drifts: tuple[tuple[float, float], ...] = RecordEffects.drifts
+    drifts: Drifts = RecordEffects.drifts
     current_error: float = 0.0
 
     @classmethod

@@ -10,8 +10,11 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.identification.read.quantisation import held_levels
 from gyrostat.identification.uncertainty.averaging import Effect
+from gyrostat.identification.uncertainty.current_errors import ROUNDED
 from gyrostat.identification.uncertainty.effects import DRIFTING
+from gyrostat.telemetry import Record
 from gyrostat.wheel.friction import Friction
 
 WAVES = 4
@@ -21,6 +24,9 @@ LEVELS = 8
 DRIFT_SHAPES = 1 + WAVES
 RIPPLE, ROUNDING = "crossing_ripple", "current_rounding"
 """Effects of a fit that give the torque ripple, and the rounding of the current."""
+
+
+Drifts = tuple[tuple[float, float], ...]
 
 
 @dataclass(frozen=True)
@@ -35,7 +41,7 @@ class RecordEffects:
     """
 
     ripple: float = 0.0
-    drifts: tuple[tuple[float, float], ...] = ((0.0, 0.0),) * len(DRIFTING)
+    drifts: Drifts = ((0.0, 0.0),) * len(DRIFTING)
     current_error: float = 0.0
 
     def sigmas(self) -> Vector:
@@ -46,7 +52,7 @@ class RecordEffects:
         return np.concatenate([*drifts, levels, [self.ripple]])
 
 
-def found_drifts(effects: Mapping[str, Effect]) -> tuple[tuple[float, float], ...]:
+def found_drifts(effects: Mapping[str, Effect]) -> Drifts:
     """Sizes of the drifts that a fit found, for `RecordEffects`; a further record drifts so too."""
 
     def size(name: str) -> float:
@@ -77,14 +83,22 @@ def drifting_torques(model: type[Friction], names: tuple[str, ...]) -> Matrix:
     return np.array(rows, dtype=float)
 
 
-def level_shapes(currents: Matrix) -> Vector:
+def level_shapes(currents: Matrix, error: float) -> Vector:
     """Intervals of each held level of the currents (b, N), (b, N - 1, LEVELS).
 
-    A current with more levels is not held; the errors of its rounding average out.
+    A current that changes has errors of rounding that average out.
+
+    Args:
+        currents: Currents, (b, N), A.
+        error: Standard deviation of the error of a held current, A; 0: not rounded.
     """
     shapes = np.zeros((len(currents), currents.shape[1] - 1, LEVELS))
+    if error == 0.0:
+        return shapes
+    time = np.arange(float(currents.shape[1]))
     for shape, current in zip(shapes, currents, strict=True):
-        levels, index = np.unique(np.round(current[:-1], 9), return_inverse=True)
-        if len(levels) <= LEVELS:
-            shape[np.arange(len(index)), index] = levels[index] != 0.0
+        record = Record("design", time, current, time, time >= 0.0)
+        ((index,), _, _) = held_levels([record], error / ROUNDED)
+        kept = (index >= 0) & (index < LEVELS) & (current[:-1] != 0.0)
+        shape[np.flatnonzero(kept), index[kept]] = 1.0
     return shapes

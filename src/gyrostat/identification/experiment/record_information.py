@@ -152,7 +152,7 @@ def information_gained(
     full[:count, :count] = root
     full[-1, -1] = UNKNOWN_START * speed_sigma
     parts = _parts(np.searchsorted(checkpoints(time), time * (1.0 - 1e-12)))
-    shapes, levels = drift_shapes(time), level_shapes(currents)
+    shapes, levels = drift_shapes(time), level_shapes(currents, effects.current_error)
     program = _program(model, tuple(places))
     noise = np.float64(speed_sigma)  # a number of Python would compile the program again
     lanes = [(b, d) for b in range(len(currents)) for d in range(len(wheels))]
