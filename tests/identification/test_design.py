@@ -1,6 +1,7 @@
 """Design of the next record: its information, its limits and its files."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -14,6 +15,7 @@ from gyrostat.identification.experiment import experiment_design
 from gyrostat.identification.experiment.current_profiles import FAMILIES, Limits, Shape
 from gyrostat.identification.experiment.experiment_design import design_record
 from gyrostat.identification.experiment.known_wheel import KnownWheel
+from gyrostat.identification.experiment.record_effects import RecordEffects
 from gyrostat.identification.experiment.record_information import UNKNOWN_START, information_gained
 from gyrostat.identification.fit.prediction import SpeedPrediction
 from gyrostat.identification.uncertainty.sigmas import square_root
@@ -275,3 +277,85 @@ def test_without_a_ripple_the_text_says_what_one_would_cost(known, short_search)
     assert rippled.wanted[0].after > 0.5 * 0.04 * known.dry_torque()
     viscous = design_record(known, ["viscous"], LIMITS, speed_sigma=NOISE, ripple=0.04)
     assert "ripple" not in repr(viscous)
+
+
+def test_simulated_records_scatter_as_promised(known, given, tmp_path, short_search):
+    """Sixteen records know a scatter to 18 %: the promise is within 2.5 of these sigmas."""
+    lines = []
+    design = gs.bench(
+        given,
+        tmp_path / "next.csv",
+        design="coulomb",
+        duration=60,
+        drift={"viscous": "2 %", "dry": 0.01},
+        ripple=0.0,
+        simulate=16,
+        say=lines.append,
+    )
+    content = json.loads((tmp_path / "next.json").read_text(encoding="utf-8"))
+    simulation = content["simulation"]
+    assert (simulation["runs"], simulation["failures"]) == (16, [])
+    for row in simulation["scatters"]:
+        assert 0.5 < row["promised"] / row["rms"] < 2.0
+    assert any("16 simulated records, 0 without" in line for line in lines)
+    (wanted,) = design.wanted
+    assert wanted.after == simulation["scatters"][0]["promised"]
+
+
+def test_drift_of_friction_is_a_further_unknown_of_the_regression():
+    """Dry friction that grows linearly by d: dw/dd = -(c / J) (t^2 / T - t)."""
+    wheel = np.array([[0.0228, INERTIA, 0.0, 0.9e-3, 0.0]])
+    time, before, drift = np.arange(601) / 10.0, 1e-4, 0.02
+    gained = information_gained(
+        ViscousCoulomb,
+        wheel,
+        np.full((1, 601), 0.1),
+        time,
+        places=[0],
+        root=np.array([[before]]),
+        speed_sigma=NOISE,
+        initial_speed=1.0,
+        effects=RecordEffects(drifts=((0.0, 0.0), (drift, 0.0))),
+    )
+    bend = -0.9e-3 / INERTIA * (time**2 / 60.0 - time)
+    rows = np.column_stack([0.1 * time / INERTIA, np.ones(601), bend]) / NOISE
+    a_priori = np.diag([before**-2, (UNKNOWN_START * NOISE) ** -2, drift**-2])
+    expected = np.linalg.inv(rows.T @ rows + a_priori)[0, 0]
+    assert gained.covariance[0, 0, -1, 0, 0] == pytest.approx(expected, rel=1e-6)
+
+
+def test_a_constant_current_has_one_unknown_error():
+    """Without friction that drifts: the error of the current adds (I_error / I)^2 to k_m."""
+    wheel = np.array([[0.0228, INERTIA, 0.0, 0.9e-3, 0.0]])
+    time = np.arange(601) / 10.0
+    options = {
+        "places": [0],
+        "root": np.array([[1e-2]]),
+        "speed_sigma": 1e-6,
+        "initial_speed": 1.0,
+    }
+    gained = information_gained(
+        ViscousCoulomb,
+        wheel,
+        np.full((1, 601), 0.1),
+        time,
+        effects=RecordEffects(current_error=3e-4),
+        **options,
+    )
+    assert np.sqrt(gained.covariance[0, 0, -1, 0, 0]) == pytest.approx(
+        0.0228 * 3e-4 / 0.1, rel=1e-3
+    )
+
+
+@pytest.mark.parametrize(
+    ("options", "message"),
+    [
+        ({"drift": "static=0.1"}, "drift: found 'static'"),
+        ({"drift": "viscous=70%"}, "viscous: found 70%"),
+        ({"simulate": -1}, "simulate: found -1"),
+    ],
+)
+def test_impossible_effects_are_refused(given, options, message):
+    with pytest.raises(gs.InputError) as error:
+        gs.bench(given, design="coulomb", **options)
+    assert message in str(error.value)

@@ -191,6 +191,10 @@ def bench(
         float | None, typer.Option(help="Largest rate of the designed current, A/s.")
     ] = None,
     ripple: Ripple = None,
+    drift: Annotated[
+        list[str] | None,
+        typer.Option(help="Drift of friction in a designed record: viscous=SHARE,dry=SHARE."),
+    ] = None,
     tests: Annotated[
         list[str] | None, typer.Option(help="Bench tests to plan or judge: all, or names; A,B.")
     ] = None,
@@ -210,7 +214,7 @@ def bench(
     planned = bool(tests) or verdict is not None
     if json_output and not (design or planned):
         raise InputError("--json: found without --design, expected with it: a record is no JSON")
-    given = {**locals(), "design": design or None, "tests": tests or None}
+    given = {**locals(), "design": design or None, "tests": tests or None, "drift": drift or None}
     del given["planned"]
     result = call(verbs.bench, given, command=command_line())
     if json_output:

@@ -4,6 +4,8 @@ import numpy as np
 from matplotlib.figure import Figure
 
 from gyrostat.core.units import RPM, si_unit
+from gyrostat.identification.bench_tests.design_rehearsal import HEADER as CHECK_HEADER
+from gyrostat.identification.bench_tests.design_rehearsal import DesignCheck
 from gyrostat.identification.experiment.design import Design
 from gyrostat.identification.experiment.design_text import HEADER, rows, summary
 from gyrostat.reports.colours import MARK, MODEL
@@ -33,12 +35,13 @@ def design_figure(design: Design) -> Figure:
     return figure
 
 
-def design_page(design: Design, *, command: str) -> str:
+def design_page(design: Design, *, command: str, check: DesignCheck | None = None) -> str:
     """HTML page of a designed record.
 
     Args:
         design: The design.
         command: Command line that produced it.
+        check: Simulated records of the design; None without them.
     """
     return render(
         "design.html",
@@ -48,4 +51,6 @@ def design_page(design: Design, *, command: str) -> str:
         header=HEADER,
         rows=rows(design),
         figure=svg(design_figure(design)),
+        check=check,
+        check_header=CHECK_HEADER,
     )

@@ -1,12 +1,14 @@
 """Design of the next bench record, a mode of the verb `bench`."""
 
 import json
+import math
 from collections.abc import Iterable
+from dataclasses import asdict, replace
 from pathlib import Path
 from typing import TYPE_CHECKING
 
 from gyrostat.core.errors import InputError
-from gyrostat.verbs.arguments import Quantity, Say, in_si, parts_of
+from gyrostat.verbs.arguments import Named, Quantity, Say, in_si, named, parts_of
 from gyrostat.verbs.wheel_arguments import wheel_model
 
 if TYPE_CHECKING:
@@ -40,6 +42,30 @@ def known_wheel(model: "WheelModel | Wheel | Fit | str | Path", *, force: bool) 
     return KnownWheel.from_model(wheel_model(model, force=force))
 
 
+MOST_RUNS = 10_000
+"""Largest number of simulated records."""
+DRIFTING = ("viscous", "dry")
+"""Frictions whose drift may be stated, in the order of `RecordEffects`."""
+
+
+def _with_drifts(wheel: "KnownWheel", drift: Named) -> "KnownWheel":
+    """Wheel with the drifts that the user states.
+
+    Raises:
+        InputError: A name or share is not possible.
+    """
+    drifts = list(wheel.drifts)
+    for name, value in named(drift, "--drift").items():
+        if name not in DRIFTING:
+            raise InputError(f"--drift: found {name!r}, expected {' or '.join(DRIFTING)}")
+        text = str(value).strip()
+        share = in_si(text.removesuffix("%"), "1", "--drift") / (100.0 if "%" in text else 1.0)
+        if not (math.isfinite(share) and 0.0 <= share <= 0.5):
+            raise InputError(f"--drift {name}: found {value}, expected 0 to 0.5")
+        drifts[DRIFTING.index(name)] = (share, 0.0)
+    return replace(wheel, drifts=tuple(drifts))
+
+
 def design(
     model: "WheelModel | Wheel | Fit | str | Path",
     wanted: str | Iterable[str],
@@ -54,6 +80,8 @@ def design(
     speed_sigma: Quantity,
     target_sigma: Quantity | Iterable[Quantity] | None,
     ripple: float | None,
+    drift: Named,
+    simulate: int,
     seed: int,
     force: bool,
     say: Say,
@@ -74,6 +102,9 @@ def design(
         speed_sigma: Standard deviation of the measured speed, rad/s; zero: that of the fit.
         target_sigma: Wanted standard deviation of each combination.
         ripple: Torque ripple, rms over the dry friction torque.
+        drift: "viscous" and "dry" -> drift of this friction from mid-record to its end, as a share,
+            one sigma; those of the fit where it is not given.
+        simulate: Number of simulated records of the design; 0: none.
         seed: Seed of the search.
         force: Whether to replace files that gyrostat did not write, and to accept an impossible
             wheel.
@@ -86,6 +117,7 @@ def design(
     import numpy as np
 
     from gyrostat.core.outputs import check_outputs, new_files
+    from gyrostat.identification.bench_tests.design_rehearsal import check_design
     from gyrostat.identification.experiment.current_profiles import Limits
     from gyrostat.identification.experiment.design_text import content, table
     from gyrostat.identification.experiment.experiment_design import (
@@ -101,7 +133,9 @@ def design(
             raise InputError(f"{out}: found the suffix {out.suffix!r}, expected .csv")
         names = [out.name, f"{out.stem}.json", f"{out.stem}.html"]
         check_outputs(out.parent, names, by="bench", force=force)
-    wheel = known_wheel(model, force=force)
+    if not 0 <= simulate <= MOST_RUNS:
+        raise InputError(f"--simulate: found {simulate}, expected 0 to {MOST_RUNS}")
+    wheel = _with_drifts(known_wheel(model, force=force), drift)
     combinations = [str(text).strip() for text in parts_of(wanted)]
     torques = {wheel.dimension(text, "--design") for text in combinations}
     targets = () if target_sigma is None else parts_of(target_sigma)
@@ -131,11 +165,20 @@ def design(
     )
     for line in table(result):
         say(line)
+    check = None
+    if simulate:
+        say(f"simulating {simulate} records")
+        check = check_design(wheel, result, runs=simulate, ripple=ripple, seed=seed, say=say)
+        for line in check.lines():
+            say(line)
     if out is not None:
-        text = json.dumps(content(result), indent=1, ensure_ascii=False, allow_nan=False)
-        page = design_page(result, command=command)
-        every = np.ones(len(result.time), dtype=bool)
-        record = Record(out.name, result.time, result.current, result.speed, every)
+        simulation = {} if check is None else {"simulation": asdict(check)}
+        text = json.dumps(
+            {**content(result), **simulation}, indent=1, ensure_ascii=False, allow_nan=False
+        )
+        page = design_page(result, command=command, check=check)
+        valid = np.ones(len(result.time), dtype=bool)
+        record = Record(out.name, result.time, result.current, result.speed, valid)
         with new_files(out.parent, by="bench", force=force) as folder:
             write_record(record, folder / out.name)
             (folder / names[1]).write_text(text + "\n", encoding="utf-8")

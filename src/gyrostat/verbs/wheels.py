@@ -142,6 +142,7 @@ def bench(
     max_speed: Quantity | None = None,
     slew: float | None = None,
     ripple: float | None = None,
+    drift: Named = None,
     tests: str | Iterable[str] | None = None,
     verdict: "str | Path | None" = None,
     simulate: int = 0,
@@ -177,6 +178,8 @@ def bench(
         max_speed: Largest speed that a designed record may reach, rad/s.
         slew: Largest rate of change of the current of a designed record, A/s.
         ripple: Torque ripple, rms over the dry friction torque; by default that of the fit.
+        drift: Drift of friction that a designed record has, viscous=SHARE,dry=SHARE from mid-record
+            to its end, one sigma; by default that of the fit.
         tests: Names of bench tests, or "all": plan them from the spec sheet, `out` is a folder for
             profiles, templates of records, plan.json and plan.html; with `verdict` the tests to
             judge.
@@ -193,27 +196,28 @@ def bench(
         InputError: A wheel or option cannot be used, or an existing file would be replaced.
     """
     path = None if out is None else Path(out)
+    usual = {"profile": "steps", "duration": "300", "rate": "10"}
+    record_options = {
+        "profile": profile,
+        "duration": duration,
+        "rate": rate,
+        "low": low,
+        "high": high,
+        "period": period,
+        "initial_speed": initial_speed,
+        "speed_sigma": speed_sigma,
+        "speed_quantum": speed_quantum,
+        "jitter": jitter,
+        "dropouts": dropouts,
+        "design": design,
+        "target_sigma": target_sigma,
+        "max_speed": max_speed,
+        "slew": slew,
+        "ripple": ripple,
+        "drift": drift,
+    }
     if tests is not None or verdict is not None:
         where = "--tests" if verdict is None else "--verdict"
-        usual = {"profile": "steps", "duration": "300", "rate": "10"}
-        record_options = {
-            "profile": profile,
-            "duration": duration,
-            "rate": rate,
-            "low": low,
-            "high": high,
-            "period": period,
-            "initial_speed": initial_speed,
-            "speed_sigma": speed_sigma,
-            "speed_quantum": speed_quantum,
-            "jitter": jitter,
-            "dropouts": dropouts,
-            "design": design,
-            "target_sigma": target_sigma,
-            "max_speed": max_speed,
-            "slew": slew,
-            "ripple": ripple,
-        }
         refuse_given(changed_options(record_options, usual), where, "a record")
         options: dict[str, Any] = {"force": force, "say": say, "command": command}
         if verdict is None:
@@ -221,15 +225,9 @@ def bench(
         refuse_given({"--simulate": simulate or None}, "--verdict", "--tests or --design")
         return judge_bench(model, verdict, tests, path, **options)
     if design is not None:
-        record_options = {
-            "--profile": profile if profile != "steps" else None,
-            "--low": low,
-            "--period": period,
-            "--speed-quantum": speed_quantum if speed_quantum not in (0.0, "0") else None,
-            "--jitter": jitter or None,
-            "--dropouts": dropouts or None,
-        }
-        refuse_given(record_options, "--design", "a simulated record")
+        simulated_only = ("profile", "low", "period", "speed_quantum", "jitter", "dropouts")
+        own = {name: record_options[name] for name in simulated_only}
+        refuse_given(changed_options(own, usual), "--design", "a simulated record")
         return design_bench(
             model,
             design,
@@ -243,19 +241,16 @@ def bench(
             speed_sigma=speed_sigma,
             target_sigma=target_sigma,
             ripple=ripple,
+            drift=drift,
+            simulate=simulate,
             seed=seed,
             force=force,
             say=say,
             command=command,
         )
-    design_options = {
-        "--target-sigma": target_sigma,
-        "--max-speed": max_speed,
-        "--slew": slew,
-        "--ripple": ripple,
-        "--simulate": simulate or None,
-    }
-    refuse_given(design_options, "a simulated record", "--design")
+    designs_only = ("target_sigma", "max_speed", "slew", "ripple", "drift")
+    own = {name: record_options[name] for name in designs_only} | {"simulate": simulate}
+    refuse_given(changed_options(own, usual), "a simulated record", "--design")
     return bench_record_file(
         model,
         path,

@@ -34,7 +34,7 @@ class Ripple(NamedTuple):
 
 @lru_cache
 def _program(substeps: int):
-    """Compile the speeds of wheels that share their parameters and currents."""
+    """Compile the speeds of wheels that share their currents."""
 
     def lane(wheel, current, interval, growth, ripple):
         step = interval / substeps
@@ -69,16 +69,17 @@ def _program(substeps: int):
         speeds = jax.lax.scan(sample, (zero, zero), (current[:-1], growth[:-1]))[1]
         return jnp.concatenate([zero[None], speeds])
 
-    return jax.jit(jax.vmap(lane, (None, None, None, 0, 0)))
+    return jax.jit(jax.vmap(lane, (0, None, None, 0, 0)))
 
 
 def uneven_speeds(
     wheel: Wheel, time: Vector, current: Vector, growth: Matrix, ripple: Ripple
 ) -> Matrix:
-    """Speeds of a wheel that starts from rest, in c records, (c, N), rad/s.
+    """Speeds of wheels that start from rest, (c, N), rad/s.
 
     Args:
-        wheel: Wheel with a static friction curve.
+        wheel: Wheel with a static friction curve; each parameter is one number, or one for each
+            record, (c,).
         time: Sample times, (N,), s, evenly spaced.
         current: Current, held from sample to sample, (N,), A.
         growth: Friction over its mean, (c, N).
@@ -86,4 +87,5 @@ def uneven_speeds(
     """
     interval = float(time[-1] - time[0]) / (len(time) - 1)
     program = _program(int(np.ceil(interval / STEP * (1.0 - 1e-9))))
-    return np.asarray(program(wheel, jnp.asarray(current), interval, jnp.asarray(growth), ripple))
+    wheels = jax.tree.map(lambda leaf: jnp.broadcast_to(leaf, (len(growth),)), wheel)
+    return np.asarray(program(wheels, jnp.asarray(current), interval, jnp.asarray(growth), ripple))
