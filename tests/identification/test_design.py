@@ -1,7 +1,6 @@
 """Design of the next record: its information, its limits and its files."""
 
 import json
-from dataclasses import replace
 
 import numpy as np
 import pytest

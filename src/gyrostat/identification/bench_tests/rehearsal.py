@@ -1,6 +1,6 @@
 """Rehearsal of a test: records of the expected wheel, and what the verdict makes of them."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 
 import numpy as np
@@ -22,6 +22,8 @@ SECOND = 0.5
 """Amplitude of the second harmonic of the ripple over that of the first."""
 ORDERS = (1.0, 5.0)
 """Periods of both harmonics in a turn."""
+BLOCK = 16
+"""Number of tests that are simulated at once, which bounds the memory."""
 ROOM_TEMPERATURE = 20.0
 
 
@@ -139,10 +141,9 @@ def rehearse(
         say: Function that receives progress.
     """
     random = np.random.default_rng([seed, test.place])
-    series = [simulated(sheet, each, runs, random) for each in planned]
     results: dict[tuple[object, ...], list[Measured]] = {}
     failures = []
-    for k, records in enumerate(zip(*series, strict=True)):
+    for k, records in enumerate(_tests(sheet, planned, runs, random)):
         believed, motor, scales = _calibration(sheet, random)
         try:
             scaled = [record.scaled(**scales) for record in records]
@@ -163,6 +164,17 @@ def rehearse(
         if (k + 1) % 10 == 0:
             say(f"  {test.name}: {k + 1} of {runs} simulated")
     return Rehearsal(tuple(_prediction(every) for every in results.values()), runs, tuple(failures))
+
+
+def _tests(
+    sheet: BenchSheet, planned: Sequence[PlannedRecord], runs: int, random: np.random.Generator
+) -> Iterator[tuple[Record, ...]]:
+    """Records of each simulated test; several are simulated at once."""
+    # always as many at once: another number would compile the simulation again
+    block = min(runs, BLOCK)
+    for first in range(0, runs, block):
+        series = [simulated(sheet, each, block, random) for each in planned]
+        yield from list(zip(*series, strict=True))[: runs - first]
 
 
 def _calibration(
