@@ -34,6 +34,13 @@ def counted(x):
     return jnp.concatenate([x, jnp.zeros(1)])[jnp.where(count > 2, 2, count)]
 
 
+def permuted(x):
+    """Solution by a factorisation with pivots: places of a permutation are in a table."""
+    matrix = jnp.eye(9) + 0.1 * jnp.outer(jnp.ones(9), jnp.tile(jnp.nan_to_num(x), 3)[:9])
+    lu, _, places = jax.lax.linalg.lu(matrix)
+    return jnp.floor(lu[0, :3]), jnp.ones(9)[places], (x[0] + jnp.arange(9.0))[places]
+
+
 def anywhere(place, x):
     """Element at any index, which is brought into the array."""
     return x[place]
@@ -50,6 +57,7 @@ CASES = {
     chosen: {"x": REALS},
     sought: {"x": REALS},
     counted: {"x": REALS},
+    permuted: {"x": REALS},
     anywhere: {"place": RANDOM.integers(-9, 9, LANES), "x": REALS},
     sizes: {"x": REALS},
 }
@@ -57,6 +65,7 @@ TESTED = {
     chosen: r"[<>] \d+\) \?",
     sought: r"\w+ [<>] (0|199)\b",
     counted: r"\w+ < 0\b",
+    permuted: r"\b(?!i\b)\w+(\[\w+\])? < 0\b",
     sizes: r"size\w* < 0\.0",
 }
 """Function -> test that is never true in it."""

@@ -9,9 +9,21 @@ import numpy as np
 
 from gyrostat.codegen import whole
 from gyrostat.codegen.arrays import SMALL, Array, Data, Deferred, Element, is_plain, spread
-from gyrostat.codegen.constants import TooManyError, constant_table, with_zero
-from gyrostat.codegen.primitives import FOLDED, LOGICAL_ONLY, TEST, WRAPPED, Scalars, one_by_one
-from gyrostat.codegen.program import ONE, Assign, Block, Fill, Kind, Name, Number, Operand, Table
+from gyrostat.codegen.constants import TooManyError, constant_table, folded, with_zero
+from gyrostat.codegen.memo import Memo
+from gyrostat.codegen.primitives import TEST, Scalars, one_by_one
+from gyrostat.codegen.program import (
+    MINUS_ONE,
+    Assign,
+    Block,
+    Fill,
+    Kind,
+    Name,
+    Number,
+    Operand,
+    Table,
+)
+from gyrostat.codegen.rows import Row, assigned
 from gyrostat.codegen.scope import Scope
 from gyrostat.codegen.source import Source, refusal, refused
 from gyrostat.core.errors import InputError
@@ -30,7 +42,7 @@ class Builder:
         lower: Function that appends a closed jaxpr to a block: (closed jaxpr, inputs, block) ->
             results. If the further argument `called_at`, a line of Python, is given, all
             statements get that line.
-        constants: Constant tables so far, by their kind and elements.
+        memo: What has been made so far.
     """
 
     equation: Any
@@ -39,7 +51,7 @@ class Builder:
     scope: Scope
     groups: Iterator[int]
     lower: Callable[..., list[Array]]
-    constants: dict[Any, Table]
+    memo: Memo
 
     @property
     def params(self) -> dict[str, Any]:
@@ -79,29 +91,20 @@ class Builder:
 
     def assign(self, operation: str, operands: Sequence[Operand], target: Name) -> Operand:
         """Append an operation; return a constant, one of the operands, or the assigned target."""
+        if any(isinstance(each, Row) for each in operands):
+            return assigned(self, operation, operands, target)
         if operation in whole.OPERATIONS and operands[0].kind != "real":
             return whole.OPERATIONS[operation](
                 lambda inner, *inputs: self.compute(inner, *inputs, hint=target.hint), *operands
             )
-        if operation in FOLDED and all(isinstance(o, Number) for o in operands):
-            value = FOLDED[operation](*(o.value for o in operands if isinstance(o, Number)))
-            return Number(target.kind, WRAPPED.get(target.kind, lambda v: v)(value))
-        if operation == "mul":
-            for first, second in (operands, operands[::-1]):
-                if first == ONE:
-                    return second
-        if operation == "select":
-            test, yes, no = operands
-            if isinstance(test, Number):
-                return yes if test.value else no
-            if yes is no or (isinstance(yes, Number) and repr(yes) == repr(no)):
-                return yes
-        if operation in LOGICAL_ONLY and len(operands) == 2 and target.kind == "logical":
-            for first, second in (operands, operands[::-1]):
-                if operation != "xor" and isinstance(first, Number):
-                    return second if first.value == (operation == "and") else first
-        self.block.append(Assign(target, operation, tuple(operands), self.where))
-        return target
+        known = folded(operation, operands, target.kind)
+        if known is not None:
+            return known
+        if operation == "mul" and MINUS_ONE in operands:
+            others = [each for each in operands if each != MINUS_ONE]
+            return self.assign("neg", others, target)
+        statement = Assign(target, operation, tuple(operands), self.where)
+        return self.memo.appended(self.block, statement)
 
     def index(self, operation: str, first: Operand | None, second: Operand) -> Operand:
         """Append an operation on indices, "add", "sub" or "mul"; None is a missing first term."""
@@ -156,6 +159,8 @@ class Builder:
     ) -> Array:
         """Apply an operation to arrays, with a given kind and shape of the result; see `apply`."""
         size, plain = math.prod(shape), all(map(is_plain, arrays))
+        if plain and any(isinstance(each, Row) for array in arrays for each in array.flat):
+            return self._one_by_one(operation, kind, shape, arrays)
         if size > (SMALL if plain else self.scope.few):
             known = self._if_few(operation, kind, shape, arrays) if plain else None
             full = tuple(spread(each, shape) for each in arrays)
@@ -260,20 +265,14 @@ class Builder:
         name = Name(each.kind, self.where.name, next(self.groups))
         return self.element(each.table, Number("index", 0), each.place, name)
 
-    def copied(self, operand: Operand) -> Operand:
-        """Scalar; an array of the caller that has it as an element may be set before it is read."""
-        if not isinstance(operand, Name) or not operand.fixed or "[" not in operand.hint:
-            return operand
-        name = Name(operand.kind, self.where.name, next(self.groups))
-        self.block.append(Assign(name, "copy", (operand,), self.where))
-        return name
-
     def listed(self, array: Scalars) -> Data:
         """Array of scalars as data of a table with a list of all elements."""
         places = np.arange(array.size).reshape(array.shape)
         kind = array.flat[0].kind
         if all(isinstance(each, Number) for each in array.flat):
-            return Data(constant_table(self.constants, kind, [e.value for e in array.flat]), places)
+            return Data(
+                constant_table(self.memo.tables, kind, [e.value for e in array.flat]), places
+            )
         table = Table(kind, array.size, self.where.name)
         self.block.append(Fill(table, tuple(array.flat), self.where))
         return Data(table, places)

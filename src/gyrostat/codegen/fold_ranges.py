@@ -5,7 +5,7 @@ index of: the tests that would bring it there are never true. The same holds for
 outcome is known where a branch was taken.
 """
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 
 from gyrostat.codegen.carried_numbers import counts_passes, is_number_of_a_pass
 from gyrostat.codegen.program import (
@@ -22,6 +22,7 @@ from gyrostat.codegen.program import (
     Operand,
     Statement,
     Store,
+    Table,
 )
 from gyrostat.codegen.ranges import (
     ALWAYS,
@@ -34,6 +35,7 @@ from gyrostat.codegen.ranges import (
     union,
     within,
 )
+from gyrostat.codegen.table_ranges import table_ranges
 
 
 def fold_ranges(function: Function) -> None:
@@ -41,16 +43,27 @@ def fold_ranges(function: Function) -> None:
 
     Statements that become unused remain.
     """
-    facts = _Facts()
-    function.body = facts.block(function.body)
-    function.results = facts.known_as(function.results)
+    tables: dict[Table, Range] = {}
+    while True:
+        facts = _Facts(tables)
+        function.body = facts.block(function.body)
+        function.results = facts.known_as(function.results)
+        ranges = table_ranges(function, facts.ranges)
+        if ranges == tables:
+            return
+        tables = ranges
 
 
 class _Facts:
-    """What is known of the values of a function, up to a statement."""
+    """What is known of the values of a function, up to a statement.
 
-    def __init__(self) -> None:
-        self._ranges: dict[Name, Range] = {}
+    Attributes:
+        ranges: Ranges of integers.
+    """
+
+    def __init__(self, tables: Mapping[Table, Range]) -> None:
+        self.ranges: dict[Name, Range] = {}
+        self._tables = tables
         self._same: dict[Name, Operand] = {}
         self._assigned: dict[Name, Assign] = {}
         self._never_negative: set[Name] = set()
@@ -97,7 +110,7 @@ class _Facts:
             self._never_negative.add(statement.target)
         found = self._result(statement)
         if found is not None:
-            self._ranges[statement.target] = found
+            self.ranges[statement.target] = found
             if found[0] == found[1]:
                 self._same[statement.target] = Number(statement.target.kind, found[0])
         return (statement,)
@@ -167,7 +180,7 @@ class _Facts:
 
     def _range(self, operand: Operand) -> Range | None:
         if isinstance(operand, Name):
-            return self._ranges.get(operand)
+            return self.ranges.get(operand)
         if operand.kind in ("integer", "index"):
             return int(operand.value), int(operand.value)
         return None
@@ -179,7 +192,8 @@ class _Facts:
             return None
         if statement.table is not None:
             values = statement.table.values
-            return (int(min(values)), int(max(values))) if values else None
+            limits = (int(min(values)), int(max(values))) if values else None
+            return limits or self._tables.get(statement.table)
         if operation in ("to_integer", "to_index") and operands[0].kind == "logical":
             return 0, 1
         ranges = [self._range(operand) for operand in operands]
@@ -218,7 +232,7 @@ class _Facts:
         for each in loop.carried:
             each.first = self._one(each.first)
         loop.start = self._one(loop.start)
-        self._ranges[loop.counter] = (0, max(loop.count - 1, 0))
+        self.ranges[loop.counter] = (0, max(loop.count - 1, 0))
         counts = {each.name: each.first for each in loop.carried if counts_passes(each, loop.body)}
         ends: dict[Name, int] = {}
         for name, first in counts.items():
@@ -227,12 +241,12 @@ class _Facts:
             start, end = int(first.value), int(first.value) + loop.count
             if of_kind((start, end), name.kind):
                 ends[name] = end
-                self._ranges[name] = (start, max(end - 1, start))
+                self.ranges[name] = (start, max(end - 1, start))
         for each in loop.carried:
             if is_number_of_a_pass(each, loop):
-                found = union([self._range(each.first), self._ranges[loop.counter]])
+                found = union([self._range(each.first), self.ranges[loop.counter]])
                 if found is not None:
-                    self._ranges[each.name] = found
+                    self.ranges[each.name] = found
         outer = dict(self._same)
         loop.test = self.block(loop.test)
         if loop.goes_on is not None:
@@ -244,7 +258,7 @@ class _Facts:
         self._same = outer
         # behind the loop, a count may have reached its end
         for name, end in ends.items():
-            self._ranges[name] = (self._ranges[name][0], end)
+            self.ranges[name] = (self.ranges[name][0], end)
 
     def _branch(self, branch: Branch) -> Sequence[Statement]:
         branch.index = index = self._one(branch.index)
@@ -267,7 +281,7 @@ class _Facts:
         for target, *choices in zip(branch.targets, *values, strict=True):
             found = union([self._range(choice) for choice in choices])
             if found is not None:
-                self._ranges[target] = found
+                self.ranges[target] = found
         return (branch,)
 
     def _assume(self, operand: Operand, value: bool) -> None:

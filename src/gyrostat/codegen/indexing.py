@@ -186,8 +186,10 @@ def _gathered(
     """Parts that start at computed indices, in a loop over the rows of indices."""
     kind, shape = build.scope.kind(build.target), build.shape
     table = declared(build, kind, build.size)
-    data = Data(table, np.arange(table.size).reshape(shape))
     rows, axes = [k for k in range(len(shape)) if k not in windows.axes], pick.data.ndim
+    order = [*rows, *windows.axes]  # the elements of a part are next to each other
+    places = np.arange(table.size).reshape([shape[k] for k in order])
+    data = Data(table, places.transpose(np.argsort(order)))
     at, target = reader(build, indices), view_of(data)
 
     def body(inside: Builder, row: tuple[Operand, ...]) -> None:

@@ -3,6 +3,7 @@
 import math
 from collections import Counter
 from collections.abc import Sequence
+from functools import partial
 from itertools import count
 from typing import Any
 
@@ -12,10 +13,22 @@ from gyrostat.codegen.arrays import SMALL, Array, Data, Deferred, is_plain
 from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.constants import constant_table
 from gyrostat.codegen.control_flow import argument_name, is_rows
+from gyrostat.codegen.memo import Memo
 from gyrostat.codegen.nests import filled
-from gyrostat.codegen.primitives import ALIKE, COMPILED, MOVES, OVERFLOWING, PRODUCTS, Scalars
-from gyrostat.codegen.program import Block, Call, Function, Table
-from gyrostat.codegen.rules import OF_ARRAYS, RULES
+from gyrostat.codegen.primitives import (
+    ALIKE,
+    COMPILED,
+    ELEMENTWISE,
+    MOVES,
+    OVERFLOWING,
+    PRODUCTS,
+    Scalars,
+)
+from gyrostat.codegen.program import Block, Call, Function
+from gyrostat.codegen.repeated import distinct
+from gyrostat.codegen.row_loops import directed, moved_rows, rows_of
+from gyrostat.codegen.row_tables import has_rows, settled_rows
+from gyrostat.codegen.rules import OF_ARRAYS, ROW_BY_ROW, RULES
 from gyrostat.codegen.scope import FLIGHT, Scope
 from gyrostat.codegen.source import NOWHERE, Source, UnsupportedError, refused, source
 from gyrostat.codegen.tracing import called, constant, own_function
@@ -31,7 +44,7 @@ class Lowering:
         self._groups = count(1)
         self._library_call: Source | None = None
         self._large: dict[int, tuple[Any, Data | None]] = {}
-        self._tables: dict[Any, Table] = {}
+        self.memo = Memo()
 
     def graph(self, closed: Any, inputs: Sequence[Array], block: Block) -> list[Scalars]:
         """Append a closed jaxpr to a block and return its results as scalars.
@@ -49,6 +62,8 @@ class Lowering:
         inputs: Sequence[Array],
         block: Block,
         called_at: Source | None = None,
+        *,
+        by_row: bool = False,
     ) -> list[Array]:
         """Append a closed jaxpr to a block and return its results.
 
@@ -58,11 +73,13 @@ class Lowering:
             block: Block that the statements are appended to.
             called_at: Line of Python that all statements get, if the jaxpr is a function of a
                 library. JAX traces such a function only once.
+            by_row: Whether results may be scalars of rows of loops, see `row_loops`.
         """
         outer, self._library_call = self._library_call, called_at or self._library_call
         jaxpr = closed.jaxpr
-        uses = Counter(atom for e in jaxpr.eqns for atom in e.invars if constant(atom) is None)
-        uses.update(atom for atom in jaxpr.outvars if constant(atom) is None)
+        unique = distinct(jaxpr)
+        read_atoms = [atom for e in unique.equations for atom in e.invars] + jaxpr.outvars
+        uses = Counter(unique.first(atom) for atom in read_atoms if constant(atom) is None)
         constants = dict(zip(jaxpr.constvars, closed.consts, strict=True))
         values: dict[Any, Array] = {}
 
@@ -77,15 +94,15 @@ class Lowering:
             if value is None and atom in constants:
                 value = constants[atom]
             if value is None:
-                return values[atom]
+                return values[unique.first(atom)]
             return self._data(value) or self._scope.numbers(value)
 
         def lookup(atom: Any) -> Array | None:
             value = constants.get(atom) if constant(atom) is None else constant(atom)
-            return values.get(atom) if value is None else self._data(value)
+            return values.get(unique.first(atom)) if value is None else self._data(value)
 
         keep(jaxpr.invars, inputs, self.builder(block, called_at or NOWHERE))
-        for equation in jaxpr.eqns:
+        for equation in unique.equations:
             where = self._library_call or source(equation, NOWHERE)
             build = self.builder(block, where, equation)
             try:
@@ -99,21 +116,28 @@ class Lowering:
                 error.equations.append(equation)
                 raise
         self._library_call = outer
-        return [read(atom) for atom in jaxpr.outvars]
+        results = [read(atom) for atom in jaxpr.outvars]
+        build = self.builder(block, called_at or NOWHERE)
+        return results if by_row else [settled_rows(build, array) for array in results]
 
     def builder(self, block: Block, where: Source = NOWHERE, equation: Any = None) -> Builder:
         """Builder that appends the statements of an equation to a block."""
-        return Builder(equation, block, where, self._scope, self._groups, self.arrays, self._tables)
+        return Builder(equation, block, where, self._scope, self._groups, self.arrays, self.memo)
 
-    def _equation(self, build: Builder, operands: list[Array]) -> Array | Sequence[Array]:
+    def _equation(self, build: Builder, operands: Sequence[Array]) -> Array | Sequence[Array]:
         inner, name = called(build.equation), build.equation.primitive.name
         if inner is not None:
             function = None if self._scope.in_place else own_function(build.equation, inner)
             if function is None or not _are_scalars(build, operands):
-                return self.arrays(inner, operands, build.block, build.where)
+                return self.arrays(inner, operands, build.block, build.where, by_row=True)
             return self._call(function, inner, [build.scalars(array) for array in operands], build)
         if name in ALIKE:
             return operands
+        operands = rows_of(build, operands, are_rows=name in ROW_BY_ROW)
+        if name in ("slice", "split"):
+            operands = [moved_rows(build, operands[0], partial(MOVES[name], build.params))]
+        if name in ELEMENTWISE and all(map(is_plain, operands)):
+            operands = directed(build, operands, build.shape)
         if any(is_rows(array) for array in operands):
             raise build.refused("rows of a long scan", "them only as a result")
         if name not in OF_ARRAYS:
@@ -136,7 +160,7 @@ class Lowering:
             array, data = self._scope.array(value), None
             kind = self._scope.kind_of(array.dtype)
             if kind is not None and array.size > SMALL:
-                table = constant_table(self._tables, kind, array.ravel().tolist())
+                table = constant_table(self.memo.tables, kind, array.ravel().tolist())
                 data = Data(table, np.arange(array.size).reshape(array.shape))
             self._large[id(value)] = (value, data)
         return self._large[id(value)][1]
@@ -210,9 +234,8 @@ def _keeps_data(scope: Scope, equation: Any, operands: Sequence[Array | None]) -
 def _are_scalars(build: Builder, operands: Sequence[Array]) -> bool:
     """Whether a function gets and returns scalars; C has no arrays as results."""
     results = build.equation.outvars
-    return all(isinstance(array, np.ndarray) and is_plain(array) for array in operands) and all(
-        math.prod(variable.aval.shape) <= SMALL for variable in results
-    )
+    are_plain = (isinstance(a, np.ndarray) and is_plain(a) and not has_rows(a) for a in operands)
+    return all(are_plain) and all(math.prod(variable.aval.shape) <= SMALL for variable in results)
 
 
 def _flat(arrays: Sequence[Scalars]) -> list[Any]:

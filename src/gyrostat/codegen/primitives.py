@@ -46,6 +46,9 @@ TEST = frozenset({"lt", "le", "gt", "ge", "eq", "ne"})
 """Operations whose result is logical."""
 LOGICAL_ONLY = frozenset({"and", "or", "not", "xor"})
 
+COMMUTATIVE = frozenset({"add", "mul"})
+"""Operations whose operands may change places."""
+
 FOLDED: dict[str, Callable[..., Any]] = {
     **{name: getattr(operator, name) for name in ("add", "sub", "mul", "neg", "xor", *TEST)},
     "and": operator.and_,

@@ -15,8 +15,10 @@ from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.program import ONE, ZERO, Operand
 from gyrostat.codegen.views import view_of
 
-LONGEST_SUM = 16
+WRITTEN_SUM = 8
 """Largest number of products of a sum that is written out in loops over rows and columns."""
+LONGEST_SUM = 16
+"""Largest number of products of a sum that has a loop of its own; longer ones are side by side."""
 NARROW = 4
 """Largest number of columns for which each sum of products has a loop of its own."""
 
@@ -41,11 +43,13 @@ def row_of(array: Array, number: int) -> Array:
     return moved(lambda _, each: [each[number]], {}, array)[0]
 
 
-def _rows(array: Array, numbers: NDArray[np.int64]) -> Array:
+def rows_of(array: Array, numbers: NDArray[np.int64]) -> Array:
+    """Some rows of a matrix."""
     return moved(lambda _, each: [each[numbers]], {}, array)[0]
 
 
-def _columns(array: Array, numbers: NDArray[np.int64]) -> Array:
+def columns_of(array: Array, numbers: NDArray[np.int64]) -> Array:
+    """Some columns of a matrix."""
     return moved(lambda _, each: [each[:, numbers]], {}, array)[0]
 
 
@@ -117,7 +121,7 @@ def looped(build: Builder, first: Factor, second: Factor) -> Data:
     data = Data(table, np.arange(table.size).reshape(height, width))
     left, right = first.array, second.array
     if width <= NARROW:
-        _sum_by_sum(build, left, right, data)
+        sum_by_sum(build, left, right, data)
         return data
     for factor, other, result in (
         (first, right, data),
@@ -128,7 +132,7 @@ def looped(build: Builder, first: Factor, second: Factor) -> Data:
             continue
         _side_by_side(build, left, right, parts.dense, data)
         for factors, rows, columns in parts.rest:
-            _add_rows(build, factors, _rows(other, columns), _rows(result, rows))
+            add_rows(build, factors, rows_of(other, columns), rows_of(result, rows))
         return data
     _side_by_side(build, left, right, np.arange(left.shape[1]), data)
     return data
@@ -163,7 +167,18 @@ def _parts(factor: Factor) -> _Parts | None:
     return _Parts(dense, runs)
 
 
-def _sum_by_sum(build: Builder, left: Array, right: Array, data: Data) -> None:
+def sum_by_sum(
+    build: Builder, left: Array, right: Array, data: Data, *, adds: bool = False
+) -> None:
+    """Product, with a loop for each sum.
+
+    Args:
+        build: Builder.
+        left: Left matrix.
+        right: Right matrix.
+        data: Elements of the result.
+        adds: Whether the product is added to what is there.
+    """
     view, at_left, at_right = view_of(data), reader(build, left), reader(build, right)
 
     def total(inside: Builder, counters: tuple[Operand, ...]) -> None:
@@ -173,7 +188,8 @@ def _sum_by_sum(build: Builder, left: Array, right: Array, data: Data) -> None:
             pair = at_left(within, (row, *inner)), at_right(within, (*inner, column))
             return within.compute("add", so_far, within.compute("mul", *pair))
 
-        put(inside, view, counters, accumulated(inside, [left.shape[1]], ZERO, step, depth=2))
+        start = view.at(inside, counters) if adds else ZERO
+        put(inside, view, counters, accumulated(inside, [left.shape[1]], start, step, depth=2))
 
     nest(build, data.shape, total)
 
@@ -189,7 +205,11 @@ def _side_by_side(
     if len(numbers) > LONGEST_SUM:
         store(build, np.broadcast_to(np.array(ZERO, dtype=object), data.shape), data)
         for run in runs_of(numbers):
-            _add_terms(build, _columns(left, run), _rows(right, run), data)
+            _add_terms(build, columns_of(left, run), rows_of(right, run), data)
+        return
+    if len(numbers) > WRITTEN_SUM:
+        for k, run in enumerate(runs_of(numbers)):
+            sum_by_sum(build, columns_of(left, run), rows_of(right, run), data, adds=k > 0)
         return
     view = view_of(data)
     at_left = [reader(build, row_of(turned(left), int(k))) for k in numbers]
@@ -226,7 +246,7 @@ def _add_terms(build: Builder, left: Array, right: Array, data: Data) -> None:
     nest(build, left.shape, terms)
 
 
-def _add_rows(build: Builder, factors: Scalars, right: Array, data: Array) -> None:
+def add_rows(build: Builder, factors: Scalars, right: Array, data: Array) -> None:
     """Add a factor times a row of one matrix to each row of another."""
     assert isinstance(data, Data)
     view, at_factor, at_right = view_of(data), reader(build, factors), reader(build, right)

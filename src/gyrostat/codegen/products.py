@@ -13,21 +13,26 @@ from gyrostat.codegen.arrays import (
     is_plain,
     joined,
     moved,
+    spread,
     used,
 )
 from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.nests import filled, objects, settled
 from gyrostat.codegen.primitives import Scalars
+from gyrostat.codegen.product_blocks import blocks_of, in_blocks
 from gyrostat.codegen.product_loops import (
     Factor,
     looped,
     over_columns,
     row_of,
+    rows_of,
     sum_of_products,
     transposed,
     turned,
 )
-from gyrostat.codegen.program import ONE, ZERO
+from gyrostat.codegen.program import ONE, ZERO, Number
+from gyrostat.codegen.row_loops import along, are_parallel
+from gyrostat.codegen.row_tables import has_rows, settled_rows
 
 LONGEST = 1000
 """Largest number of products of scalars that are written out."""
@@ -79,6 +84,7 @@ def _product(build: Builder, left: Array, right: Array) -> Array:
         raise build.refused("a sum of no elements", "one or more")
     # an operation on each element is computed once, not in each sum
     left, right = (filled(build, a) if isinstance(a, Deferred) else a for a in (left, right))
+    left, right = _by_row(build, left, right)
     first, second = _factor(build, left), _factor(build, right)
     terms = first.is_used.astype(int) @ second.is_used.astype(int)
     products = int(terms.sum())
@@ -92,10 +98,44 @@ def _product(build: Builder, left: Array, right: Array) -> Array:
     used_left, used_right = int(first.is_used.sum()), int(second.is_used.sum())
     dense = first.is_used.size * width
     if 2 * used_left * width <= dense and used_left <= WRITTEN_ROWS and width > 1:
-        return over_columns(build, first, right)
+        return _sparse(build, first, right, is_turned=False)
     if 2 * used_right * height <= dense and used_right <= WRITTEN_ROWS and height > 1:
-        return turned(over_columns(build, transposed(second), turned(left)))
+        return turned(_sparse(build, transposed(second), turned(left), is_turned=True))
     return looped(build, first, second)
+
+
+def _by_row(build: Builder, left: Array, right: Array) -> tuple[Array, Array]:
+    """Factors with scalars of rows where each sum of products is of one row."""
+    if not (is_plain(left) and is_plain(right)):
+        return settled_rows(build, left), settled_rows(build, right)
+    first, second = objects(build, left), objects(build, right)
+    is_number = [
+        np.vectorize(lambda each: isinstance(each, Number), otypes=[bool])(each)
+        for each in (first, second)
+    ]
+    # a row is combined with all columns, and a column with all rows
+    pair = (
+        along(build, first, 0, ~is_number[1].all(axis=1)[None, :]),
+        along(build, second, 1, ~is_number[0].all(axis=0)[:, None]),
+    )
+    if not any(map(has_rows, pair)):
+        return left, right
+    if are_parallel(*pair):
+        return pair
+    return settled_rows(build, pair[0]), settled_rows(build, pair[1])
+
+
+def _sparse(build: Builder, first: Factor, right: Array, *, is_turned: bool) -> Array:
+    """Product with a left matrix of few used elements."""
+    if first.known is not None and (first.is_used.sum(axis=1) == 1).all():
+        columns = first.is_used.argmax(axis=1)
+        factors: Any = np.take_along_axis(first.known, columns[:, None], 1)
+        right = rows_of(right, columns)
+        return build.elementwise("mul", "real", right.shape, spread(factors, right.shape), right)
+    blocks = blocks_of(first)
+    if blocks is None:
+        return over_columns(build, first, right)
+    return in_blocks(build, first, blocks, right, is_turned=is_turned)
 
 
 def _operations(first: Factor, second: Factor, terms: NDArray[Any]) -> int:

@@ -24,7 +24,7 @@ class Number:
     value: float | int | bool
 
 
-ZERO, ONE = Number("real", 0.0), Number("real", 1.0)
+ZERO, ONE, MINUS_ONE = Number("real", 0.0), Number("real", 1.0), Number("real", -1.0)
 
 
 @dataclass(eq=False)

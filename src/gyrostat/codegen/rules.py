@@ -48,6 +48,9 @@ OF_ARRAYS = frozenset(
 )
 """Primitives whose rules take large arrays as they are; those of others take scalars."""
 
+ROW_BY_ROW = frozenset({*ELEMENTWISE, *MOVES, *special.ROW_BY_ROW, "dot_general", "reduce_sum"})
+"""Primitives whose rules take scalars of rows, see `row_loops`."""
+
 RULES: Mapping[str, Rule] = {
     **{name: _elementwise(operation) for name, operation in ELEMENTWISE.items()},
     "add": _sum("add"),

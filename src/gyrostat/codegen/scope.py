@@ -43,6 +43,9 @@ class Scope:
         few: Largest number of elements of a part of a table that is one of scalars.
         known: The same for a table that is an input or a constant.
         written: Largest number of operations on elements of tables that are written out.
+        rows: Ranges of rows of constants that become passes of one loop, beside those found, each
+            with the number of arrays of rows that are in tables by then; None if no rows become
+            passes of a loop, see `row_loops`.
     """
 
     kind_of: Callable[[Any], Kind | None] = kind_of
@@ -56,6 +59,7 @@ class Scope:
     few: int = 8
     known: int = SMALL
     written: int = 64
+    rows: tuple[tuple[int, int, int], ...] | None = ()
 
     def kind(self, atom: Any) -> Kind:
         """Kind of number of a variable that may be lowered."""

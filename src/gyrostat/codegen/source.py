@@ -62,8 +62,13 @@ class Source(NamedTuple):
     part: str = ""
     definition: Definition = Definition("", ())
 
+    @property
+    def place(self) -> str:
+        """File and line."""
+        return f"{self.file}:{self.line}"
+
     def __str__(self) -> str:
-        return f"{self.file}:{self.line}: {self.text}"
+        return f"{self.place}: {self.text}"
 
 
 NOWHERE = Source("", 0, "", "")

@@ -139,6 +139,9 @@ OF_ARRAYS = frozenset(
 )
 """Primitives whose rules take large arrays as they are."""
 
+ROW_BY_ROW = frozenset({"integer_pow", "logistic", "rsqrt", "select_n", "square"})
+"""Primitives whose rules take scalars of rows."""
+
 RULES: dict[str, Callable[..., Array | Sequence[Array]]] = {
     "bitcast_convert_type": _bitcast,
     "clamp": _clamp,

@@ -3,12 +3,13 @@
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from gyrostat.codegen.arrays import SMALL, Data, data_or_scalars, is_plain
 from gyrostat.codegen.assignment import set_tables
+from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.flight.expressions import COPIES, Dialect
 from gyrostat.codegen.flight.header import header, prototype, wrapped
 from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
@@ -20,9 +21,13 @@ from gyrostat.codegen.flight.tested_sums import rewrite_tested_sums
 from gyrostat.codegen.flight.write import Writer
 from gyrostat.codegen.fold_ranges import fold_ranges
 from gyrostat.codegen.lower import Lowering
+from gyrostat.codegen.memo import Memo
 from gyrostat.codegen.primitives import Scalars
-from gyrostat.codegen.program import Block, Function, Name, Operand
+from gyrostat.codegen.program import Assign, Block, Function, Name, Operand
+from gyrostat.codegen.program_cost import Cost, cost
 from gyrostat.codegen.prune import prune
+from gyrostat.codegen.row_choice import smallest
+from gyrostat.codegen.scope import FLIGHT, Scope
 from gyrostat.codegen.sharing import share_tables
 from gyrostat.codegen.tracing import as_arrays, trace
 from gyrostat.core.errors import InputError
@@ -61,13 +66,9 @@ def emit(
             array of more than `scope.LARGEST` elements or a primitive that flight code does not
             support; the message names the line of Python.
     """
-    dialect, structs, lowering = Dialect(precision), Structs(), Lowering()
-    roots = [_lower(entry, structs, lowering) for entry in entries]
+    dialect = Dialect(precision)
+    roots, inner, structs = smallest(lambda scope: _lowered(entries, scope), FLIGHT)
     tops = [root.function for root in roots]
-    for function in (*lowering.functions, *tops):
-        fold_ranges(function)
-        rewrite_tested_sums(function)
-    inner = [f for f in prune([*lowering.functions, *tops], tops) if f not in tops]
     reserved = {identifier(struct.name) for struct in structs.every} | {f.name for f in tops}
     for function in inner:
         function.name = free_name(identifier(function.name), reserved)
@@ -108,6 +109,25 @@ _TOP = """\
 #endif
 """
 _MEMORY = "#include <string.h>\n"
+
+
+class _Lowered(NamedTuple):
+    roots: list[_Root]
+    inner: list[Function]
+    structs: Structs
+
+
+def _lowered(entries: Sequence[Entry], scope: Scope) -> tuple[_Lowered, Memo, Cost]:
+    """Entries as functions of scalars and tables, without what is not needed."""
+    structs, lowering = Structs(), Lowering(scope)
+    roots = [_lower(entry, structs, lowering) for entry in entries]
+    tops = [root.function for root in roots]
+    for function in (*lowering.functions, *tops):
+        fold_ranges(function)
+        rewrite_tested_sums(function)
+    remaining = prune([*lowering.functions, *tops], tops)
+    inner = [f for f in remaining if f not in tops]
+    return _Lowered(roots, inner, structs), lowering.memo, cost(remaining)
 
 
 def _lower(entry: Entry, structs: Structs, lowering: Lowering) -> _Root:
@@ -158,11 +178,20 @@ def _lower(entry: Entry, structs: Structs, lowering: Lowering) -> _Root:
             continue
         # the elements of a table are set before the scalars
         operands = build.scalars(array).flat
-        results += [build.copied(each) if any(is_table) else each for each in operands]
+        results += [_copied(build, each) if any(is_table) else each for each in operands]
         stores += [each.hint for each in build.scalars(destination).flat]
     set_tables(build, changes)
     tables = [destination.table for _, destination in changes]
     return _Root(entry, Function(entry.name, [], body, results, rows=tables), ports, tuple(stores))
+
+
+def _copied(build: Builder, operand: Operand) -> Operand:
+    """Scalar; an array of the caller that has it as an element may be set before it is read."""
+    if not isinstance(operand, Name) or not operand.fixed or "[" not in operand.hint:
+        return operand
+    name = Name(operand.kind, build.where.name, next(build.groups))
+    build.block.append(Assign(name, "copy", (operand,), build.where))
+    return name
 
 
 def _arrays(

@@ -1,5 +1,9 @@
 """Expressions that a statement may contain instead of a name, and names of the others."""
 
+from collections import Counter
+from collections.abc import Sequence
+
+from gyrostat.codegen.dependencies import read_by
 from gyrostat.codegen.flight.expressions import WORD, Text
 from gyrostat.codegen.flight.tested_sums import TESTED_AND, TESTED_FINITE
 from gyrostat.codegen.program import (
@@ -8,7 +12,9 @@ from gyrostat.codegen.program import (
     Call,
     Function,
     Loop,
+    Name,
     Number,
+    Operand,
     Statement,
     Store,
     Table,
@@ -17,11 +23,17 @@ from gyrostat.codegen.program import (
 
 LONGEST = 70
 """Largest length of an expression that may be inlined in another."""
+STORED = 160
+"""Largest length of an expression that changes a variable or an element of a table."""
 
 
 def takes_in(reader: Statement, statement: Assign, expression: Text) -> bool:
     """Whether a statement may contain the expression of another instead of its name."""
-    if reader.source != statement.source or len(expression.text) > LONGEST:
+    is_change = isinstance(reader, Store) or (
+        isinstance(reader, Assign) and reader.operation == "set"
+    )
+    longest = STORED if is_change else LONGEST
+    if reader.source != statement.source or len(expression.text) > longest:
         return False
     # annotations name the results of tests
     if statement.operation == TESTED_AND:
@@ -47,6 +59,18 @@ def hint_for(statement: Assign, following: Block) -> str:
     return name
 
 
+def uses_of(block: Block, results: Sequence[Operand]) -> Counter[Name]:
+    """Number of statements and results that read each name."""
+    operands = [each for statement in statements(block) for each in read_by(statement)]
+    return Counter(each for each in (*operands, *results) if isinstance(each, Name))
+
+
+def constant_tables(block: Block) -> list[Table]:
+    """Constant tables that a block reads, each once."""
+    read = (each.table for each in statements(block) if isinstance(each, Assign))
+    return [table for table in dict.fromkeys(read) if table is not None and table.values]
+
+
 def stored(block: Block) -> set[Table]:
     """Tables that some statements assign elements of."""
     return {each.table for each in statements(block) if isinstance(each, Store)}
@@ -60,6 +84,14 @@ def is_known_element(statement: Assign) -> bool:
         and not (table.changes or table.shape)
         and all(isinstance(operand, Number) for operand in statement.operands)
     )
+
+
+def last_change(loop: Loop) -> list[Assign]:
+    """Change of the only variable that a loop carries, at the end of a pass."""
+    if len(loop.carried) != 1 or not loop.body or isinstance(loop.carried[0].next, Number):
+        return []
+    (each,) = loop.carried
+    return [Assign(each.name, "set", (each.next,), loop.body[-1].source)]
 
 
 def may_stop_early(function: Function) -> bool:

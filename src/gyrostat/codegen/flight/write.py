@@ -4,15 +4,18 @@ import textwrap
 from collections import Counter
 from collections.abc import Sequence
 
-from gyrostat.codegen.dependencies import read_by, used
+from gyrostat.codegen.dependencies import used
 from gyrostat.codegen.flight.expressions import HELPERS, OF_INTEGERS, WORD, Dialect, Text, simplest
 from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
 from gyrostat.codegen.flight.inlining import (
+    constant_tables,
     hint_for,
     is_known_element,
+    last_change,
     may_stop_early,
     stored,
     takes_in,
+    uses_of,
 )
 from gyrostat.codegen.flight.moves import LastBranch, last_branch, moves
 from gyrostat.codegen.flight.tested_sums import TestedSums
@@ -30,7 +33,6 @@ from gyrostat.codegen.program import (
     Statement,
     Store,
     Table,
-    statements,
 )
 from gyrostat.codegen.source import NOWHERE, Source
 
@@ -56,6 +58,7 @@ class Writer:
         self._last: LastBranch | None = None
         self.done: set[str] = set()
         self._source: Source = NOWHERE
+        self._said: set[Source] = set()
         self._reads: dict[Operand, set[Table]] = {}
         self._sums = TestedSums()
 
@@ -101,40 +104,34 @@ class Writer:
         """
         self._last = last_branch(block, results, places) if places else None
         self._constant_tables(block)
-        for statement in statements(block):
-            self._uses.update(
-                operand for operand in read_by(statement) if isinstance(operand, Name)
-            )
-        self._uses.update(r for r in results if isinstance(r, Name))
+        self._uses = uses_of(block, results)
         self._block(block, results)
         return self.taken_lines()
 
     def _constant_tables(self, block: Block) -> None:
         """Define the constant tables that a block reads."""
-        read = (s.table for s in statements(block) if isinstance(s, Assign) and s.table)
-        for table in dict.fromkeys(read):
-            if table.values:
-                name = self.name(table, f"{table.hint or 'constant'}_table")
-                numbers = (self._dialect.number(Number(table.kind, v)) for v in table.values)
-                elements = ", ".join(each.text for each in numbers)
-                kind = self._dialect.type_of(table.kind)
-                self.line(f"static const {kind} {name}[{table.size}] = {{{elements}}};")
+        for table in constant_tables(block):
+            name = self.name(table, f"{table.hint or 'constant'}_table")
+            numbers = (self._dialect.number(Number(table.kind, v)) for v in table.values)
+            elements = ", ".join(each.text for each in numbers)
+            kind = self._dialect.type_of(table.kind)
+            self.line(f"static const {kind} {name}[{table.size}] = {{{elements}}};")
 
     def taken_lines(self) -> list[str]:
         """Lines written since the last call; clears them."""
         lines, self._lines = self._lines, []
         return lines
 
-    def _block(self, block: Block, results: list[Operand]) -> None:
-        """Write a block; its results get names."""
+    def _block(self, block: Block, results: list[Operand], then: Sequence[Assign] = ()) -> None:
+        """Write a block; its results get names, but for one that `then` reads."""
         readers = {
             operand: position
-            for position, statement in enumerate(block)
+            for position, statement in enumerate([*block, *then])
             for operand in used(statement)
             if isinstance(operand, Name)
         }
         reads = self._reads
-        result_ids = {id(result) for result in results}
+        result_ids = {id(each) for each in results} - {id(each.operands[0]) for each in then}
         for number, statement in enumerate(block):
             self._add(self._sums.before(statement))
             if isinstance(statement, Assign):
@@ -149,7 +146,7 @@ class Writer:
                         self._uses[target] == 1
                         and id(target) not in result_ids
                         and reader is not None
-                        and takes_in(block[reader], statement, expression)
+                        and takes_in([*block, *then][reader], statement, expression)
                         # a table may have other elements by then
                         and not (tables and tables & stored(block[number:reader]))
                     )
@@ -195,8 +192,11 @@ class Writer:
     def _say(self, source: Source) -> None:
         if source != self._source and source != NOWHERE:
             self._lines.append("")
-            self.line(f"/* {comment(str(source))} */")
+            # the text of a line of Python is in its first comment
+            text = comment(str(source)) if source not in self._said else source.place
+            self.line(f"/* {text} */")
             self._source = source
+            self._said.add(source)
 
     def _statement(self, statement: Statement) -> None:
         kinds = self._dialect.type_of
@@ -239,7 +239,7 @@ class Writer:
         if loop.goes_on is not None:
             self._block(loop.test, [loop.goes_on])
             self.line(f"if (!{self.text(loop.goes_on).word()}) {{ break; }}")
-        self._block(loop.body, [each.next for each in loop.carried])
+        self._block(loop.body, [each.next for each in loop.carried], last_change(loop))
         self._carry(loop)
         self._depth -= 1
         self.line("}")

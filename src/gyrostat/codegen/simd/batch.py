@@ -8,8 +8,12 @@ import numpy as np
 
 from gyrostat.codegen.jax_versions import require_supported
 from gyrostat.codegen.lower import Lowering
+from gyrostat.codegen.memo import Memo
 from gyrostat.codegen.program import Function, Operand, Table
+from gyrostat.codegen.program_cost import Cost, cost
 from gyrostat.codegen.prune import prune
+from gyrostat.codegen.row_choice import smallest
+from gyrostat.codegen.scope import Scope
 from gyrostat.codegen.sharing import share_tables
 from gyrostat.codegen.simd.batch_scope import BATCH, numbers
 from gyrostat.codegen.simd.call import KEY, Compiled, Layout, Place, Type
@@ -142,12 +146,36 @@ def traced(
     if not any(flags):
         raise InputError("own: found no argument that differs between runs, expected one or more")
     jaxpr, shapes = jax.make_jaxpr(function, return_shape=True)(*single)
-    inputs = inputs_of([variable.aval for variable in jaxpr.jaxpr.invars], flags)
-    lowering, body = Lowering(BATCH), []
-    outputs = lowering.graph(jaxpr, inputs, body)
     demands = jax.tree.leaves(
         jax.tree.map(lambda flag, tree: jax.tree.map(lambda _: flag, tree), on_demand, shapes)
     )
+    lowered = smallest(lambda scope: _lowered(jaxpr, flags, shapes, demands, scope), BATCH)
+    inputs, places, words = lowered.inputs, lowered.places, lowered.words
+    program = lowered.program
+    share_tables(program)
+    split = parameters_of(inputs, flags, program.body)
+    own_words = sum(array.size for array, each in zip(inputs, flags, strict=True) if each)
+    text = module(program, *split, lowered.rows, {**words, "own": own_words})
+    types = tuple(_type(leaf) for leaf in jax.tree.leaves(single))
+    return Traced(text, Layout(tuple(flags), types, tuple(places), words), shapes)
+
+
+@dataclass(frozen=True)
+class _Lowered:
+    program: Function
+    inputs: list[Any]
+    rows: dict[Table, list[tuple[str, int]]]
+    places: list[Place]
+    words: dict[str, int]
+
+
+def _lowered(
+    jaxpr: Any, flags: Sequence[bool], shapes: Any, demands: Sequence[Any], scope: Scope
+) -> tuple[_Lowered, Memo, Cost]:
+    """Program without what is not needed, and where its results are."""
+    inputs = inputs_of([variable.aval for variable in jaxpr.jaxpr.invars], flags)
+    lowering, body = Lowering(scope), []
+    outputs = lowering.graph(jaxpr, inputs, body)
     results: list[Operand] = []
     rows: dict[Table, list[tuple[str, int]]] = {}
     places: list[Place] = []
@@ -167,12 +195,8 @@ def traced(
     branch_rarely_taken(program)
     simplify(program)
     prune([program], [program])
-    share_tables(program)
-    split = parameters_of(inputs, flags, program.body)
-    own_words = sum(array.size for array, each in zip(inputs, flags, strict=True) if each)
-    text = module(program, *split, rows, {**words, "own": own_words})
-    types = tuple(_type(leaf) for leaf in jax.tree.leaves(single))
-    return Traced(text, Layout(tuple(flags), types, tuple(places), words), shapes)
+    lowered = _Lowered(program, inputs, rows, places, words)
+    return lowered, lowering.memo, cost([program])
 
 
 def _run_aval(leaf: Any) -> Any:

@@ -14,7 +14,7 @@ from gyrostat.codegen.flight.module import Module
 from gyrostat.codegen.program import statements
 from gyrostat.codegen.source import NOWHERE, Source
 
-_COMMENT = re.compile(r" +/\* (\S+\.py):(\d+): ")
+_COMMENT = re.compile(r" +/\* (\S+\.py):(\d+)(?:: | \*/)")
 _SECTION = re.compile(r"^(?:Args|Attributes|Raises|Returns):", re.MULTILINE)
 _REFERENCE = re.compile(r"\beqs?\. \(|\b(?:19|20)\d\d\b|\bECSS-|\bIEEE\b|\bNASA\b", re.ASCII)
 

@@ -12,7 +12,7 @@ _TOKEN = re.compile(
     |(?P<text>"[^"]*")""",
     re.VERBOSE | re.DOTALL,
 )
-_SOURCE = re.compile(r"/\* (\S+\.py:\d+: .*) \*/", re.DOTALL)
+_SOURCE = re.compile(r"/\* (\S+\.py:\d+)(: .*)? \*/", re.DOTALL)
 
 
 class UnreadableError(ValueError):
@@ -58,6 +58,7 @@ def tokens(text: str) -> list[Token]:
         UnreadableError: A character is not part of emitted C.
     """
     found: list[Token] = []
+    sources: dict[str, str] = {}  # a comment after the first one of a line of Python has no text
     line, first, place, source = 1, 0, 0, ""
     while place < len(text):
         match = _TOKEN.match(text, place)
@@ -66,7 +67,9 @@ def tokens(text: str) -> list[Token]:
         kind, word = match.lastgroup or "", match.group()
         if kind == "comment":
             named = _SOURCE.fullmatch(word)
-            source = " ".join(named[1].split()) if named else source
+            if named and named[2]:
+                sources[named[1]] = " ".join(f"{named[1]}{named[2]}".split())
+            source = sources.get(named[1], source) if named else source
         elif kind != "space":
             found.append(Token(word, kind, Position(line, place - first + 1), source))
         if "\n" in word:
