@@ -29,7 +29,8 @@ def test_no_hostile_sample_leaves_a_trace(compiler, module_at):
 def test_the_attack_sees_a_missing_test(module_at, tools):
     soak = module_at(SOAK)
     texts = soak.sources(rate_limit=False, on_bad="hold")
-    source = re.sub(r"const bool slow = [^;]*;", "const bool slow = true;", texts["compensator.c"])
+    test = r"const bool in_range = [^;]*;"
+    source = re.sub(test, "const bool in_range = true;", texts["compensator.c"])
     assert source != texts["compensator.c"]
     texts["compensator.c"] = source
     *_, differ, _, _ = soak.attack(texts, tools.compiler(), soak.STRICT, 200)
