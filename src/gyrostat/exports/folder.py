@@ -78,7 +78,7 @@ def files_of(
         except UnreadableError as error:
             refusal = f"no vectors were sought, because the C code cannot be read back: {error}"
             search.say(refusal)
-    vectors = nominal_vectors(target, module) if found is None else found.vectors
+    vectors = nominal_vectors(target, module, precision) if found is None else found.vectors
     texts = {
         f"{name}.h": module.header,
         f"{name}.c": module.source,

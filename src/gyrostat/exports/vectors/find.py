@@ -11,6 +11,7 @@ from gyrostat.codegen.flight.module import Module, Precision
 from gyrostat.exports.reasons import Reasons
 from gyrostat.exports.target import Target
 from gyrostat.exports.vectors.agreement import Agreement
+from gyrostat.exports.vectors.conditioning import conditioning
 from gyrostat.exports.vectors.coverage import Coverage
 from gyrostat.exports.vectors.descend import Descents
 from gyrostat.exports.vectors.explore import Explorer
@@ -98,7 +99,8 @@ def find_vectors(
     )
     unreachable = {(gap.decision, gap.condition) for gap in reasons}
     explorer = Explorer(machine, python.tuned, inputs, unreachable)
-    agreement = Agreement(fields, python.run(nominal), precision)
+    results = python.run(nominal)
+    agreement = Agreement(fields, results, precision)
     explorer.evaluate(_cases(target, explorer))
     _search(explorer, python, agreement, most, {(g.decision, g.condition) for g in possible})
     rows, replayed, values = _select(explorer, python, agreement, nominal)
@@ -106,7 +108,8 @@ def find_vectors(
     for number, items in enumerate(replayed.items):
         for decision, outcome in sorted(items):
             coverage.decisions[decision].add(outcome, number)
-    vectors = Vectors(fields, tuple(rows), values, replayed.cut_short)
+    changes = conditioning(python, fields, nominal, results, precision)
+    vectors = Vectors(fields, tuple(rows), values, replayed.cut_short, changes)
     share, seconds = explorer.effort / max(most, 1.0), time.monotonic() - began
     return Found(vectors, coverage, share, seconds, reasons, possible)
 

@@ -92,12 +92,19 @@ class PythonRun:
             self._call(entry, trees)
         return self._vector(trees)
 
-    def run(self, rows: Iterable[Row]) -> np.ndarray:
-        """Values of all fields after each step, (steps, fields)."""
+    def run(self, rows: Iterable[Row], factors: np.ndarray | None = None) -> np.ndarray:
+        """Values of all fields after each step, (steps, fields).
+
+        Args:
+            rows: Steps.
+            factors: Factors of the values before each step, (steps, fields).
+        """
         values, history = self.tuned, []
-        for row in rows:
+        for number, row in enumerate(rows):
             values = (self.tuned if row.begins else values).copy()
             values[[*row.changes]] = [*row.changes.values()]
+            if factors is not None:
+                values *= factors[number]
             values = self.step(values, begins=row.begins)
             history.append(values)
         return np.array(history)

@@ -5,9 +5,10 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyrostat.codegen.flight.module import Module
+from gyrostat.codegen.flight.module import Module, Precision
 from gyrostat.core.jax64 import jax
 from gyrostat.exports.target import STEPS, Target
+from gyrostat.exports.vectors.conditioning import conditioning
 from gyrostat.exports.vectors.fields import Field, fields_of, values_of, whole
 from gyrostat.exports.vectors.python_run import PythonRun
 from gyrostat.exports.vectors.rows import Row
@@ -23,12 +24,15 @@ class Vectors:
         values: Values of all fields after each step in Python, (steps, fields).
         cut_short: Whether a loop reaches its largest number of passes in a step of C, so that the
             results are not valid.
+        changes: Changes of all fields in the test run by rounding before each step, (fields,); see
+            `conditioning`.
     """
 
     fields: tuple[Field, ...]
     rows: tuple[Row, ...]
     values: np.ndarray
     cut_short: tuple[bool, ...]
+    changes: np.ndarray
 
     @property
     def inputs(self) -> tuple[int, ...]:
@@ -75,9 +79,11 @@ def nominal_rows(target: Target, fields: tuple[Field, ...]) -> tuple[Row, ...]:
     return tuple(rows)
 
 
-def nominal_vectors(target: Target, module: Module) -> Vectors:
+def nominal_vectors(target: Target, module: Module, precision: Precision) -> Vectors:
     """Test run of a module, with the results of Python."""
     fields = fields_of(target, module)
     rows = nominal_rows(target, fields)
     python = PythonRun(target, fields, is_compiled=False)
-    return Vectors(fields, rows, python.run(rows), (False,) * len(rows))
+    values = python.run(rows)
+    changes = conditioning(python, fields, rows, values, precision)
+    return Vectors(fields, rows, values, (False,) * len(rows), changes)
