@@ -1,7 +1,7 @@
 """Parameters of one wheel in one window, with the noise marginalised and its mean predicted.
 
-The noise (ratio, correlation time) is not known: its posterior is found by steps on a quadratic
-fitted to the log likelihood, and the estimates are averaged over nine points of it. The mean of the
+The noise (ratio, correlation time) is not known: the estimates are averaged over five points of its
+posterior (`noise_search`). The mean of the
 realised Coulomb torque is c plus the best linear prediction of the mean of n over the window, whose
 error is less than that of the level c.
 """
@@ -11,15 +11,18 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.monitoring.moments import COULOMB, MOTOR, Moments, Prior, Solution, solve
+from gyrostat.monitoring.moments import (
+    COULOMB,
+    MOTOR,
+    VISCOUS,
+    WARMING,
+    Moments,
+    Prior,
+    Solution,
+    solve,
+)
 from gyrostat.monitoring.noise import Noise, gram, window_covariance, window_variance
-
-USUAL = Noise(float(np.log(30.0)), float(np.log(1200.0)))
-"""Noise that the search of a first window starts from."""
-_SPREAD = np.array([3.0, 1.0])
-"""Standard deviations of what is known of log ratio and log time beforehand."""
-_BOUNDS = (np.array([-5.0, np.log(60.0)]), np.array([16.0, np.log(20000.0)]))
-_STEP = np.array([0.5, 0.4])
+from gyrostat.monitoring.noise_search import LEAST, MOST, find_noise, log_prior
 
 
 @dataclass(frozen=True, eq=False)
@@ -104,11 +107,14 @@ def estimate(rows: Rows, prior: Prior, start: Vector, noise: Noise) -> Estimate:
     def at(place: Vector) -> _Point:
         return _point(rows, columns, prior, start, Noise(float(place[0]), float(place[1])))
 
-    centre, curvature = _search(at, np.array([noise.log_ratio, noise.log_time]))
+    first = _point(rows, columns, prior, start, noise)
+    left = rows.response - rows.regressors @ first.solution.beta
+    speed = rows.regressors[:, [p for p in (VISCOUS, WARMING) if p < start.size]]
+    centre, curvature = find_noise(left, speed, rows.time, rows.white, noise)
+    start = first.solution.value
     points = [at(place) for place in _nodes(centre, curvature)]
     best = max(points, key=lambda point: point.log_density)
-    weights = _weights(points, curvature)
-    return _average(points, weights, best)
+    return _average(points, _weights(points), best)
 
 
 def _point(rows: Rows, columns: Matrix, prior: Prior, start: Vector, noise: Noise) -> _Point:
@@ -139,15 +145,12 @@ def _point(rows: Rows, columns: Matrix, prior: Prior, start: Vector, noise: Nois
         slope,
         float(motor**2 * solution.scale * max(left, 0.0)),
     )
-    away = (
-        np.array([noise.log_ratio - USUAL.log_ratio, noise.log_time - USUAL.log_time])
-    ) / _SPREAD
     _, log_regressors = np.linalg.slogdet(
         moments.regressors + solution.scale * _in_coefficients(prior, solution)
     )
     log_density = -0.5 * (
-        log_det + log_regressors + (count - size) * np.log(solution.scale) + away @ away
-    )
+        log_det + log_regressors + (count - size) * np.log(solution.scale)
+    ) + log_prior(noise)
     return _Point(float(log_density), solution, prediction, noise)
 
 
@@ -157,50 +160,20 @@ def _in_coefficients(prior: Prior, solution: Solution) -> Matrix:
     return back.T @ (prior.precision[:, None] * back)
 
 
-def _search(at, place: Vector) -> tuple[Vector, Matrix]:
-    """Most likely noise and the curvature of the log density there, by steps on a quadratic."""
-    curvature = np.diag(1.0 / _SPREAD**2)
-    for _ in range(6):
-        place = np.clip(place, _BOUNDS[0] + _STEP, _BOUNDS[1] - _STEP)
-        middle = at(place).log_density
-        a, b = np.diag(_STEP)
-        up, down = at(place + a).log_density, at(place - a).log_density
-        right, left = at(place + b).log_density, at(place - b).log_density
-        corner = at(place + a + b).log_density
-        gradient = 0.5 * np.array([up - down, right - left]) / _STEP
-        cross = (corner - up - right + middle) / _STEP.prod()
-        curvature = -np.array(
-            [
-                [(up - 2.0 * middle + down) / _STEP[0] ** 2, cross],
-                [cross, (right - 2.0 * middle + left) / _STEP[1] ** 2],
-            ]
-        )
-        values, vectors = np.linalg.eigh(curvature)
-        values = np.maximum(values, 0.1)
-        curvature = (vectors * values) @ vectors.T
-        step = np.clip((vectors / values) @ (vectors.T @ gradient), -1.5, 1.5)
-        place = place + step
-        if np.all(np.abs(step) < 0.5 * _STEP):
-            break
-    return np.clip(place, *_BOUNDS), curvature
-
-
 def _nodes(centre: Vector, curvature: Matrix) -> list[Vector]:
+    """Centre and four points of the rule of degree 3 for a Gaussian in the plane."""
     values, vectors = np.linalg.eigh(curvature)
     arms = vectors * np.sqrt(3.0 / values)
-    return [
-        np.clip(centre + i * arms[:, 0] + j * arms[:, 1], *_BOUNDS)
-        for i in (-1, 0, 1)
-        for j in (-1, 0, 1)
-    ]
+    away = [np.zeros(2), arms[:, 0], -arms[:, 0], arms[:, 1], -arms[:, 1]]
+    return [np.clip(centre + each, LEAST, MOST) for each in away]
 
 
-def _weights(points: list[_Point], curvature: Matrix) -> Vector:
-    """Weights of the nine points: those of Gauss and Hermite, times density over the Gaussian."""
-    arms = np.array([i * i + j * j for i in (-1, 0, 1) for j in (-1, 0, 1)], float)
-    rule = np.array([4.0, 1.0, 0.25])[arms.astype(int)]
-    log = np.array([point.log_density for point in points]) + 1.5 * arms
-    weights = rule * np.exp(np.clip(log - log[4], -50.0, 3.0))
+def _weights(points: list[_Point]) -> Vector:
+    """Weights of the points: those of the rule, times density over the Gaussian."""
+    rule = np.array([2.0, 1.0, 1.0, 1.0, 1.0])
+    log = np.array([point.log_density for point in points])
+    log[1:] += 1.5
+    weights = rule * np.exp(np.clip(log - log[0], -50.0, 3.0))
     return weights / weights.sum()
 
 

@@ -24,6 +24,8 @@ from gyrostat.core.types import Matrix, Vector
 
 MOTOR, COULOMB, VISCOUS, OFFSET, LAG, WARMING = range(6)
 """Places of the parameters: K, c, b, o, d and b_T."""
+SMALL = 1e-3
+"""Last step over the standard deviations, and last relative change of the scale."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -93,11 +95,11 @@ def coefficients(value: Vector) -> tuple[Vector, Matrix]:
     Args:
         value: Parameters, (P,).
     """
-    beta = value / value[MOTOR]
-    slope = np.eye(value.size) / value[MOTOR]
-    slope[:, MOTOR] = -beta / value[MOTOR]
-    beta[MOTOR] = 1.0 / value[MOTOR]
-    slope[MOTOR, MOTOR] = -(beta[MOTOR] ** 2)
+    over = 1.0 / value[MOTOR]
+    beta = value * over
+    beta[MOTOR] = over
+    slope = np.diag(np.full(value.size, over))
+    slope[:, MOTOR] = -over * beta
     return beta, slope
 
 
@@ -111,19 +113,15 @@ def solve(moments: Moments, prior: Prior, start: Vector, blocks: int, scale: flo
         blocks: Number of blocks.
         scale: First guess of the scale of the noise.
     """
-    size = np.sqrt(np.diagonal(moments.instruments))
-    size = np.where(size > 0.0, size, 1.0)
-    metric = np.linalg.pinv(moments.instruments / np.outer(size, size), 1e-9, hermitian=True)
-    projected = moments.mixed.T @ (metric / np.outer(size, size))
-    gain = projected @ moments.mixed
+    size = _sizes(moments.instruments)
+    metric = np.linalg.pinv(moments.instruments / (size[:, None] * size), 1e-9, hermitian=True)
+    projected = (moments.mixed / size[:, None]).T @ metric / size
+    gain, aim = projected @ moments.mixed, projected @ moments.instruments_response
     value = start.copy()
-    inform = covariance = slope = np.zeros((value.size, value.size))
-    beta = value
-    for _ in range(4):
+    for _ in range(6):
         beta, slope = coefficients(value)
         inform = slope.T @ gain @ slope / scale
-        score = slope.T @ (projected @ moments.instruments_response - gain @ beta) / scale
-        score += prior.precision * (prior.mean - value)
+        score = slope.T @ (aim - gain @ beta) / scale + prior.precision * (prior.mean - value)
         covariance = _inverse(inform + np.diag(prior.precision))
         step = covariance @ score
         # a motor constant that the data leave free must not change sign on the way
@@ -132,15 +130,29 @@ def solve(moments: Moments, prior: Prior, start: Vector, blocks: int, scale: flo
             step *= limit / abs(step[MOTOR])
         value = value + step
         beta, slope = coefficients(value)
-        scale = max(moments.squares(beta), 1e-300) / max(blocks - value.size, 1)
+        before, scale = scale, _scale(moments, beta, blocks)
+        small = step @ (step / np.diagonal(covariance)) < SMALL**2
+        if small and abs(scale / before - 1.0) < SMALL:
+            break
+    inform = slope.T @ gain @ slope / scale
+    covariance = _inverse(inform + np.diag(prior.precision))
     return Solution(value, covariance, covariance @ inform @ covariance, beta, slope, scale)
+
+
+def _scale(moments: Moments, beta: Vector, blocks: int) -> float:
+    return max(moments.squares(beta), 1e-300) / max(blocks - beta.size, 1)
+
+
+def _sizes(matrix: Matrix) -> Vector:
+    """Roots of the diagonal; 1 for a column that is 0."""
+    size = np.sqrt(np.diagonal(matrix))
+    return np.where(size > 0.0, size, 1.0)
 
 
 def _inverse(matrix: Matrix) -> Matrix:
     """Inverse of a symmetric matrix; directions without information get a large variance."""
-    size = np.sqrt(np.diagonal(matrix))
-    size = np.where(size > 0.0, size, 1.0)
-    scaled = matrix / np.outer(size, size)
-    values, vectors = np.linalg.eigh(scaled)
-    values = np.maximum(values, 1e-12)
-    return (vectors / values) @ vectors.T / np.outer(size, size)
+    size = _sizes(matrix)
+    both = size[:, None] * size
+    scaled = matrix / both
+    scaled[np.diag_indices_from(scaled)] += 1e-12
+    return np.linalg.inv(scaled) / both

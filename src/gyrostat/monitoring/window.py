@@ -7,9 +7,10 @@ from typing import Any
 import numpy as np
 
 from gyrostat.monitoring.blocks import Blocks
-from gyrostat.monitoring.estimate import USUAL, Estimate, Rows, estimate
+from gyrostat.monitoring.estimate import Estimate, Rows, estimate
 from gyrostat.monitoring.moments import COULOMB, MOTOR, OFFSET, VISCOUS, Prior
 from gyrostat.monitoring.noise import Noise
+from gyrostat.monitoring.noise_search import USUAL
 from gyrostat.monitoring.residuals import residual_columns
 from gyrostat.monitoring.rounding import rounding_variance
 from gyrostat.monitoring.rows import prior_of, regression_rows, usable, warmth
