@@ -109,6 +109,8 @@ def warmth(blocks: Blocks, wheel: int) -> Vector | None:
     if np.ptp(temperature) <= WARMING:
         return None
     averaged = moving_average(temperature)
+    # the average of what it leaves restores the curvature that an average flattens
+    averaged = averaged + moving_average(temperature - averaged)
     return averaged - np.mean(averaged)
 
 

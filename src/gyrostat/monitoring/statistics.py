@@ -12,17 +12,17 @@ RESTS = 3
 """Smallest number of blocks at rest from which the static friction is estimated."""
 
 
-def plain_columns(
-    blocks: Blocks, wheel: int, window: tuple[float, float], length: float
-) -> dict[str, Any]:
+def plain_columns(blocks: Blocks, wheel: int, window: tuple[float, float]) -> dict[str, Any]:
     """Samples, gaps, speed, temperature and crossings of a window."""
+    present = np.isfinite(blocks.drive[:, wheel] + blocks.speed[:, wheel])
+    used = float(blocks.length[present].sum()) / (window[1] - window[0])
     speed, warm = blocks.speed[:, wheel], blocks.temperature[:, wheel]
     sign = np.sign(blocks.direction[:, wheel])
     mixed = np.abs(blocks.direction[:, wheel]) < 1.0 - 1e-9
     turned = (sign[1:] * sign[:-1] < 0.0) & ~mixed[1:] & ~mixed[:-1]
     return {
-        "samples": int(blocks.count.sum()),
-        "gap_share": float(1.0 - min(1.0, blocks.length.sum() / (window[1] - window[0]))),
+        "samples": int(blocks.count[present].sum()),
+        "gap_share": 1.0 - min(1.0, used),
         **_range("speed", speed),
         **_range("temperature", warm),
         "crossings": int(np.sum(mixed) + np.sum(turned)),

@@ -149,10 +149,14 @@ class WheelMonitor:
         return float(np.floor(self.open_blocks[0].start[0] / self.window + 1e-12))
 
     def _without_modes(self, samples: Samples) -> Samples:
-        """Samples outside the modes whose telemetry is not used."""
+        """Samples without the drive in modes whose telemetry is not used.
+
+        The samples stay, so that blocks with some of them are left out rather than closed up.
+        """
         if samples.mode is None or not self.known.modes_left_out:
             return samples
-        return samples.part(~np.isin(samples.mode, self.known.modes_left_out))
+        left_out = np.isin(samples.mode, self.known.modes_left_out)
+        return replace(samples, drive=np.where(left_out[:, None], np.nan, samples.drive))
 
     def _close(self) -> None:
         """Estimate the window that is complete."""

@@ -26,6 +26,8 @@ LARGEST_NOISE = 0.5
 """Friction noise over Coulomb torque above which the balance of torques does not hold."""
 APART = 4.0
 """Difference from what was known beforehand, in its sigma, above which that is not used."""
+TOLD = 0.75
+"""Share of the variance of what was known beforehand that data must remove to contradict it."""
 _PLACES = {"coulomb": COULOMB, "viscous": VISCOUS, "motor_constant": MOTOR, "offset": OFFSET}
 
 
@@ -52,7 +54,7 @@ def window_row(
     """
     rotor = known.wheels[wheel]
     row = {"wheel": rotor.name, "start": window[0], "end": window[1]}
-    row |= plain_columns(blocks, wheel, window, length)
+    row |= plain_columns(blocks, wheel, window)
     row |= standstill_columns(blocks, known, wheel)
     if not driven:
         reason = "there is neither motor current nor commanded torque"
@@ -84,8 +86,9 @@ def _estimated(rows: Rows, prior: Prior, noise: Noise) -> tuple[Estimate, Prior]
         variance, precision = value.covariance[place, place], prior.precision[place]
         away = abs(value.value[place] - prior.mean[place])
         # the variance of the difference between the prior and an estimate that contains it
-        spread = max(1.0 / precision - variance, 1e-12 / precision)
-        if away > APART * np.sqrt(spread):
+        spread = 1.0 / precision - variance
+        # weak data may differ by much in their own sigma, by nothing that counts
+        if spread > TOLD / precision and away > APART * np.sqrt(spread):
             left[place] = precision / 1e4
     if np.array_equal(left, prior.precision):
         return value, prior
