@@ -8,9 +8,6 @@ from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.wheel_data import KnownWheels
 
-RESTS = 3
-"""Smallest number of blocks at rest from which the static friction is estimated."""
-
 
 def plain_columns(blocks: Blocks, wheel: int, window: tuple[float, float]) -> dict[str, Any]:
     """Samples, gaps, speed, temperature and crossings of a window."""
@@ -41,30 +38,21 @@ def _range(name: str, values: Vector) -> dict[str, float]:
 
 
 def standstill_columns(blocks: Blocks, known: KnownWheels, wheel: int) -> dict[str, Any]:
-    """Rest of the wheel, and static friction: the torque at which it still rests.
+    """Rest of the wheel.
 
-    The largest torque of a rest before the wheel moves on is below the static friction by up to the
-    change within one sample.
+    The largest torque of a rest bounds the static friction from below, up to the noise of one
+    sample. Between two samples the torque grows by much, so that it is no estimate.
     """
     rotor = known.wheels[wheel]
     share = blocks.rest[:, wheel]
-    torque = rotor.motor_constant * blocks.slow_drive[:, wheel]
-    # at least two samples at rest, and the wheel moves on within the block
-    broke = (share * blocks.count >= 2.0) & (share < 1.0) & np.isfinite(torque)
-    row: dict[str, Any] = {
+    drive = blocks.slow_drive[:, wheel]
+    torque = rotor.motor_constant * float(np.max(drive[np.isfinite(drive)], initial=0.0))
+    reason = "the wheel does not come to rest"
+    if torque > 0.0:
+        reason = f"samples show a rest only up to {torque:.3g} N·m: it is about this or more"
+    return {
         "standstill_share": float(np.mean(share)) if share.size else np.nan,
-        "standstill_torque": float(np.max(torque, initial=0.0)),
+        "standstill_torque": torque,
         "static_observable": False,
-    }
-    if np.sum(broke) < RESTS:
-        return row | {"static_reason": "the wheel does not come to rest often enough"}
-    middle = float(np.median(torque[broke]))
-    spread = 1.4826 * float(np.median(np.abs(torque[broke] - middle)))
-    sigma = np.hypot(1.2533 * spread / np.sqrt(np.sum(broke)), rotor.sigma_of("offset"))
-    return row | {
-        "static": middle,
-        "static_sigma": float(sigma),
-        "static_scatter": float(1.2533 * spread / np.sqrt(np.sum(broke))),
-        "static_observable": bool(sigma < 0.3 * middle),
-        "static_reason": "" if sigma < 0.3 * middle else "its error is too large",
+        "static_reason": reason,
     }
