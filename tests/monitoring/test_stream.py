@@ -163,7 +163,7 @@ def test_a_killed_call_leaves_nothing_that_changes_the_next(folder, monkeypatch)
     files = [folder / "one.parquet", folder / "two.csv"]
     gyrostat.monitor(files, folder / "whole", **options)
     monkeypatch.setattr(execute, "CHECKPOINT", 0.0)
-    monkeypatch.setattr("gyrostat.monitoring.reading.PART", 4000)
+    monkeypatch.setattr(execute, "PART", 4000)
     save, calls = execute.save_state, []
 
     def killed(*arguments):

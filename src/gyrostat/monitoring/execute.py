@@ -17,6 +17,8 @@ from gyrostat.monitoring.state import Progress, load_state, save_state
 from gyrostat.monitoring.stream import DAY, WheelMonitor
 from gyrostat.monitoring.wheel_data import KnownWheels
 
+PART = 200_000
+"""Largest number of samples that are read at once."""
 CHECKPOINT = 30.0
 """Shortest time between two checkpoints, s."""
 
@@ -90,7 +92,7 @@ def monitor_files(
     for path in sorted(fresh, key=lambda p: order[p]):
         monitor.begin_file()
         skip = progress.rows.get(path.name, 0)
-        for part in read_parts(path, known, options.columns, options.units, skip=skip):
+        for part in read_parts(path, known, options.columns, options.units, skip=skip, part=PART):
             _check_drive(path, progress, part.drive)
             monitor.driven = part.drive != "none"
             monitor.add(part.samples)

@@ -9,7 +9,6 @@ Columns are found by their names or assigned by a file (`gyrostat.telemetry.mapp
 import os
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass
-from functools import partial
 from pathlib import Path
 
 import numpy as np
@@ -26,8 +25,6 @@ from gyrostat.telemetry.read import format_of, with_time
 from gyrostat.telemetry.record_format import Request
 from gyrostat.telemetry.role import Role
 
-PART = 200_000
-"""Largest number of samples of a part."""
 WHOLE = 20_000_000
 """Largest number of samples of a file that is not read in parts."""
 Choose = Callable[[Header], Mapping[str, Chosen]]
@@ -74,6 +71,7 @@ def read_parts(
     units: Mapping[str, str] | None = None,
     *,
     skip: int = 0,
+    part: int,
 ) -> Iterator[Telemetry]:
     """Read a file of telemetry in parts.
 
@@ -83,6 +81,7 @@ def read_parts(
         columns: Role -> column name, or a file of them.
         units: Role -> unit, where the file has none.
         skip: Number of rows that are left out.
+        part: Largest number of samples of a part, where the format allows parts.
 
     Raises:
         InputError: The file cannot be read or used.
@@ -94,8 +93,16 @@ def read_parts(
             f"{columns}: found interval, expected times in the telemetry: gaps are not known"
         )
     roles = roles_of(known)
-    choose = partial(choose_columns, columns=mapping.columns, units=mapping.units, roles=roles)
-    for measured in _measured(file, mapping, choose):
+    torques = {f"{wheel.name}_torque" for wheel in known.wheels}
+    currents = {f"{wheel.name}_current" for wheel in known.wheels}
+
+    def choose(header: Header) -> Mapping[str, Chosen]:
+        chosen = choose_columns(header, mapping.columns, mapping.units, roles=roles)
+        # a commanded torque is not read where the current is known
+        unused = torques if currents <= chosen.keys() else set()
+        return {role: column for role, column in chosen.items() if role not in unused}
+
+    for measured in _measured(file, mapping, choose, part):
         end = int(measured.rows[-1]) if measured.rows.size else 0
         fresh = measured.rows > skip
         if fresh.any():
@@ -114,16 +121,16 @@ def first_time(
     Raises:
         InputError: The file cannot be read or used.
     """
-    for part in read_parts(path, known, columns, units):
+    for part in read_parts(path, known, columns, units, part=1000):
         finite = part.samples.time[np.isfinite(part.samples.time)]
         if finite.size:
             return float(finite[0])
     return np.inf
 
 
-def _measured(file: Path, mapping: ColumnMap, choose: Choose) -> Iterator[Measured]:
+def _measured(file: Path, mapping: ColumnMap, choose: Choose, part: int) -> Iterator[Measured]:
     kind = format_of(file)
-    request = Request(choose, PART if kind.in_parts else WHOLE, True, mapping.packets)
+    request = Request(choose, part if kind.in_parts else WHOLE, True, mapping.packets)
     try:
         for measured in kind.parts(file, request):
             yield with_time(measured, None)
