@@ -17,37 +17,18 @@ from pathlib import Path
 import numpy as np
 from monitor_peers import daily_numbers
 
-from gyrostat.monitoring.blocks import Samples
 from gyrostat.monitoring.fleet.flight import FAULTS, Cell, Fleet, Flight
 from gyrostat.monitoring.fleet.known import known_wheels
 from gyrostat.monitoring.fleet.pointing import CROSSINGS, HIGH, LOW, QUIET, SLEWS
-from gyrostat.monitoring.fleet.sampling import RPM, UGLY, Sampling, sample
+from gyrostat.monitoring.fleet.sampling import UGLY, Sampling, sample
 from gyrostat.monitoring.fleet.vehicle import LARGE, SMALL
+from gyrostat.monitoring.rehearsal import samples_of
 from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.windows import Windows, write_windows
 
 VEHICLES = {"large": LARGE, "small": SMALL}
 ORBITS = {"low": LOW, "high": HIGH}
 POINTINGS = {"slews": SLEWS, "quiet": QUIET, "crossings": CROSSINGS}
-
-
-def samples_of(columns, vehicle, drive):
-    """Columns of telemetry as the monitor takes them, in SI."""
-
-    def per_wheel(name, unit=1.0):
-        return np.stack([columns[f"wheel{k}_{name}"] for k in range(1, 5)], axis=1) * unit
-
-    current = per_wheel("current_A")
-    if drive == "torque":
-        current = per_wheel("torque_N·m") / vehicle.wheel.motor_constant
-    return Samples(
-        columns["time_s"],
-        per_wheel("speed_rpm", RPM).astype(float),
-        current.astype(float),
-        np.stack([columns[f"rate_{k}_rad/s"] for k in "xyz"], axis=1),
-        np.repeat(columns["temperature_degC"][:, None], 4, axis=1),
-        columns["mode"].astype(float),
-    )
 
 
 def fly(arguments):

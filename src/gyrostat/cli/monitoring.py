@@ -11,11 +11,12 @@ from gyrostat.cli.options import Force, Json, Out
 
 
 def monitor(
-    telemetry: Annotated[
-        list[Path], typer.Argument(help="Telemetry: Parquet, CSV, MATLAB; many files.")
-    ],
     out: Out,
     wheels: Annotated[Path, typer.Option(help="What is known of the wheels: wheels.toml.")],
+    telemetry: Annotated[
+        list[Path] | None,
+        typer.Argument(help="Telemetry: Parquet, CSV, MATLAB; many files. None with --rehearse."),
+    ] = None,
     spacecraft: Annotated[
         Path | None, typer.Option(help="Axes of the wheels and inertia of the body: sat.toml.")
     ] = None,
@@ -37,12 +38,22 @@ def monitor(
     restart: Annotated[
         bool, typer.Option("--restart", help="Forget the telemetry of earlier calls.")
     ] = False,
+    rehearse: Annotated[
+        Path | None,
+        typer.Option(
+            help="Simulate flights of this spacecraft, sat.toml, and monitor them: rehearsal.json."
+        ),
+    ] = None,
+    period: Annotated[str, typer.Option(help="With --rehearse: time between rows.")] = "1s",
+    flights: Annotated[
+        int, typer.Option(help="With --rehearse: flights of each fault, and healthy ones.")
+    ] = 3,
     force: Force = False,
     json_output: Json = False,
 ) -> None:
     """Friction and motor of wheels in flight, per day: health.json, windows.parquet."""
-    health = call(verbs.monitor, locals(), command=command_line())
+    result = call(verbs.monitor, locals(), command=command_line())
     if json_output:
-        print_json(out / "health.json")
-    if health.alarms:
+        print_json(out / ("health.json" if rehearse is None else "rehearsal.json"))
+    if rehearse is None and result.alarms:
         raise typer.Exit(1)

@@ -5,16 +5,18 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.verbs.arguments import Quantity, Say, in_si, in_si_or_none, named, silent
+from gyrostat.verbs.rehearsal import rehearsed
 
 if TYPE_CHECKING:
     from gyrostat.monitoring import Health
+    from gyrostat.monitoring.rehearsal import Rehearsal
 
 STATE = "monitor.state"
 FILES = ("health.json", "windows.parquet", "report.html")
 
 
 def monitor(
-    telemetry: "Sequence[str | Path] | str | Path",
+    telemetry: "Sequence[str | Path] | str | Path | None" = None,
     out: "str | Path | None" = None,
     *,
     wheels: str | Path,
@@ -26,15 +28,18 @@ def monitor(
     fault_rates: "Mapping[str, float] | str | None" = None,
     friction_limit: Quantity | None = None,
     restart: bool = False,
+    rehearse: "str | Path | None" = None,
+    period: Quantity = "1s",
+    flights: int = 3,
     force: bool = False,
     say: Say = silent,
     command: str = "gyrostat.monitor",
-) -> "Health":
+) -> "Health | Rehearsal":
     """Estimate friction and motor of wheels in flight, window by window.
 
     Args:
-        telemetry: Files of telemetry. A further call with the same `out` goes on where the
-            telemetry ended.
+        telemetry: Files of telemetry; None with `rehearse`. A further call with the same `out`
+            goes on where the telemetry ended.
         out: Folder for health.json, windows.parquet, report.html, the wheel of the last valid
             window (wheels/NAME/model.toml) and the state between calls; None writes no file.
         wheels: File of what is known of the wheels beforehand (`gyrostat.monitoring.wheels_file`).
@@ -47,22 +52,35 @@ def monitor(
             of the classes depend on; classes that are left out keep their usual rate.
         friction_limit: Friction torque at the usual speed whose day is forecast, N·m.
         restart: Whether to forget the state in `out`.
+        rehearse: Spacecraft file with three or four wheels, instead of telemetry: flights of this
+            spacecraft are simulated, healthy and with each fault, and monitored.
+        period: With `rehearse`: time between rows of telemetry, s.
+        flights: With `rehearse`: number of healthy flights, and of flights with each fault.
         force: Whether to replace files that gyrostat did not write.
         say: Function that receives each message for the user.
         command: Text that the page names as its origin.
 
     Returns:
-        Window table, remarks and alarms.
+        Window table, remarks and alarms; with `rehearse`, false alarms, and alarms and delays for
+        each fault, written to rehearsal.json.
 
     Raises:
         InputError: A file or an argument cannot be used, or existing files would be replaced.
     """
+    from gyrostat.core.errors import InputError
     from gyrostat.core.outputs import check_outputs
     from gyrostat.monitoring.change.detector import alarm_settings
     from gyrostat.monitoring.execute import Options, monitor_files
     from gyrostat.monitoring.wheels_file import read_wheels
     from gyrostat.verbs.wheel_arguments import assigned
 
+    alarm = alarm_settings(false_alarms, named(fault_rates, "--fault-rates"))
+    if rehearse is not None:
+        if telemetry:
+            raise InputError("--rehearse: found telemetry too, expected one of the two")
+        return rehearsed(rehearse, out, wheels, period, flights, alarm, force=force, say=say)
+    if not telemetry:
+        raise InputError("telemetry: found no file, expected files of telemetry, or --rehearse")
     if out is not None:
         check_outputs(Path(out), FILES, by="monitor", force=force)
     known = read_wheels(wheels, spacecraft)
@@ -77,7 +95,7 @@ def monitor(
             chosen,
             stated,
             length,
-            alarm_settings(false_alarms, named(fault_rates, "--fault-rates")),
+            alarm,
             in_si_or_none(friction_limit, "torque", "--friction-limit"),
         ),
         state=None if out is None else Path(out) / STATE,

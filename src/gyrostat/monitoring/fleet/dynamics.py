@@ -17,8 +17,9 @@ from gyrostat.monitoring.fleet.attitude_loop import AttitudeLoop
 from gyrostat.monitoring.fleet.states import Commanded, FlightState, Slow, Telemetered
 from gyrostat.monitoring.fleet.vehicle import Vehicle
 
-NORMALS = 17
-"""Normal numbers per step and flight: 6 of sensors, 6 of the loop, 4 of friction, 1 of bursts."""
+NORMALS = 13
+"""Normal numbers per step and flight beside one for each wheel's friction: 6 of sensors, 6 of the
+loop, then those of friction, 1 of bursts."""
 
 
 class Constants(NamedTuple):
@@ -79,7 +80,10 @@ def constants(
         axes=vehicle.axes,
         spread=vehicle.spread,
         null=vehicle.null,
-        null_target=2.0 * vehicle.wheel.inertia * vehicle.bias_speed * bias_share,
+        null_target=float(np.sum(np.abs(vehicle.null)))
+        * vehicle.wheel.inertia
+        * vehicle.bias_speed
+        * bias_share,
         null_time=vehicle.null_time,
         null_decay=loop.null_decay,
         null_gain=loop.null_gain,
@@ -111,7 +115,7 @@ def start(count: int, momentum: Vector, numbers: Constants, noise: Vector) -> Fl
         count: Number of flights.
         momentum: Total momentum, inertial axes, (3, B), N·m·s.
         numbers: Numbers of the vehicle.
-        noise: Relative deviations of the Coulomb torque, (4, B).
+        noise: Relative deviations of the Coulomb torque, (wheels, B).
     """
     return FlightState(
         np.zeros((3, count)),
@@ -186,8 +190,8 @@ def _step(
         n.null_target
         + (state.null_momentum - n.null_target) * n.null_decay
         - n.null_gain * (n.null @ drag + misread / n.null_time),
-        decay * state.noise + n.noise_sigma * jnp.sqrt(1.0 - decay**2) * normals[12:16],
-        n.burst_decay * state.burst + jnp.sqrt(1.0 - n.burst_decay**2) * normals[16],
+        decay * state.noise + n.noise_sigma * jnp.sqrt(1.0 - decay**2) * normals[12:-1],
+        n.burst_decay * state.burst + jnp.sqrt(1.0 - n.burst_decay**2) * normals[-1],
         firing,
     )
     samples = Telemetered(
@@ -226,9 +230,9 @@ def advance(
     Args:
         numbers: Numbers of the vehicle.
         state: State at the start.
-        slow: Parameters of each minute, (M, 4, B).
+        slow: Parameters of each minute, (M, wheels, B).
         commanded: Commanded motion, (M, S, ...).
-        normals: Normal numbers, (M, S, NORMALS, B).
+        normals: Normal numbers, (M, S, NORMALS + wheels, B).
 
     Returns:
         The state at the end, and the samples at the start of each step, (M, S, ...).

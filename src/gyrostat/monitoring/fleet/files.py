@@ -72,7 +72,7 @@ def truth_rows(day: FlightDay) -> list[dict[str, float]]:
             "end": DAY * (day.day + 1),
             **{name: float(values[k]) for name, values in day.truth.items()},
         }
-        for k in range(4)
+        for k in range(day.speed.shape[1])
     ]
 
 
@@ -98,7 +98,7 @@ def spacecraft_text(vehicle: Vehicle) -> str:
     """
     wheel = vehicle.wheel
     text = f'[body]\nname = "{vehicle.name}"\ninertia = {_row(vehicle.inertia)}\n'
-    for k in range(4):
+    for k in range(vehicle.count):
         text += (
             f'\n[[wheel]]\nname = "wheel{k + 1}"\naxis = {_row(vehicle.axes[:, k])}\n'
             f"inertia = {wheel.inertia!r}\ntorque_limit = {wheel.torque_limit!r}\n"

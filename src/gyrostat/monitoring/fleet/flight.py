@@ -54,7 +54,7 @@ class Cell:
 
 @dataclass(frozen=True, eq=False)
 class Flight:
-    """One flight: a spacecraft with four wheels of its own, and their faults.
+    """One flight: a spacecraft with wheels of its own, and their faults.
 
     Attributes:
         number: Seed of the flight: its wheels, noise and telemetry.
@@ -65,21 +65,21 @@ class Flight:
     faults: tuple[Fault, ...] = ()
 
     def wheels(self, cell: Cell) -> Mapping[str, Vector]:
-        """True parameters of the four wheels at the start, each (4,).
+        """True parameters of the wheels at the start, each (wheels,).
 
         Returns:
             coulomb, viscous, excess (breakaway beyond Coulomb), gain (relative deviation of the
             motor constant) and offset.
         """
         random = np.random.default_rng([self.number, 1])
-        wheel = cell.vehicle.wheel
-        scale = np.exp(wheel.friction_scatter * random.standard_normal((2, 4)))
+        wheel, count = cell.vehicle.wheel, cell.vehicle.count
+        scale = np.exp(wheel.friction_scatter * random.standard_normal((2, count)))
         return {
             "coulomb": wheel.coulomb * scale[0],
             "viscous": wheel.viscous * scale[1],
-            "excess": np.full(4, wheel.static - wheel.coulomb),
-            "gain": wheel.motor_scatter * random.standard_normal(4),
-            "offset": wheel.offset_scatter * wheel.coulomb * random.standard_normal(4),
+            "excess": np.full(count, wheel.static - wheel.coulomb),
+            "gain": wheel.motor_scatter * random.standard_normal(count),
+            "offset": wheel.offset_scatter * wheel.coulomb * random.standard_normal(count),
         }
 
     def slow(self, cell: Cell, time: Vector, temperature: Vector) -> list[dict[str, Vector]]:
@@ -102,7 +102,7 @@ class Flight:
                 * factors.get(name, 1.0)
                 for name in Slow._fields
             }
-            for k in range(4)
+            for k in range(cell.vehicle.count)
         ]
         for fault in self.faults:
             fault.apply(rows[fault.wheel], time, wheel)
@@ -117,16 +117,17 @@ class FlightDay:
         flight: The flight.
         day: Number of the day.
         time: Times of the samples, (N,), s from the start of the flight.
-        speed: Measured wheel speeds, (N, 4), rad/s, neither quantised nor cut.
-        torque: Commanded motor torques, (N, 4), N·m.
+        speed: Measured wheel speeds, (N, wheels), rad/s, neither quantised nor cut.
+        torque: Commanded motor torques, (N, wheels), N·m.
         angle: Measured attitude error, (N, 3), rad.
         rate: Measured rate error, (N, 3), rad/s.
-        coulomb: Realised Coulomb torque, (N, 4), N·m.
+        coulomb: Realised Coulomb torque, (N, wheels), N·m.
         temperature: Of the wheels, (N,), °C.
         firing: Whether thrusters unload, (N,).
         commanded: Commanded motion.
-        truth: Name -> mean over the day for each wheel, (4,): coulomb (realised), coulomb_level
-            (without noise), viscous, static, motor_constant, offset, tachometer (relative error).
+        truth: Name -> mean over the day for each wheel, (wheels,): coulomb (realised),
+            coulomb_level (without noise), viscous, static, motor_constant, offset, tachometer
+            (relative error).
     """
 
     flight: Flight
@@ -185,7 +186,7 @@ class Fleet:
         draws = [np.random.default_rng([f.number, 2]) for f in self.flights]
         momentum = np.stack([0.4 * swing * each.standard_normal(3) for each in draws], axis=1)
         noise = self.cell.noise_sigma * np.stack(
-            [each.standard_normal(4) for each in draws], axis=1
+            [each.standard_normal(self.cell.vehicle.count) for each in draws], axis=1
         )
         return start(len(self.flights), momentum, self._numbers, noise)
 
@@ -215,7 +216,7 @@ class Fleet:
         parts: list[Telemetered] = []
         for first in range(0, minutes.size, MINUTES):
             count = min(MINUTES, minutes.size - first)
-            size = (count, per_minute, NORMALS)
+            size = (count, per_minute, NORMALS + self.cell.vehicle.count)
             normals = np.stack([d.standard_normal(size, np.float32) for d in draws], axis=-1)
             there = slice(first * per_minute, (first + count) * per_minute)
             state, samples = advance(

@@ -32,7 +32,7 @@ def known_wheels(vehicle: Vehicle, sampling: Sampling) -> KnownWheels:
             wheel.stribeck_speed,
             sigma,
         )
-        for k in range(4)
+        for k in range(vehicle.count)
     )
     modes = (float(MODES.index("unloading")),)
     return KnownWheels(wheels, vehicle.axes, np.diag(vehicle.inertia), modes, sampling.speed_step)

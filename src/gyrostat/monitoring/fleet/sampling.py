@@ -83,7 +83,7 @@ def sample(day: FlightDay, vehicle: Vehicle, sampling: Sampling) -> dict[str, ND
     columns: dict[str, NDArray] = {"time_s": time}
     speed = np.round(between(day.speed) / sampling.speed_step) * (sampling.speed_step / RPM)
     current = np.round(current / sampling.current_step) * sampling.current_step
-    for k in range(4):
+    for k in range(vehicle.count):
         columns[f"wheel{k + 1}_speed_rpm"] = speed[:, k]
         columns[f"wheel{k + 1}_current_A"] = current[:, k]
         columns[f"wheel{k + 1}_torque_N·m"] = day.torque[before, k]

@@ -11,7 +11,7 @@ class FlightState(NamedTuple):
         rate: Rate error, (3, B), rad/s.
         momentum: Total momentum, inertial axes, (3, B), N·m·s.
         null_momentum: Null-space momentum of the rotors, (B,), N·m·s.
-        noise: Relative deviation of the Coulomb torque, (4, B).
+        noise: Relative deviation of the Coulomb torque, (wheels, B).
         burst: Noise of torque bursts, standardised, (B,).
         firing: Whether thrusters unload, (B,).
     """
@@ -26,7 +26,7 @@ class FlightState(NamedTuple):
 
 
 class Slow(NamedTuple):
-    """Parameters that change over minutes, each (4, B); with a leading axis of minutes.
+    """Parameters that change over minutes, each (wheels, B); with a leading axis of minutes.
 
     Attributes:
         coulomb: N·m.
@@ -69,11 +69,11 @@ class Telemetered(NamedTuple):
     """Samples at the start of each step.
 
     Attributes:
-        speed: Measured wheel speeds, (4, B), rad/s.
-        torque: Commanded motor torques, (4, B), N·m.
+        speed: Measured wheel speeds, (wheels, B), rad/s.
+        torque: Commanded motor torques, (wheels, B), N·m.
         angle: Measured attitude error, (3, B), rad.
         rate: Measured rate error, (3, B), rad/s.
-        coulomb: Realised Coulomb torque, (4, B), N·m.
+        coulomb: Realised Coulomb torque, (wheels, B), N·m.
         firing: (B,).
     """
 

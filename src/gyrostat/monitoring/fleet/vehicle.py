@@ -1,4 +1,4 @@
-"""Spacecraft of a fleet: rigid body, four equal wheels in a pyramid, attitude loop, sensors."""
+"""Spacecraft of a fleet: rigid body, equal wheels, attitude loop, sensors."""
 
 from dataclasses import dataclass, field
 
@@ -65,7 +65,7 @@ class Vehicle:
         name: Name.
         inertia: Principal moments of inertia with the rotors held, (3,), kg·m².
         wheel: Nominal wheel.
-        axes: Axes of the wheels, (3, 4).
+        axes: Axes of the wheels, (3, wheels), three or four.
         bias_speed: Wheel speed that the null-space loop holds, alternating in sign, rad/s.
         largest_swing: Wheel speed about the bias at which momentum is unloaded, rad/s.
         bandwidth: Natural frequency of the attitude loop, rad/s.
@@ -97,12 +97,19 @@ class Vehicle:
 
     @property
     def spread(self) -> Matrix:
-        """Pseudo-inverse of the axes, (4, 3)."""
+        """Pseudo-inverse of the axes, (wheels, 3)."""
         return np.asarray(np.linalg.pinv(self.axes), dtype=float)
 
     @property
+    def count(self) -> int:
+        """Number of wheels."""
+        return self.axes.shape[1]
+
+    @property
     def null(self) -> Vector:
-        """Unit vector of wheel torques without torque on the body, (4,)."""
+        """Unit vector of wheel torques that leave the body alone, (wheels,); 0 for three."""
+        if self.count == 3:
+            return np.zeros(3)
         direction = np.linalg.svd(self.axes)[2][-1]
         return direction * np.sign(direction[0])
 
