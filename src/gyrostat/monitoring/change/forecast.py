@@ -19,9 +19,11 @@ from scipy.special import log_ndtr, ndtr
 
 from gyrostat.core.types import Matrix, Vector
 
-LEVEL_WALKS = np.array([0.0, 1e-4, 1e-3, 4e-3])
-SLOPE_WALKS = np.array([0.0, 3e-6, 1e-5, 3e-5, 1e-4, 3e-4])
-"""Random walks per square root of a day, relative to the reference torque."""
+LEVEL_WALKS = np.array([0.0, 1e-3, 4e-3])
+SLOPE_WALKS = np.array([5e-5, 1e-4, 2e-4, 4e-4])
+"""Random walks per square root of a day, relative to the reference torque. Smaller walks of the
+slope are left out: a growth that is steadier than these cannot be told from them by daily windows,
+and the intervals would be too short for one that is not (benchmarks/monitor_forecast.py)."""
 SLOPE_SIGMA = np.array([0.0, 1e-3, 1e-2])
 """Standard deviations of the slope before the first window, 1/day."""
 JUMP = 1e-2
