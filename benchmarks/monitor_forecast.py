@@ -5,8 +5,8 @@
 The Coulomb torque of each wheel begins to grow on a day of its own; its slope wanders, and in a
 quarter of the wheels the growth stops before the limit of 1.5 times the torque: they are censored,
 not left out. Each wheel has one forecast, 30 days before the true day, or, where it never comes, on
-a day on which the growth looks alike. Wheels below 1000 set the walks of the slope
-that the forecast allows; they are not judged. The peer is a straight line through the last 30 days with the
+a day on which the growth looks alike. Wheels below 1000 set the walks of the slope that the
+forecast allows; they are not judged. The peer is a straight line through the last 30 days with the
 error of its intersection.
 """
 
