@@ -18,11 +18,11 @@ from gyrostat.monitoring.fleet.vehicle import LARGE
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Seven days of a flight; the second wheel's motor weakens by 6 % on the fourth."""
+    """Six days of a flight; the second wheel's motor weakens by 6 % on the fourth."""
     fault = MotorConstant(wheel=1, day=3.0, size=-0.06)
     there = tmp_path_factory.mktemp("fleet")
     fleet = Fleet(Cell(LARGE, LOW, SLEWS), [Flight(2, (fault,))])
-    write_fleet(there, fleet, 7, Sampling(period=5.0))
+    write_fleet(there, fleet, 6, Sampling(period=10.0))
     return there / "flight2"
 
 

@@ -89,7 +89,7 @@ def test_mean_time_to_a_false_alarm_is_above_the_threshold():
     threshold = 20.0
     settings = AlarmSettings(false_alarms=365.25 / EXCESS / threshold)
     runs = []
-    for seed in range(24):
+    for seed in range(16):
         random = np.random.default_rng([seed, 9])
         detector = Detector(REFERENCE, settings, onsets=40)
         runs.append(next(n for n in range(1, 2000) if detector.take(healthy(random)).alarm))

@@ -75,7 +75,9 @@ class WheelHealth:
         if not self.alarm:
             return ""
         last = self.verdicts[-1]
-        classes = " or ".join(self._share(name) for name in last.classes) or "a change of any class"
+        probable = sorted(last.probabilities, key=lambda name: -last.probabilities[name])
+        names = last.classes or [name for name in probable if name != "none"][:3]
+        classes = " or ".join(map(self._share, names))
         _, low, high = last.onset or (0, 0, 0)
         return (
             f"{classes}; began between {self._time(low):.0f} s and {self._time(high) + DAY:.0f} s "
