@@ -97,6 +97,15 @@ def test_mean_time_to_a_false_alarm_is_above_the_threshold():
     assert EXCESS * threshold - 2.0 * error < np.mean(runs) < 20.0 * threshold
 
 
+@pytest.mark.parametrize("factor", [0.3, 4.0])
+def test_wrong_nominal_value_is_no_change(factor):
+    random = np.random.default_rng(11)
+    detector = Detector(REFERENCE, onsets=40)
+    for _ in range(30):
+        shift = (factor - 1.0) * np.array([1.0, 1.0, 0.0, 0.0, 0.0, 0.0, 0.0, 0.0])
+        assert not detector.take(healthy(random, shift)).alarm
+
+
 CASES = {
     "Coulomb growth": (0.15 * np.eye(8)[0] + 0.12 * np.eye(8)[5], 1),
     "viscous growth": (0.3 * np.eye(8)[1], 1),

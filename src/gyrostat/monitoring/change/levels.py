@@ -18,6 +18,8 @@ from gyrostat.monitoring.change.channels import CHANNELS, PRIOR_SIGMA, Observati
 
 STATES = len(CHANNELS) + 2
 """Levels, then the temperature coefficients of Coulomb and viscous friction."""
+WIDEST = np.array([25.0, 4.0, 0.01, 0.25])
+"""Largest variances of the levels beforehand: a nominal Coulomb torque may be wrong by a factor."""
 RAMP = 30.0
 """Duration of a ramp, and the time over which an endless ramp grows by one, windows."""
 COURSES = ("step", "ramp", "endless")
@@ -80,7 +82,7 @@ class Levels:
         mean, precision = self.reference.prior()
         self.mean = np.zeros(STATES)
         self.mean[:4] = mean
-        known = np.minimum(1.0 / np.maximum(precision, 1e-12), [1.0, 1.0, 0.01, 0.25])
+        known = np.minimum(1.0 / np.maximum(precision, 1e-12), WIDEST)
         self.covariance = np.diag([*known, 25.0, 1.0, 1e3, 0.01, 1e-5, 1e-3])
         self.scatter = np.concatenate([[1.0], PRIOR_SIGMA**2])
         self.weight = np.array([self.settings.memory, 5.0, 5.0, 5.0, 5.0])
