@@ -21,7 +21,7 @@ CHANNELS = (*REGRESSED, *EXTRA)
 PRIOR_SIGMA = np.array([0.3, 0.1, 0.1, 0.1])
 """Standard deviation that a channel of `EXTRA` has before it is learnt."""
 REFERENCE_TEMPERATURE = 20.0
-CROSSINGS = 8
+CROSSINGS = 12
 """Crossings of a window in which the largest torque at rest is near the breakaway torque."""
 LEAST = 1e-2
 """Information of a direction, relative, below which a window says nothing of it."""

@@ -83,7 +83,7 @@ class Levels:
         self.mean = np.zeros(STATES)
         self.mean[:4] = mean
         known = np.minimum(1.0 / np.maximum(precision, 1e-12), WIDEST)
-        self.covariance = np.diag([*known, 25.0, 1.0, 1e3, 0.01, 1e-5, 1e-3])
+        self.covariance = np.diag([*known, 25.0, 1.0, 1e3, 1.0, 1e-5, 1e-3])
         self.scatter = np.concatenate([[1.0], PRIOR_SIGMA**2])
         self.weight = np.array([self.settings.memory, 5.0, 5.0, 5.0, 5.0])
         self.response = np.zeros((kinds, onsets, courses, STATES))

@@ -11,7 +11,7 @@ class Stiction(ChangeKind):
 
     name: ClassVar[str] = "stiction"
     signatures: ClassVar[tuple[Vector, ...]] = (direction(breakaway=1.0),)
-    sizes: ClassVar[tuple[tuple[float, ...], ...]] = ((0.2,), (0.5,))
+    sizes: ClassVar[tuple[tuple[float, ...], ...]] = ((0.15,), (0.3,))
     means: ClassVar[tuple[float, ...]] = (0.4,)
     rate: ClassVar[float] = 0.01
     ramps: ClassVar[bool] = False
