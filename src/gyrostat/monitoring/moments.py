@@ -118,8 +118,8 @@ def solve(moments: Moments, prior: Prior, start: Vector, blocks: int, scale: flo
     projected = (moments.mixed / size[:, None]).T @ metric / size
     gain, aim = projected @ moments.mixed, projected @ moments.instruments_response
     value = start.copy()
+    beta, slope = coefficients(value)
     for _ in range(6):
-        beta, slope = coefficients(value)
         inform = slope.T @ gain @ slope / scale
         score = slope.T @ (aim - gain @ beta) / scale + prior.precision * (prior.mean - value)
         covariance = _inverse(inform + np.diag(prior.precision))
