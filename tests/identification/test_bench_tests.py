@@ -390,6 +390,16 @@ def test_thermal_records_need_a_temperature(sheet):
         test.evaluate(sheet, [record, record], Motor(0.0228, 0.0, "exact"))
 
 
+def test_a_plateau_at_another_temperature_is_no_result(sheet):
+    test = ThermalVacuum(cycles=1, speed=20.0)
+    time = np.arange(50) / 10.0
+    record = replace(
+        record_of(time, np.zeros(50), np.linspace(20.0, 10.0, 50)), temperature=np.full(50, 20.0)
+    )
+    with pytest.raises(InputError, match=r"found 20.0 °C, expected the plateau of -10 °C"):
+        test.evaluate(sheet, [record, record], Motor(0.0228, 0.0, "exact"))
+
+
 def test_the_example_sheet_is_read():
     sheet = read_bench_sheet(Path(__file__).parents[2] / "examples/bench_tests.toml")
     assert sheet.tolerances()["inertia"] == pytest.approx(0.003)

@@ -53,14 +53,18 @@ def plan_page(plan: TestPlan, *, command: str) -> str:
 def _profiles(planned: PlannedTest) -> Figure:
     """Currents of the records of a test."""
     records = planned.records[:4]
-    with panels(1, len(records), height=1.7, squeeze=False, sharey=True) as (figure, grid):
-        for axes, record in zip(grid.flat, records, strict=True):
+    # more than two in a row are too small on a phone
+    columns = min(len(records), 2)
+    rows = -(-len(records) // columns)
+    with panels(rows, columns, height=1.9 * rows, squeeze=False, sharey=True) as (figure, grid):
+        for axes, record in zip(grid.flat, records, strict=False):
             # the ends of each step stay visible
             index = np.unique(np.linspace(0, len(record.time) - 1, MOST_POINTS).astype(int))
             axes.step(record.time[index], record.current[index], where="post", lw=0.9, color=MODEL)
             axes.set_title(record.name, fontsize=8)
             axes.set_xlabel("time (s)")
-        grid[0, 0].set_ylabel("current (A)")
+        for axes in grid[:, 0]:
+            axes.set_ylabel("current (A)")
     return figure
 
 

@@ -19,7 +19,7 @@ SIZE, SMALL = 8.5, 7.0
 """Size of text and of tables, points."""
 POINT = 1.0 / 72.0
 SPACING = 1.35
-LETTER = 0.52
+LETTER = 0.58
 """Mean width of a letter over its size."""
 GAP = 0.1
 """Distance of columns, inches."""

@@ -20,6 +20,14 @@ from gyrostat.wheel.sheet_limits import QUANTITIES, Limit
 
 COLUMNS = ("time_s", "current_A", "speed_rad/s")
 """Columns of a record that every test needs."""
+UNITS = {
+    "speed": Unit("rpm", RPM),
+    "viscous": Unit("µN·m·s/rad", 1e-6),
+    "motor_constant": Unit("mN·m/A", 1e-3),
+}
+"""Units of quantities in tables, where they are not SI."""
+SMALL_TORQUE = 1e-4
+"""Torque below which it is shown in µN·m, N·m."""
 SAME = 1e-6
 """Relative difference of two conditions that are the same."""
 
@@ -34,6 +42,7 @@ class PlannedRecord:
         current: Current to run, held from sample to sample, (N,), A.
         remark: What to do beside running the current; empty if nothing.
         columns: Columns of the record that the bench writes.
+        temperature: Planned temperature, °C; None for that of the room.
     """
 
     name: str
@@ -41,6 +50,7 @@ class PlannedRecord:
     current: Vector
     remark: str = ""
     columns: tuple[str, ...] = COLUMNS
+    temperature: float | None = None
 
     @property
     def duration(self) -> float:
@@ -67,12 +77,19 @@ class Measured:
     sense: int = 0
     conditions: Mapping[str, float] = field(default_factory=dict)
 
+    @property
+    def unit(self) -> Unit:
+        """Unit of the value in tables."""
+        dimension = QUANTITIES[self.quantity].dimension
+        if dimension == "torque":
+            small = abs(self.value) < SMALL_TORQUE
+            return Unit("µN·m", 1e-6) if small else Unit("mN·m", 1e-3)
+        return UNITS.get(dimension) or Unit(SI_UNIT[dimension])
+
     def line(self, limit: Limit | None = None) -> Line:
         """Line of the acceptance test; without a limit, one that only states the value."""
         if limit is None:
-            kind = QUANTITIES[self.quantity]
-            unit = Unit("rpm", RPM) if kind.dimension == "speed" else Unit(SI_UNIT[kind.dimension])
-            bare = (None, -np.inf, np.inf, self.conditions, unit, "")
+            bare = (None, -np.inf, np.inf, self.conditions, self.unit, "")
             limit = Limit(self.quantity, *bare)
         verdict = judged(limit, self.value, self.sigma)
         return Line(limit, self.sense, self.value, self.sigma, verdict)

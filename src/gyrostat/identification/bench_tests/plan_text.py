@@ -35,11 +35,12 @@ def prediction_rows(planned: PlannedTest) -> list[tuple[str, ...]]:
 
 
 def _row(each: Prediction) -> tuple[str, ...]:
-    scatter = ratio = ""
+    unit, scatter, ratio = each.measured.unit, "", ""
     if each.scatter and each.count >= FEWEST:
-        scatter, ratio = plain(each.scatter, 3), f"{each.sigma / each.scatter:.2f}"
-    value = plain(each.measured.value)
-    return each.title, value, plain(each.sigma, 3), scatter, ratio, each.unit
+        scatter = plain(each.scatter / unit.factor, 3)
+        ratio = f"{each.sigma / each.scatter:.2f}"
+    value, sigma = each.measured.value / unit.factor, each.sigma / unit.factor
+    return each.title, plain(value), plain(sigma, 3), scatter, ratio, unit.symbol
 
 
 def failures(planned: PlannedTest) -> str:

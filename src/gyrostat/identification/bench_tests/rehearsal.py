@@ -25,6 +25,7 @@ ORDERS = (1.0, 5.0)
 BLOCK = 16
 """Number of tests that are simulated at once, which bounds the memory."""
 ROOM_TEMPERATURE = 20.0
+"""Temperature of a record without a planned one, °C."""
 
 
 @dataclass(frozen=True)
@@ -93,6 +94,7 @@ def simulated(
     growth = 1.0 + bench.drift * random.standard_normal((count, 1)) * share
     speeds = uneven_speeds(sheet.expected(), planned.time, planned.current, growth, ripple)
     torque = _reaction(sheet, planned, speeds) if "torque_N·m" in planned.columns else None
+    temperature = ROOM_TEMPERATURE if planned.temperature is None else planned.temperature
     records = []
     for k, speed in enumerate(speeds):
         current = planned.current + bench.current_sigma * random.standard_normal(len(speed))
@@ -105,7 +107,7 @@ def simulated(
                 _rounded(current, bench.current_quantum),
                 _rounded(speed, bench.speed_quantum),
                 np.ones(len(speed), dtype=bool),
-                temperature=np.full(len(speed), ROOM_TEMPERATURE) if warm else None,
+                temperature=np.full(len(speed), temperature) if warm else None,
                 torque=None if torque is None else torque[k],
             )
         )

@@ -5,6 +5,8 @@ import numpy as np
 from gyrostat.core.text import aligned, measured, plain
 from gyrostat.identification.judge.acceptance_lines import Acceptance, Line
 
+MOST = 100.0
+"""Largest margin that is stated as a number, in standard deviations."""
 HEADER = ("quantity", "limits", "unit", "measured ± sigma", "margin", "verdict")
 
 
@@ -34,6 +36,13 @@ def _row(line: Line) -> tuple[str, str, str, str, str, str]:
         value = measured(line.measured / unit.factor, line.sigma / unit.factor)
     if line.margin is not None:
         margin = f"{line.margin / unit.factor:+.3g}"
-        margin += f" ({line.margin / line.sigma:+.1f} sigma)" if line.sigma else ""
+        margin += _in_sigma(line.margin / line.sigma) if line.sigma else ""
     verdict = f"{line.verdict}: {line.why}" if line.why else line.verdict
     return line.title, limits, unit.symbol, value, margin, verdict
+
+
+def _in_sigma(ratio: float) -> str:
+    """Margin in standard deviations; beyond `MOST` the number says nothing more."""
+    if abs(ratio) > MOST:
+        return f" (more than {MOST:g} sigma{' outside' if ratio < 0.0 else ''})"
+    return f" ({ratio:+.1f} sigma)"

@@ -43,6 +43,7 @@ class ThermalVacuum(BenchTest):
     cold: float = option(-10.0, "temperature", "Cold plateau.")
     hot: float = option(50.0, "temperature", "Hot plateau.")
     soak_time: float = option(7200.0, "time", "Soak before each record.")
+    tolerance: float = option(5.0, "1", "Largest distance from the planned temperature, K.")
     speed: float | None = option(None, "speed", "Speed; by default half of the speed limit.")
 
     def records(self, sheet: BenchSheet) -> list[PlannedRecord]:
@@ -66,13 +67,20 @@ class ThermalVacuum(BenchTest):
             )
             name = f"{self.name}-{word}-{k // 2 + 1}"
             columns = (*COLUMNS, "temperature_degC")
-            planned.append(PlannedRecord(name, *program.series(), remark, columns))
+            planned.append(PlannedRecord(name, *program.series(), remark, columns, temperature))
         return planned
 
     def evaluate(self, sheet: BenchSheet, records: Sequence[Record], motor: Motor) -> Outcome:
         """See `BenchTest.evaluate`."""
         top = self.speed or 0.5 * sheet.value("speed_limit")
         temperatures, changes = np.array([_temperature(record) for record in records]).T
+        for k, (record, found) in enumerate(zip(records, temperatures, strict=True)):
+            wanted = (self.cold, self.hot)[k % 2]
+            if abs(found - wanted) > self.tolerance:
+                raise InputError(
+                    f"{record.name}: found {found:.1f} °C, expected the plateau of {wanted:g} °C "
+                    f"within {self.tolerance:g} K"
+                )
         coasts = [coast_friction(sheet, record) for record in records]
         values, panels = [], []
         for speed in speeds_of(sheet, "thermal_loss_torque", (top,)):

@@ -97,6 +97,8 @@ class TorqueNoise(BenchTest):
         value, sigma = first.rms(self.low, high)
         scale = sheet.inertial_scale() if steady.torque is None else _torque_scale(sheet)
         value = Measured("torque_noise", value, float(np.hypot(sigma, scale * value)))
+        if steady.torque is not None and not _torque_scale(sheet):
+            notes.append("no uncertainty of the torque instrument is stated: its scale is exact")
         centres: NDArray[np.intp] = begin + second.centres
         speeds = np.abs(coast.speed[centres]) / RPM
         shown = second.frequency <= high
