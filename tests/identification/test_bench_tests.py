@@ -321,6 +321,26 @@ def test_records_after_the_end_of_a_calibration_are_not_judged(sheet_file, measu
 
 
 @pytest.mark.parametrize(
+    ("comment", "reason"),
+    [
+        ("# serial: RW-1-7\n", "found none as the date"),
+        ("# serial: RW-1-7\n# date: 2.5.2026\n", "found 2.5.2026 as the date"),
+        ("# serial: RW-1-7\n# date: 2026-05-02\n", "was calibrated on 2026-06-01"),
+    ],
+)
+def test_a_calibration_that_is_not_shown_to_hold_is_no_pass(sheet_file, measured, comment, reason):
+    instrument = (
+        '[[instrument]]\nquantity = "current"\nname = "shunt"\n'
+        "calibrated = 2026-06-01\ndue = 2027-05-01\n[bench]"
+    )
+    path = sheet_file(lambda text: text.replace("[bench]", instrument))
+    verdict = gs.bench(path, verdict=measured(["coast-down"], comment=comment))
+    (first, *_) = [x for x in verdict.acceptance.lines if x.limit.quantity == "loss_torque"]
+    assert first.verdict == NOT_JUDGED
+    assert reason in first.why
+
+
+@pytest.mark.parametrize(
     ("change", "message"),
     [
         (lambda rows: [rows[0].replace("speed_rad/s", "temperature_degC"), *rows[1:]], "speed"),

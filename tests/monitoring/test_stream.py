@@ -105,6 +105,57 @@ def test_any_division_gives_the_same_table(flight):
     assert_same(whole, monitor.windows())
 
 
+def test_a_current_of_the_opposite_sign_gives_no_valid_window(flight):
+    opposite = Samples(flight.time, flight.speed, -flight.drive)
+    table = table_of(opposite)
+    assert not table["valid"].any()
+
+
+def test_a_file_of_the_same_name_is_another_file_and_a_longer_one_is_not(folder, tmp_path):
+    """Telemetry of another day often has the same name; telemetry that goes on is a longer file."""
+    lines = (folder / "two.csv").read_text().splitlines()
+    days = [tmp_path / "day1", tmp_path / "day2"]
+    for day, rows in zip(days, (lines[:5001], [lines[0], *lines[5001:8001]]), strict=True):
+        day.mkdir()
+        (day / "two.csv").write_text("\n".join(rows) + "\n")
+    out, said = tmp_path / "out", []
+    for files in ([days[0]], [days[1]], [days[1]]):
+        health = gyrostat.monitor(
+            [day / "two.csv" for day in files],
+            wheels=folder / "wheels.toml",
+            out=out,
+            window="6 h",
+            say=said.append,
+        )
+    assert health.telemetry["rows"] == 8000 + 2  # with their headers
+    assert health.telemetry["files"] == ["two.csv", "two.csv (2)"]
+    assert sum("used before" in line for line in said) == 1
+    (days[1] / "two.csv").write_text("\n".join([lines[0], *lines[5001:]]) + "\n")
+    health = gyrostat.monitor(
+        [days[1] / "two.csv"], wheels=folder / "wheels.toml", out=out, window="6 h"
+    )
+    assert health.telemetry["rows"] == len(lines) + 1
+    assert health.telemetry["repeats"] == 0
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "message"),
+    [
+        ("viscous = 5e-6", "viscous = -5e-6", "viscous: found -5e-06, expected a value of zero"),
+        ("viscous = 1e-7", "", "found 0 without"),
+        ('"0.4 rpm"', '"-0.4 rpm"', "speed_resolution: found -0.04"),
+    ],
+)
+def test_impossible_values_of_wheels_are_refused(folder, old, new, message):
+    text = WHEELS.replace(old, new)
+    if "without" in message:
+        text = text.replace("viscous = 5e-6", "viscous = 0.0")
+    (folder / "wheels.toml").write_text(text)
+    with pytest.raises(InputError, match=message) as caught:
+        gyrostat.monitor([folder / "two.csv"], wheels=folder / "wheels.toml")
+    assert "\n" not in str(caught.value)
+
+
 def test_blocks_with_a_gap_are_left_out_and_counted(flight):
     present = np.ones(len(flight), bool)
     present[10000:16000] = False

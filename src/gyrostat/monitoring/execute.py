@@ -86,22 +86,27 @@ def monitor_files(
     monitor = WheelMonitor(known, window=options.window)
     settings = options.settings(known)
     progress = Progress(settings) if state is None else load_state(state, monitor, settings)
-    fresh = [p for p in paths if _size(p) != progress.sizes.get(p.name)]
+    labels = {path: progress.label(path) for path in paths}
+    fresh = [p for p in paths if _size(p) != progress.sizes.get(labels[p])]
+    for path in paths:
+        if path not in fresh:
+            say(f"{path}: left out, it was used before")
     order = {p: first_time(p, known, options.columns, options.units) for p in fresh}
     saved = time.monotonic()
     for path in sorted(fresh, key=lambda p: order[p]):
         monitor.begin_file()
-        skip = progress.rows.get(path.name, 0)
+        label = labels[path]
+        skip = progress.rows.get(label, 0)
         for part in read_parts(path, known, options.columns, options.units, skip=skip, part=PART):
             _check_drive(path, progress, part.drive)
             monitor.driven = part.drive != "none"
             monitor.add(part.samples)
-            progress.rows[path.name] = part.rows
+            progress.rows[label] = part.rows
             if state is not None and time.monotonic() - saved > CHECKPOINT:
                 save_state(state, monitor, progress)
                 saved = time.monotonic()
                 say(f"{path.name}: row {part.rows}")
-        progress.sizes[path.name] = _size(path)
+        progress.sizes[label] = _size(path)
     if state is not None:
         save_state(state, monitor, progress)
     return _health(monitor, progress, options)

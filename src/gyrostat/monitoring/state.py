@@ -6,6 +6,8 @@ The file is replaced as a whole, so that a killed call leaves the state of the l
 import json
 from collections.abc import Mapping
 from dataclasses import dataclass, field, fields
+from hashlib import sha256
+from itertools import count
 from pathlib import Path
 from typing import Any
 
@@ -19,7 +21,9 @@ from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.windows import COLUMNS, DTYPES, Windows
 
-_FORMAT = 1
+_FORMAT = 2
+START = 65_536
+"""Number of bytes at the start of a file that tell it from others of its name."""
 
 
 @dataclass
@@ -27,8 +31,9 @@ class Progress:
     """What was read of each file.
 
     Attributes:
-        rows: Name of a file -> number of rows that were used.
-        sizes: Name of a file that was read to its end -> its size, bytes.
+        rows: Label of a file -> number of rows that were used.
+        sizes: Label of a file that was read to its end -> its size, bytes.
+        starts: Label of a file -> number of its first bytes, and their digest.
         drive: "current", "torque" or "none"; empty before the first sample.
         settings: Options and wheels, as text; another call must have the same.
     """
@@ -36,7 +41,34 @@ class Progress:
     settings: str
     rows: dict[str, int] = field(default_factory=dict)
     sizes: dict[str, int] = field(default_factory=dict)
+    starts: dict[str, tuple[int, str]] = field(default_factory=dict)
     drive: str = ""
+
+    def label(self, path: Path) -> str:
+        """Label of a file: its name, with a number if files of this name began otherwise.
+
+        A file that has grown, or lies in another folder, has the label that it had.
+
+        Raises:
+            InputError: The file cannot be read.
+        """
+        try:
+            with path.open("rb") as stream:
+                start = stream.read(START)
+        except OSError as error:
+            reason = (error.strerror or "an error").lower()
+            raise InputError(f"{path}: found {reason}, expected a file of telemetry") from None
+        for number in count(1):
+            label = path.name if number == 1 else f"{path.name} ({number})"
+            length, digest = self.starts.get(label, (len(start), _digest(start)))
+            if _digest(start[:length]) == digest:
+                self.starts.setdefault(label, (length, digest))
+                return label
+        raise AssertionError
+
+
+def _digest(content: bytes) -> str:
+    return sha256(content).hexdigest()
 
 
 def save_state(path: Path, monitor: WheelMonitor, progress: Progress) -> None:

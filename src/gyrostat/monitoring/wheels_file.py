@@ -92,6 +92,9 @@ def read_wheels(
         "speed",
         positive=False,
     )
+    if resolution < 0.0:
+        found = f"{path}: key telemetry.speed_resolution: found {resolution:g} rad/s"
+        raise InputError(f"{found}, expected zero or more")
     return KnownWheels(
         wheels,
         axes,
@@ -111,6 +114,9 @@ def _wheel(path: Path, prefix: str, row: Mapping[str, Any]) -> KnownWheel:
         if name in row:
             positive = name in _POSITIVE
             values[name] = quantity(path, prefix + name, row[name], dimension, positive=positive)
+            if name == "viscous" and values[name] < 0.0:
+                found = f"{path}: key {prefix}viscous: found {row[name]!r}"
+                raise InputError(f"{found}, expected a value of zero or more")
     missing = [name for name in _NEEDED if name not in values]
     if missing:
         raise InputError(f"{path}: key {prefix}{missing[0]}: found none, expected its value")
@@ -121,6 +127,11 @@ def _wheel(path: Path, prefix: str, row: Mapping[str, Any]) -> KnownWheel:
     for name, value in stated.items():
         key = f"{prefix}sigma.{name}"
         sigma[name] = quantity(path, key, value, _VALUES[name], positive=True)
+    if values["viscous"] == 0.0 and "viscous" not in sigma:
+        raise InputError(
+            f"{path}: key {prefix}viscous: found 0 without {prefix}sigma.viscous, expected its "
+            "standard deviation: that of a value is 100 % otherwise"
+        )
     return KnownWheel(
         name_text(path, f"{prefix}name", row.get("name")),
         sigma={name: sigma[name] for name in _SIGMAS if name in sigma},

@@ -24,6 +24,8 @@ FEWEST = 30
 """Smallest number of blocks of an estimate."""
 LARGEST_NOISE = 0.5
 """Friction noise over Coulomb torque above which the balance of torques does not hold."""
+CLEARLY = 3.0
+"""Negative Coulomb torque, in its sigma, that is no estimate of a positive one."""
 APART = 4.0
 """Difference from what was known beforehand, in its sigma, above which that is not used."""
 TOLD = 0.75
@@ -164,6 +166,8 @@ def _verdict(value: Estimate) -> dict[str, Any]:
     elif value.noise_sigma > LARGEST_NOISE * abs(value.mean):
         share = 100.0 * value.noise_sigma / abs(value.mean)
         why = f"the balance of torques leaves {share:.0f} % of the Coulomb torque"
+    elif value.mean < -CLEARLY * np.sqrt(value.mean_variance):
+        why = "the Coulomb torque is negative: has the current the sign of its torque?"
     return {"valid": not why, "why": why}
 
 

@@ -216,13 +216,21 @@ def _lines(
 def _lapsed(file: RecordFile, instruments: Sequence[Instrument]) -> str:
     """Reason why an instrument of a record was not calibrated at its date; empty if all were."""
     date = record_date(file)
-    if date is None:
-        return ""
     used = {"current", "speed", "time"}
     used |= {name for name in ("temperature", "torque") if getattr(file.record, name) is not None}
     for each in instruments:
-        if each.quantity in used and each.due is not None and date > each.due:
+        if each.quantity not in used or (each.due is None and each.calibrated is None):
+            continue
+        if date is None:
+            stated = file.remark("date") or "none"
+            return (
+                f"found {stated} as the date of the record, expected one as 2026-05-31: the "
+                f"calibration of {each.name} is judged by it"
+            )
+        if each.due is not None and date > each.due:
             return f"the calibration of {each.name} was due on {each.due}, the record is of {date}"
+        if each.calibrated is not None and date < each.calibrated:
+            return f"{each.name} was calibrated on {each.calibrated}, the record is of {date}"
     return ""
 
 
