@@ -301,7 +301,7 @@ def test_a_result_that_was_stored_before_a_change_is_refused(notebook, cells):
 def test_code_that_asks_which_of_two_equal_objects_it_has_is_refused(notebook):
     cells = "A = [1.0]\nB = [1.0]\ndef law(): return 1.0 if A is B else 2.0", P
     compare_calls(notebook(*cells).P())
-    with pytest.raises(InputError, match=r"2\. from the text and 1\. in memory.* not by `is`"):
+    with pytest.raises(InputError, match=r"2\.0 from the text and 1\.0 in memory.* not by `is`"):
         compare_calls(notebook(*cells, "B = A").P())
 
 
