@@ -6,6 +6,7 @@ two samples, and integrals follow the trapezoidal rule. Blocks with a gap, a cha
 few samples are left out. The result is the same for any division of the telemetry into pieces.
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass, fields
 from typing import Any
 
@@ -50,15 +51,14 @@ class Samples:
             selected[each.name] = None if values is None else values[rows]
         return Samples(**selected)
 
-    def followed_by(self, later: "Samples") -> "Samples":
-        """Samples of both, in order; columns that one of them lacks are lacking."""
-        if not len(self):
-            return later
+    @staticmethod
+    def joined(parts: "Sequence[Samples]") -> "Samples":
+        """Samples of several tables, in order; columns that one of them lacks are lacking."""
         joined: dict[str, Any] = {}
-        for each in fields(self):
-            pair: list[Any] = [getattr(self, each.name), getattr(later, each.name)]
-            present = all(part is not None for part in pair)
-            joined[each.name] = np.concatenate(pair) if present else None
+        for each in fields(Samples):
+            columns: list[Any] = [getattr(part, each.name) for part in parts]
+            present = all(column is not None for column in columns)
+            joined[each.name] = np.concatenate(columns) if present else None
         return Samples(**joined)
 
 

@@ -213,9 +213,7 @@ def _flown(
         table["wheel"][:] = [f"{flight.number}/{name}" for name in table["wheel"]]
         tables.append(table)
         references |= {f"{flight.number}/{w.name}": reference_to(w) for w in known.wheels}
-    joined = Windows(
-        {name: np.concatenate([table[name] for table in tables]) for name in tables[0].columns}
-    )
+    joined = Windows.joined(tables)
     return joined, assess(joined, plan.settings, references)
 
 

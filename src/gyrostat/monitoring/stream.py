@@ -4,7 +4,7 @@ It keeps the samples of the block that is not complete, the blocks of the window
 complete, and the rows: its memory does not grow with the number of samples.
 """
 
-from dataclasses import dataclass, field, fields, replace
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import numpy as np
@@ -124,14 +124,14 @@ class WheelMonitor:
     def _flush(self) -> None:
         if self._singles:
             singles, self._singles = self._singles, []
-            self._add(_joined(singles))
+            self._add(Samples.joined(singles))
 
     def _add(self, samples: Samples) -> None:
         samples = self._without_modes(self.clock.corrected(samples))
         if not len(samples):
             return
         if self.tail is not None:
-            samples = self.tail.followed_by(samples)
+            samples = Samples.joined([self.tail, samples])
         blocks, self.tail = blocks_of(samples, self.block, self.known.speed_resolution)
         while len(blocks):
             number = np.floor(blocks.start / self.window + 1e-12)
@@ -190,16 +190,3 @@ class WheelMonitor:
             for wheel in range(len(self.known.wheels))
         ]
         return [row for row, _ in results], [noise for _, noise in results]
-
-
-def _joined(singles: list[Samples]) -> Samples:
-    """Samples of several tables with the same columns."""
-    first = singles[0]
-    return replace(
-        first,
-        **{
-            each.name: np.concatenate([getattr(single, each.name) for single in singles])
-            for each in fields(first)
-            if getattr(first, each.name) is not None
-        },
-    )

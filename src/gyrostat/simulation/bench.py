@@ -10,6 +10,7 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Vector
 from gyrostat.core.validation import check_seed, require_period
 from gyrostat.telemetry import Record
+from gyrostat.telemetry.signals import rounded
 from gyrostat.wheel import Wheel, speed_response
 from gyrostat.wheel.friction import static_curve
 
@@ -218,8 +219,7 @@ def bench_record(
             f"rate: found {telemetry.rate:g} Hz, expected a higher rate for this friction curve"
         )
     reading = np.asarray(speed) + telemetry.speed_sigma * noise_random.standard_normal(len(time))
-    if telemetry.speed_quantum > 0.0:
-        reading = telemetry.speed_quantum * np.round(reading / telemetry.speed_quantum)
+    reading = rounded(reading, telemetry.speed_quantum)
     valid = noise_random.random(len(time)) >= telemetry.dropouts
     return Record(
         name=name,

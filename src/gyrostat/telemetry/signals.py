@@ -38,3 +38,8 @@ def runs(at: NDArray[np.bool_]) -> list[tuple[int, int]]:
     """
     edges = np.flatnonzero(np.diff(np.concatenate([[False], at, [False]]).astype(int)))
     return [(int(a), int(b)) for a, b in edges.reshape(-1, 2)]
+
+
+def rounded(values: NDArray[np.float64], step: float) -> NDArray[np.float64]:
+    """Values, (N,), rounded to multiples of a step; as they are if it is zero."""
+    return step * np.round(values / step) if step else values

@@ -14,6 +14,10 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.wheel.wheel import Wheel
 
+ORDERS = (1.0, 5.0)
+"""Periods in a turn of the harmonics of a usual ripple."""
+SECOND = 0.5
+"""Amplitude of its second harmonic over that of the first."""
 STEP = 2e-3
 """Longest step, s."""
 
@@ -30,6 +34,18 @@ class Ripple(NamedTuple):
     amplitude: Matrix
     order: Matrix
     phase: Matrix
+
+    @classmethod
+    def usual(cls, rms: float | Vector, phase: Matrix) -> "Ripple":
+        """Ripple of two harmonics.
+
+        Args:
+            rms: Root mean square over a turn, of all wheels or of each, (c,), N·m.
+            phase: Phases at the start, (c, 2), rad.
+        """
+        first = np.broadcast_to(rms * np.sqrt(2.0 / (1.0 + SECOND**2)), len(phase))
+        orders = np.tile(ORDERS, (len(phase), 1))
+        return cls(np.column_stack([first, SECOND * first]), orders, phase)
 
 
 @lru_cache

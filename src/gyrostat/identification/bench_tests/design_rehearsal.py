@@ -15,13 +15,12 @@ from gyrostat.identification.experiment.known_wheel import KnownWheel
 from gyrostat.identification.fit.prediction import build_wheel
 from gyrostat.identification.uncertainty.current_errors import ROUNDED
 from gyrostat.telemetry import Record
+from gyrostat.telemetry.signals import rounded
 from gyrostat.wheel.uneven_wheel import Ripple, uneven_speeds
 
 WEAK = 3.0
 """Prior sigma of the fit of the new record alone, in standard deviations of the earlier estimates.
 It keeps the fit regular, and is taken out again."""
-ORDERS = (1.0, 5.0)
-SECOND = 0.5
 HEADER = ("parameter", "promised sigma", "rms error", "sigma/error", "inside 1.96 sigma", "unit")
 
 
@@ -138,10 +137,7 @@ def _records(
     count = len(wheels)
     values = dict(zip(known.values, wheels.T, strict=True))
     wheel = build_wheel(known.model, values)  # pyright: ignore[reportArgumentType]
-    amplitude = design.ripple * np.sqrt(2.0 / (1.0 + SECOND**2))
-    orders = np.tile(ORDERS, (count, 1))
-    phases = random.uniform(0.0, 2.0 * np.pi, (count, 2))
-    ripple = Ripple(np.tile([amplitude, SECOND * amplitude], (count, 1)), orders, phases)
+    ripple = Ripple.usual(design.ripple, random.uniform(0.0, 2.0 * np.pi, (count, 2)))
     share = 2.0 * design.time / design.time[-1] - 1.0
     # one drift of all friction, as large as that of the dry friction, which is the larger torque
     drift = known.drifts[-1][0]
@@ -149,7 +145,7 @@ def _records(
     speeds = uneven_speeds(wheel, design.time, design.current, growth, ripple)
     speeds = speeds + design.speed_sigma * random.standard_normal(speeds.shape)
     step = known.current_error / ROUNDED
-    current = step * np.round(design.current / step) if step else design.current
+    current = rounded(design.current, step)
     valid = np.ones(len(current), dtype=bool)
     return [Record(f"simulated {k}", design.time, current, w, valid) for k, w in enumerate(speeds)]
 

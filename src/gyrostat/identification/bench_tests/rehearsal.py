@@ -15,13 +15,10 @@ from gyrostat.identification.bench_tests.bench_test import (
     PlannedRecord,
 )
 from gyrostat.telemetry import Record
+from gyrostat.telemetry.signals import rounded
 from gyrostat.wheel.sheet_limits import QUANTITIES, Limit
-from gyrostat.wheel.uneven_wheel import Ripple, uneven_speeds
+from gyrostat.wheel.uneven_wheel import ORDERS, Ripple, uneven_speeds
 
-SECOND = 0.5
-"""Amplitude of the second harmonic of the ripple over that of the first."""
-ORDERS = (1.0, 5.0)
-"""Periods of both harmonics in a turn."""
 BLOCK = 16
 """Number of tests that are simulated at once, which bounds the memory."""
 ROOM_TEMPERATURE = 20.0
@@ -86,10 +83,9 @@ def simulated(
         random: Random generator.
     """
     bench = sheet.bench
-    amplitude = bench.ripple * sheet.value("coulomb") * np.sqrt(2.0 / (1.0 + SECOND**2))
     # one wheel, that starts at another angle each time
-    orders, sizes = (np.tile(row, (count, 1)) for row in (ORDERS, (amplitude, SECOND * amplitude)))
-    ripple = Ripple(sizes, orders, orders * random.uniform(0.0, 2.0 * np.pi, (count, 1)))
+    phases = np.array(ORDERS) * random.uniform(0.0, 2.0 * np.pi, (count, 1))
+    ripple = Ripple.usual(bench.ripple * sheet.value("coulomb"), phases)
     share = 2.0 * planned.time / planned.time[-1] - 1.0
     growth = 1.0 + bench.drift * random.standard_normal((count, 1)) * share
     speeds = uneven_speeds(sheet.expected(), planned.time, planned.current, growth, ripple)
@@ -104,18 +100,14 @@ def simulated(
             Record(
                 planned.name,
                 planned.time,
-                _rounded(current, bench.current_quantum),
-                _rounded(speed, bench.speed_quantum),
+                rounded(current, bench.current_quantum),
+                rounded(speed, bench.speed_quantum),
                 np.ones(len(speed), dtype=bool),
                 temperature=np.full(len(speed), temperature) if warm else None,
                 torque=None if torque is None else torque[k],
             )
         )
     return records
-
-
-def _rounded(values: np.ndarray, step: float) -> np.ndarray:
-    return step * np.round(values / step) if step else values
 
 
 def _reaction(sheet: BenchSheet, planned: PlannedRecord, speeds: np.ndarray) -> np.ndarray:
