@@ -16,6 +16,7 @@ from gyrostat.identification.bench_tests.bench_sheet import read_bench_sheet
 from gyrostat.identification.bench_tests.bench_test import (
     Measured,
     Motor,
+    Outcome,
     bench_tests,
     mean_of,
     scatter_of,
@@ -27,7 +28,7 @@ from gyrostat.identification.bench_tests.kinds.run_in import RunIn
 from gyrostat.identification.bench_tests.kinds.thermal_vacuum import ThermalVacuum
 from gyrostat.identification.bench_tests.kinds.zero_crossing import acceleration_steps
 from gyrostat.identification.bench_tests.program import Program
-from gyrostat.identification.bench_tests.rehearsal import simulated
+from gyrostat.identification.bench_tests.rehearsal import rehearse, simulated
 from gyrostat.identification.bench_tests.spectrum import spectrum
 from gyrostat.identification.judge.acceptance_lines import FAIL, NOT_JUDGED, PASS
 from gyrostat.telemetry import Record, write_record
@@ -418,6 +419,20 @@ def test_a_plateau_at_another_temperature_is_no_result(sheet):
     )
     with pytest.raises(InputError, match=r"found 20.0 °C, expected the plateau of -10 °C"):
         test.evaluate(sheet, [record, record], Motor(0.0228, 0.0, "exact"))
+
+
+def test_a_value_that_is_judged_too_counts_once_in_a_simulated_test(sheet):
+    value = Measured("loss_torque", 1e-3, 1e-5, 1, {"speed": 100.0})
+    outcome = Outcome((value,), lines=(value.line(),))
+
+    class Both(type(bench_tests(sheet)["coast-down"])):
+        def evaluate(self, sheet, records, motor):
+            return outcome
+
+    test = Both()
+    (planned, _) = test.records(sheet)
+    result = rehearse(sheet, test, [planned], 3, 0, lambda line: None)
+    assert [(each.title, each.count) for each in result.predictions] == [(value.line().title, 3)]
 
 
 def test_the_example_sheet_is_read():

@@ -150,10 +150,11 @@ def rehearse(
             for x in outcome.lines
             if x.measured is not None and x.sigma is not None
         ]
-        stated = {(each.quantity, each.sense, *each.conditions.items()) for each in lines}
-        values = [v for v in outcome.values if (v.quantity, v.sense) not in stated]
-        for each in (*lines, *values):
-            key = (each.quantity, each.sense, *each.conditions.items())
+        found: dict[tuple[object, ...], Measured] = {}
+        for each in (*lines, *outcome.values):
+            # a value that is judged too counts once
+            found.setdefault((each.quantity, each.sense, *each.conditions.items()), each)
+        for key, each in found.items():
             results.setdefault(key, []).append(each)
         if (k + 1) % 10 == 0:
             say(f"  {test.name}: {k + 1} of {runs} simulated")
