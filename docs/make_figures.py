@@ -9,12 +9,13 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from gyrostat import simulate
+from gyrostat import place, simulate
 from gyrostat.core.units import RPM
 from gyrostat.failures import holdable
 from gyrostat.identification import identify
 from gyrostat.papers.carrara_kuga.dispersed import crossing_figure
 from gyrostat.reports import friction_charts, record_charts, sky_chart
+from gyrostat.reports.body_sky_map import body_sky_chart
 from gyrostat.reports.chart import WIDTH
 from gyrostat.reports.colours import BAND, MARK, MODEL
 from gyrostat.reports.drawing import STYLE
@@ -94,6 +95,12 @@ def main():
     star = np.array([0.2, -1.0, 0.1])
     sky = sky_chart(answer.sky, target=star, nearest=answer.direction)
     (folder / "feasible_sky.svg").write_text(f"{sky}\n", encoding="utf-8")
+    mission = ROOT / "examples" / "missions" / "earth_observation" / "mission.toml"
+    options = {"sun": "40 deg", "earth": "25 deg", "moon": "15 deg", "rate": "1 deg/s"}
+    body_sky, _ = body_sky_chart(place(mission, heads=2, **options))
+    style = "<style>text { font-size: 12px }</style><ellipse"
+    body_sky = str(body_sky).replace("<ellipse", style, 1)
+    (folder / "star_tracker_view.svg").write_text(f"{body_sky}\n", encoding="utf-8")
     for name, columns in charts.items():
         (folder / f"{name}.svg").write_text(image_of(columns), encoding="utf-8")
     with mpl.rc_context(STYLE):

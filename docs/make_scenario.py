@@ -10,6 +10,7 @@ from gyrostat.scenario.kinds.wheel_keys import WHEEL_ALL, WHEEL_PARTS
 from gyrostat.scenario.metrics.budget import BUDGET, gained
 from gyrostat.scenario.metrics.kinds import METRICS, RUN_METRICS, WINDOW, WINDOW_METRICS
 from gyrostat.scenario.metrics.schema import PERCENTILE, REQUIREMENT, WINDOW_PERCENTILE
+from gyrostat.scenario.metrics.tracker_view import HEADS
 from gyrostat.scenario.requirement import INDICES, INTERPRETATIONS
 from gyrostat.scenario.schema import (
     EVENT_TIME,
@@ -504,6 +505,13 @@ def requirement():
     return [*lines, *(f"| `{n}` | {meaning} |" for n, meaning in INTERPRETATIONS.items()), ""]
 
 
+def asking(key: str) -> str:
+    """What requests a metric of a window."""
+    if key == HEADS:
+        return f"`[[{key}]]`"
+    return f"`{key}`" if key else "always"
+
+
 def page():
     """The whole page."""
     lines = [HEAD, "## Ready scenarios", ""]
@@ -579,7 +587,11 @@ def page():
     lines += [*window, METRIC_TEXT, METRICS_OUT, "| metric | unit | meaning |", "|---|---|---|"]
     results = {"error_pNN": PERCENTILE}
     for kind in RUN_METRICS:
-        results |= kind.columns
+        with_heads = f" With `[[{kind.asked_by}]]` only." if kind.asked_by else ""
+        results |= {
+            name: column._replace(meaning=column.meaning + with_heads)
+            for name, column in kind.columns.items()
+        }
     results[gained("NAME")] = BUDGET
     lines += [
         *(f"| `{n}` | {column.unit} | {column.meaning} |" for n, column in results.items()),
@@ -591,8 +603,7 @@ def page():
     each = WINDOW_PERCENTILE._replace(unit="1", meaning="The same of the wheel with this name.")
     asked += [("dwell.NAME", each, "dwell_below")]
     lines += [
-        f"| `{n}` | {column.unit} | {f'`{key}`' if key else 'always'} | {column.meaning} |"
-        for n, column, key in asked
+        f"| `{n}` | {column.unit} | {asking(key)} | {column.meaning} |" for n, column, key in asked
     ]
     lines += ["", DEFINITIONS, "", *requirement()]
     head = DISPERSIONS.replace("{distributions}", "".join(distributions()))

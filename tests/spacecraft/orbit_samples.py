@@ -48,7 +48,7 @@ def noon(duration=6000.0, step=20.0):
     return environment(duration, step, 0.5 * np.pi, np.linalg.norm(SUN) * np.eye(3)[0])
 
 
-def environment(duration=6000.0, step=10.0, inclination=INCLINATION, sun=SUN):
+def environment(duration=6000.0, step=10.0, inclination=INCLINATION, sun=SUN, moon=None):
     """Tables of this orbit."""
     times = np.arange(0.0, duration + 4.0 * step, step)
     samples = OrbitSamples(
@@ -58,5 +58,6 @@ def environment(duration=6000.0, step=10.0, inclination=INCLINATION, sun=SUN):
         field(times, inclination),
         density(times),
         earth(times),
+        None if moon is None else np.tile(moon, (len(times), 1)),
     )
     return OrbitEnvironment.of(step, samples, 2.0 * np.pi / RATE)

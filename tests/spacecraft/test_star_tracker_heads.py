@@ -62,6 +62,32 @@ def test_a_head_is_blind_near_sun_and_earth_and_at_high_rate(orbit):
     assert [sees(60.0, rate=(0.0, x, 0.0)) for x in (0.0199, 0.0201)] == [True, False]
 
 
+def test_the_moon_blinds_a_head_unless_it_is_behind_the_earth(orbit):
+    far, sun = 384400e3, np.array([0.0, -1.5e11, 0.0])  # the Sun is out of the way
+
+    def sees(angle, behind, exclusion=10.0):
+        # the orbit starts at +x; the Moon along y, or beyond the Earth along -x
+        moon = far * (np.array([-1.0, 0.001, 0.0]) if behind else np.array([0.0, 1.0, 0.0]))
+        circling = orbit_samples.environment(600.0, 20.0, sun=sun, moon=moon)
+        start = np.asarray(circling.position(0.0))
+        line = (moon - start) / np.linalg.norm(moon - start)
+        axis = np.cross(line, [0.0, 0.0, 1.0])
+        boresight = Rotation.from_rotvec(angle * DEGREE * axis / np.linalg.norm(axis)).apply(line)
+        head = StarTrackerHead(
+            circling, ACROSS, ABOUT, boresight, moon_exclusion=exclusion * DEGREE
+        )
+        head.check()
+        blinding = head.blinding(REST, np.zeros(()))
+        return bool(blinding.moon), bool(head.sees(REST, np.zeros(())))
+
+    assert [sees(angle, behind=False)[0] for angle in (0.0, 9.99, 10.01)] == [True, True, False]
+    assert sees(9.99, behind=False) == (True, False)
+    assert sees(10.01, behind=False) == (False, True)
+    assert not sees(0.0, behind=True)[0]
+    with pytest.raises(InputError, match=r"angle: found 0\.1 rad and an orbit without"):
+        StarTrackerHead(orbit, ACROSS, ABOUT, moon_exclusion=0.1).check()
+
+
 def test_the_boresight_turns_with_the_body(orbit):
     head = StarTrackerHead(orbit, ACROSS, ABOUT, sun_exclusion=20.0 * DEGREE)
     for angle, seen in ((19.0, False), (21.0, True)):

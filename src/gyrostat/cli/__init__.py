@@ -20,6 +20,7 @@ from gyrostat.cli.feasibility import feasible
 from gyrostat.cli.lots import lot
 from gyrostat.cli.monitoring import monitor
 from gyrostat.cli.paper import reproduce
+from gyrostat.cli.placement import place
 from gyrostat.cli.pools import pool
 from gyrostat.cli.recovery import recover
 from gyrostat.cli.verb import Verb
@@ -77,7 +78,7 @@ def _options(
 
 for _verb in (
     *(identify, validate, compare, pool, lot, monitor, bench, feasible, recover),
-    *(check, simulate, campaign, tune, replay, report, export, reproduce, cache),
+    *(check, place, simulate, campaign, tune, replay, report, export, reproduce, cache),
 ):
     app.command(cls=Verb)(_keeping_programs(_verb))
 app.command("holdable", cls=Verb, help="Old name of `feasible`.")(_keeping_programs(feasible))

@@ -11,6 +11,7 @@ from gyrostat.campaigns.summary import percentile_of
 from gyrostat.core.text import or_none
 from gyrostat.reports import requirements
 from gyrostat.reports.campaign_run import told
+from gyrostat.runs.blind_windows import blind_windows
 from gyrostat.scenario import Scenario
 from gyrostat.scenario.metrics.results import metrics_of, percentile_name
 from gyrostat.scenario.unlikely import unlikely_numbers
@@ -87,6 +88,7 @@ def campaign_content(
         "runs": known.runs,
         "ended": ended,
         "unlikely": unlikely_numbers(scenario),
+        "blind_windows": blind_windows(scenario, columns),
         "not_complete": [
             {
                 "run": int(k),
@@ -228,6 +230,7 @@ def campaign_lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
         f"{count} {kind.replace('_', ' ')}" for kind, count in content["ended"].items()
     )
     lines = [f"{content['runs']} runs of {scenario.name}: {ended}"]
+    lines += [f"  {line}" for line in content["blind_windows"]]
     lines += [requirements.line(entry) for entry in content["requirements"]]
     for name in content["headline"]:
         if not content["requirements"]:

@@ -10,6 +10,7 @@ from gyrostat.core.text import plain
 from gyrostat.reports.replay import replay_data
 from gyrostat.reports.run_charts import run_charts
 from gyrostat.reports.template import render
+from gyrostat.runs.blind_windows import blind_windows
 from gyrostat.scenario.kinds.orbits import planned_orbit
 from gyrostat.scenario.metrics.results import metrics_of
 from gyrostat.scenario.scenario import Scenario
@@ -78,7 +79,7 @@ def run_page(
         "campaign_run.html",
         title=title,
         scenario=scenario,
-        doubts=unlikely_numbers(scenario),
+        doubts=[*unlikely_numbers(scenario), *blind_windows(scenario, values)],
         verdict=run_verdict(values),
         fine=values["status"] == 0,
         rows=metric_rows(scenario, values),

@@ -15,7 +15,7 @@ THIN = np.radians(1.0)
 INK, PAPER, QUIET = "#22262b", "#f3f4f6", "#6b7077"
 WIDTH, HEIGHT, ACROSS, UP = 760, 440, 346.0, 173.0
 """Size of the drawing, and semi-axes of the map in it, pixels."""
-_MIDDLE = (WIDTH / 2, UP + 24.0)
+MIDDLE = (WIDTH / 2, UP + 24.0)
 _STAR = "M0-8L1.8-2.5H7.6L2.9 .9L4.7 6.5L0 3.1L-4.7 6.5L-2.9 .9L-7.6-2.5H-1.8Z"
 
 
@@ -34,7 +34,7 @@ def sky_chart(
     Returns:
         SVG element.
     """
-    outline = f'cx="{_MIDDLE[0]:g}" cy="{_MIDDLE[1]:g}" rx="{ACROSS:g}" ry="{UP:g}"'
+    outline = f'cx="{MIDDLE[0]:g}" cy="{MIDDLE[1]:g}" rx="{ACROSS:g}" ry="{UP:g}"'
     parts = [
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" '
         'font-family="sans-serif" font-size="11" role="img" aria-label="sky map">',
@@ -43,9 +43,9 @@ def sky_chart(
     ]
     for low, high in sky.bands:
         if high - low < THIN:
-            path = _circle(sky.momentum_direction, 0.5 * (low + high))
+            path = circle(sky.momentum_direction, 0.5 * (low + high))
             parts.append(f'<path fill="none" stroke="{BAND}" stroke-width="3" d="{path}"/>')
-    parts += [_grid(), f'<ellipse {outline} fill="none" stroke="{QUIET}"/>']
+    parts += [grid(), f'<ellipse {outline} fill="none" stroke="{QUIET}"/>']
     square = f'<path fill="{BAND}" d="M-5-5H5V5H-5Z"/>'
     marks: list[tuple[str, str, Vector | None]] = [("can be held", square, None)]
     if np.any(sky.momentum_direction):
@@ -62,24 +62,25 @@ def sky_chart(
     left = WIDTH / 2 - 66.0 * len(marks)
     for number, (label, mark, direction) in enumerate(marks):
         if direction is not None:
-            parts.append(_translate(mark, *_pixels(*_angles(direction))[0]))
+            parts.append(translate(mark, *pixels(*angles(direction))[0]))
         at = left + 132.0 * number
         text = f'<text x="12" y="4" fill="{INK}">{label}</text>'
-        parts.append(_translate(mark + text, at, HEIGHT - 16.0))
+        parts.append(translate(mark + text, at, HEIGHT - 16.0))
     return Markup("".join([*parts, "</svg>"]))
 
 
-def _translate(mark: str, x: float, y: float) -> str:
+def translate(mark: str, x: float, y: float) -> str:
+    """Mark at a place of the drawing."""
     return f'<g transform="translate({x:.1f} {y:.1f})">{mark}</g>'
 
 
-def _angles(direction: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
+def angles(direction: NDArray[np.float64]) -> tuple[NDArray[np.float64], NDArray[np.float64]]:
     """Longitude and latitude of directions (..., 3), rad."""
     x, y, z = np.moveaxis(direction, -1, 0)
     return np.arctan2(y, x), np.arctan2(z, np.hypot(x, y))
 
 
-def _pixels(longitude: NDArray[np.float64], latitude: NDArray[np.float64]) -> Matrix:
+def pixels(longitude: NDArray[np.float64], latitude: NDArray[np.float64]) -> Matrix:
     """Places in the drawing, (N, 2), of longitudes and latitudes, rad; (N,) or scalars."""
     longitude, latitude = np.atleast_1d(*np.broadcast_arrays(longitude, latitude))
     target = np.pi * np.sin(latitude)
@@ -90,7 +91,7 @@ def _pixels(longitude: NDArray[np.float64], latitude: NDArray[np.float64]) -> Ma
         below = 2.0 * middle + np.sin(2.0 * middle) < target
         low, high = np.where(below, middle, low), np.where(below, high, middle)
     x = ACROSS * longitude / np.pi * np.cos(low)
-    return np.stack([_MIDDLE[0] + x, _MIDDLE[1] - UP * np.sin(low)], axis=-1)
+    return np.stack([MIDDLE[0] + x, MIDDLE[1] - UP * np.sin(low)], axis=-1)
 
 
 def _line(points: Matrix) -> str:
@@ -123,33 +124,33 @@ def _areas(sky: SkyMap) -> str:
     for area in areas:
         left, right, height = np.array(area).T
         around = np.concatenate([left, right[::-1]]), np.concatenate([height, height[::-1]])
-        paths.append(f"{_line(_pixels(*around))}Z")
+        paths.append(f"{_line(pixels(*around))}Z")
     return "".join(paths)
 
 
-def _circle(pole: Vector, angle: float) -> str:
+def circle(pole: Vector, angle: float) -> str:
     """Path through the directions at a given angle, rad, from a pole."""
     normal = np.cross(pole, np.eye(3)[int(np.argmin(np.abs(pole)))])
     normal = normal / np.linalg.norm(normal)
     around = np.linspace(0.0, 2.0 * np.pi, 361)
     ring = np.outer(np.cos(around), normal) + np.outer(np.sin(around), np.cross(pole, normal))
-    longitude, latitude = _angles(np.cos(angle) * pole + np.sin(angle) * ring)
+    longitude, latitude = angles(np.cos(angle) * pole + np.sin(angle) * ring)
     # no line across the map where the circle crosses its edge
     jumps = np.flatnonzero(np.abs(np.diff(longitude)) > np.pi) + 1
     pieces = zip(np.split(longitude, jumps), np.split(latitude, jumps), strict=True)
-    return "".join(_line(_pixels(*piece)) for piece in pieces)
+    return "".join(_line(pixels(*piece)) for piece in pieces)
 
 
-def _grid() -> str:
+def grid() -> str:
     """Meridians and parallels with their degrees."""
     latitude = np.radians(np.arange(-90, 91, 5))
     paths, texts = [], []
     for degrees in range(-120, 121, 60):
-        paths.append(_line(_pixels(np.radians(degrees), latitude)))
-        ((x, y),) = _pixels(np.radians(degrees), np.zeros(()))
+        paths.append(_line(pixels(np.radians(degrees), latitude)))
+        ((x, y),) = pixels(np.radians(degrees), np.zeros(()))
         texts.append(f'<text x="{x + 3:.1f}" y="{y - 3:.1f}">{degrees}°</text>')
     for degrees in range(-60, 61, 30):
-        ends = _pixels(np.array([-np.pi, np.pi]), np.radians(degrees))
+        ends = pixels(np.array([-np.pi, np.pi]), np.radians(degrees))
         paths.append(_line(ends))
         x, y = ends[0]
         texts.append(f'<text x="{x - 5:.1f}" y="{y + 3:.1f}" text-anchor="end">{degrees}°</text>')

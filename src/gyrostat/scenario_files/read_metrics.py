@@ -6,7 +6,7 @@ from math import inf, pi
 from pathlib import Path
 from typing import Any
 
-from gyrostat.scenario.metrics.kinds import METRICS, WINDOW, WINDOW_METRICS
+from gyrostat.scenario.metrics.kinds import WINDOW, WINDOW_METRICS, keys_of_run
 from gyrostat.scenario.metrics.results import percentile_name
 from gyrostat.scenario.metrics.window_metric import WindowStart
 from gyrostat.scenario.scenario import Event, Part, Scenario, Window
@@ -37,8 +37,9 @@ def read_metrics(
         InputError: A key is unknown or has a value that is not allowed.
     """
     extra = ("percentiles", "boresight", "field_of_view", "momentum_budget", "window")
-    table = top.table("metrics", (*METRICS, *extra))
-    values |= table.numbers(METRICS)
+    keys = keys_of_run(parts)
+    table = top.table("metrics", (*keys, *extra))
+    values |= table.numbers(keys)
     _within_run(table, "after", values["metrics.after"], values)  # windows are as long as the rest
     boresight = table.unit("boresight", 3, None) if "boresight" in table.row else None
     view = table.row.get("field_of_view")

@@ -15,6 +15,7 @@ from gyrostat.verbs.identification import identify
 from gyrostat.verbs.lots import lot
 from gyrostat.verbs.monitoring import monitor
 from gyrostat.verbs.papers import reproduce
+from gyrostat.verbs.placement import place
 from gyrostat.verbs.pools import pool
 from gyrostat.verbs.recovery import recover
 from gyrostat.verbs.scenario_check import check
@@ -33,6 +34,7 @@ __all__ = [
     "identify",
     "lot",
     "monitor",
+    "place",
     "pool",
     "recover",
     "replay",

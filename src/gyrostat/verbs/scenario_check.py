@@ -20,10 +20,12 @@ class CheckedScenario(dict[str, str]):
             or have the operation, file, line and text that keep it from the native engine or from
             an export to C.
         unlikely: Lines on numbers that are possible, but unlikely.
+        warnings: Lines on windows in which the star tracker sees too rarely.
     """
 
     parts: "dict[str, Support]"
     unlikely: list[str]
+    warnings: list[str]
 
 
 def check(
@@ -52,6 +54,7 @@ def check(
     from gyrostat.campaigns.pointing.text import requirement_lines
     from gyrostat.core.user_modules import is_user_kind
     from gyrostat.runs.plans import designs_of
+    from gyrostat.runs.tracker_forecast import tracker_lines
     from gyrostat.runs.user.trial import supports_of
     from gyrostat.scenario.kinds.registry import kinds_of
     from gyrostat.scenario_files.scenario_file import validated
@@ -77,6 +80,9 @@ def check(
         if "friction" in result.parts:
             say(f"  {result.parts['friction']}")
     for line in requirement_lines(definition):
+        say(line)
+    lines, result.warnings = tracker_lines(definition)
+    for line in (*lines, *result.warnings):
         say(line)
     return result
 

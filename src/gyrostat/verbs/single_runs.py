@@ -90,6 +90,7 @@ def simulated(
     use_engine(engine_record(device, FLAGS[device]))
     from gyrostat.campaigns.engine import fly
     from gyrostat.campaigns.execute import chosen_engine
+    from gyrostat.runs.blind_windows import blind_windows
     from gyrostat.runs.user.trial import say_bad_commands
 
     definition = scenario_of(scenario, force=force, changes=changes or {})
@@ -105,6 +106,8 @@ def simulated(
     assert results.histories is not None
     names = ("ended", *metrics_of(definition))
     values = {name: results.columns[name][0].item() for name in names}
+    for line in blind_windows(definition, values):
+        say(f"warning: {line}")
     return replace(results.histories.of_run(0), attributes={"scenario": definition.name, **values})
 
 

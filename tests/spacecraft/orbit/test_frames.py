@@ -17,7 +17,7 @@ from gyrostat.spacecraft.orbit.frames import (
     to_gcrs,
     transposed,
 )
-from gyrostat.spacecraft.orbit.sun import ASTRONOMICAL_UNIT, sun_position
+from gyrostat.spacecraft.orbit.sun import ASTRONOMICAL_UNIT, moon_position, sun_position
 from gyrostat.spacecraft.orbit.time_scales import Epoch
 
 EPOCH = Epoch.of("2026-11-22T10:00:00Z", 0.05)
@@ -132,3 +132,48 @@ def test_the_sun_is_where_a_short_formula_has_it(year):
     off = np.linalg.norm(np.cross(sun / length[:, None], expected), axis=1)
     assert np.max(np.degrees(off)) < 0.01
     np.testing.assert_allclose(length, distance, atol=1e-4)
+
+
+@pytest.mark.parametrize("year", [1975, 2000, 2026])
+def test_the_moon_is_where_a_short_formula_has_it(year):
+    # The Astronomical Almanac, page D22: ecliptic longitude to 0.3 and latitude to 0.2 degrees,
+    # parallax to 0.003 degrees, mean equinox of date
+    epoch = Epoch.of(f"{year}-01-03T00:00:00Z")
+    times = np.linspace(0.0, 60 * 86400.0, 60)
+    t = (epoch.tt(times).day - 2451545.0 + epoch.tt(times).fraction) / 36525.0
+
+    def sine(size, start, rate):
+        return size * np.sin(np.radians(start + rate * t))
+
+    longitude = 218.32 + 481267.881 * t + sine(6.29, 135.0, 477198.87)
+    longitude += sine(-1.27, 259.3, -413335.36) + sine(0.66, 235.7, 890534.22)
+    longitude += sine(0.21, 269.9, 954397.74) + sine(-0.19, 357.5, 35999.05)
+    longitude += sine(-0.11, 186.5, 966404.03)
+    latitude = sine(5.13, 93.3, 483202.02) + sine(0.28, 228.2, 960400.89)
+    latitude += sine(-0.28, 318.3, 6003.15) + sine(-0.17, 217.6, -407332.21)
+    parallax = 0.9508 + sine(0.0518, 225.0, 477198.87) + sine(0.0095, 349.3, -413335.36)
+    parallax += sine(0.0078, 325.7, 890534.22) + sine(0.0028, 359.9, 954397.74)
+    east, north = np.radians(longitude), np.radians(latitude)
+    ecliptic = np.stack(
+        [np.cos(north) * np.cos(east), np.cos(north) * np.sin(east), np.sin(north)], axis=1
+    )
+    tilt = np.radians(23.4392911 - 0.0130042 * t)
+    x, y, z = ecliptic.T
+    of_date = np.stack(
+        [x, y * np.cos(tilt) - z * np.sin(tilt), y * np.sin(tilt) + z * np.cos(tilt)], axis=1
+    )
+    expected = rotated(transposed(erfa.pmat06(*epoch.tt(times))), of_date)
+    moon = moon_position(epoch, times)
+    length = np.linalg.norm(moon, axis=1)
+    off = np.linalg.norm(np.cross(moon / length[:, None], expected), axis=1)
+    assert np.max(np.degrees(off)) < 0.4
+    np.testing.assert_allclose(length, 6378137.0 / np.sin(np.radians(parallax)), rtol=0.004)
+
+
+def test_the_moon_is_opposite_to_the_sun_in_a_lunar_eclipse():
+    # NASA's catalogue of lunar eclipses: total, greatest at 06:58:43 UT, gamma 0.3485
+    epoch, now = Epoch.of("2025-03-14T06:58:43Z"), np.zeros(1)
+    moon, sun = moon_position(epoch, now)[0], sun_position(epoch, now)[0]
+    away = -sun / np.linalg.norm(sun)
+    distance = np.linalg.norm(moon - (moon @ away) * away)  # from the axis of the shadow
+    assert distance == pytest.approx(0.3485 * 6378137.0, rel=0.02)

@@ -29,7 +29,9 @@ def made():
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(socket.socket, "connect", None)
         patch.setattr(socket, "getaddrinfo", None)
-        return orbit_environment(ORBIT, EPOCH, DURATION, **ACTIVITY._asdict(), ut1_utc=0.1)
+        return orbit_environment(
+            ORBIT, EPOCH, DURATION, **ACTIVITY._asdict(), ut1_utc=0.1, moon=True
+        )
 
 
 def test_values_of_a_run_are_those_of_the_models(made):
@@ -37,8 +39,8 @@ def test_values_of_a_run_are_those_of_the_models(made):
     times = np.sort(np.random.default_rng(4).uniform(0.0, DURATION, 400))
     times[-1] = DURATION
     epoch = Epoch.of(EPOCH, 0.1)
-    expected = samples_at(ORBIT.trajectory(epoch, DURATION), epoch, times, ACTIVITY)
-    names = ("position", "velocity", "sun", "field", "earth", "density")
+    expected = samples_at(ORBIT.trajectory(epoch, DURATION), epoch, times, ACTIVITY, moon=True)
+    names = ("position", "velocity", "sun", "field", "earth", "moon", "density")
     at = jax.jit(jax.vmap(lambda time: {name: getattr(environment, name)(time) for name in names}))
     found = {name: np.array(values) for name, values in at(times).items()}
     for name in names[:-1]:

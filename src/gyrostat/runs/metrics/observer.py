@@ -18,7 +18,7 @@ from gyrostat.runs.metrics.error_vectors import error_vector
 from gyrostat.runs.metrics.percentiles import Percentiles
 from gyrostat.runs.metrics.windows import SeenWindow, WindowObserver, pointing_error
 from gyrostat.scenario.metrics.budget import Budget
-from gyrostat.scenario.metrics.kinds import RUN_METRICS
+from gyrostat.scenario.metrics.kinds import kinds_of_run
 from gyrostat.scenario.metrics.metric import TOLERANCE, RunEnd, RunStart
 from gyrostat.scenario.metrics.results import (
     kinds_of_window,
@@ -27,6 +27,7 @@ from gyrostat.scenario.metrics.results import (
     window_start,
 )
 from gyrostat.scenario.metrics.sample import Sample
+from gyrostat.scenario.metrics.tracker_view import heads_of
 from gyrostat.scenario.requirement import ErrorSignal
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.structure import Structure
@@ -40,7 +41,7 @@ class Seen(NamedTuple):
         status: Status of the run.
         samples: Number of valid samples.
         windows: Running values of each window.
-        metrics: Memory of each metric of every run, then of the momentum budget if there is one.
+        metrics: Memory of each metric of the run, then of the momentum budget if there is one.
         own: Own metric -> its memory, and its result after the last sample.
         mode: Mode of the reference at the last sample.
     """
@@ -73,9 +74,9 @@ class Observer(eqx.Module):
 
     Attributes:
         setup: Parts of the run.
-        values: Values of the sections "metrics" and "run", SI.
+        values: Values of the sections "metrics", "run" and "sensors", SI.
         windows: Observers of the windows.
-        metrics: Metrics of every run, and the momentum budget if there is one.
+        metrics: Metrics of the run, and the momentum budget if there is one.
         count: Number of control periods of the run.
         boresight: Body direction whose pointing is evaluated, (3,); None for the full attitude.
         signals: Error vectors that pointing requirements need.
@@ -92,10 +93,11 @@ class Observer(eqx.Module):
     @classmethod
     def of(cls, structure: Structure, setup: Setup, values: dict[str, Scalar]) -> Self:
         """Create the observer of a run with the given values."""
-        options = {k: v for k, v in values.items() if k.split(".")[0] in ("metrics", "run")}
+        sections = ("metrics", "run", "sensors")
+        options = {k: v for k, v in values.items() if k.split(".")[0] in sections}
         windows = tuple(WindowObserver.of(w, structure, values) for w in structure.windows)
-        run = RunStart(options, setup.plant.spacecraft, setup.start)
-        metrics: tuple[Any, ...] = tuple(kind.of(run) for kind in RUN_METRICS)
+        run = RunStart(*(options, setup.plant.spacecraft, setup.start), heads_of(structure.parts))
+        metrics: tuple[Any, ...] = tuple(kind.of(run) for kind in kinds_of_run(structure.parts))
         metrics += () if setup.budget is None else (setup.budget,)
         static_fields = (structure.count, structure.boresight, structure.signals)
         return cls(setup, options, windows, metrics, *static_fields)
@@ -201,7 +203,7 @@ def concluded(
     seen = jax.tree.map(np.asarray, seen)
     end = RunEnd(np.maximum(seen.samples, 1), scenario.values["run.control_period"])
     table = _percentiles(scenario, errors[0]) | dict(budget)
-    kinds = (*RUN_METRICS, *((Budget,) if scenario.budget else ()))
+    kinds = (*kinds_of_run(scenario.parts), *((Budget,) if scenario.budget else ()))
     for kind, memory in zip(kinds, seen.metrics, strict=True):
         table |= kind.results(memory, end)
     for window, values, collector in zip(scenario.windows, seen.windows, errors[1:], strict=True):

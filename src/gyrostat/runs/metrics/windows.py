@@ -11,6 +11,7 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Array, Bool, Int
 
+from gyrostat.control.guidance import Mode
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.rotations import angle_between, error, error_angle, rotation_vector, to_inertial
@@ -18,6 +19,7 @@ from gyrostat.core.types import Vector
 from gyrostat.scenario.metrics.metric import TOLERANCE
 from gyrostat.scenario.metrics.results import kinds_of_window
 from gyrostat.scenario.metrics.sample import Sample
+from gyrostat.scenario.metrics.tracker_view import TRACKER_PERIODS, heads_of
 from gyrostat.scenario.metrics.window_metric import WindowMetric, WindowSample, WindowStart
 from gyrostat.scenario.scenario import Window
 from gyrostat.scenario.sensing import options_of
@@ -73,7 +75,10 @@ class WindowObserver(eqx.Module):
         boresight = window.boresight or structure.boresight
         keys = ("run.control_period", "metrics.settled_angle", "metrics.settled_rate")
         window_start = WindowStart(
-            *(window, structure.wheels, boresight, options), *(values[key] for key in keys)
+            *(window, structure.wheels, boresight, options),
+            *(values[key] for key in keys),
+            heads=heads_of(structure.parts),
+            tracker_periods=values.get(TRACKER_PERIODS, 1.0),
         )
         return cls(
             window,
@@ -93,13 +98,7 @@ class WindowObserver(eqx.Module):
 
     def __call__(self, seen: SeenWindow, sample: Sample, k: Any) -> tuple[SeenWindow, Scalar]:
         """Update with sample k; returns the values and the error, infinite outside the window."""
-        time = sample.time
-        start = 0.0 if self.mode is None else sample.mode.start
-        begin = start + self.begin
-        inside: Any = (time + TOLERANCE >= begin) & (time <= start + self.end + TOLERANCE)
-        inside &= time + TOLERANCE < self.next_slew
-        if self.mode is not None:
-            inside &= sample.mode.number == self.mode
+        begin, inside = self.contains(sample.time, sample.mode)
         angle, turn, line = self._pointing(sample)
         rate = jnp.sqrt(sample.rate_error @ sample.rate_error)
         entered = inside & ~seen.inside
@@ -109,6 +108,21 @@ class WindowObserver(eqx.Module):
         )
         after = SeenWindow(seen.samples + inside, inside, memories)
         return after, jnp.where(inside, angle, jnp.inf)
+
+    def contains(self, time: Scalar, mode: Mode) -> tuple[Scalar, Bool[Array, ""]]:
+        """Start of the interval of the window, s, and whether a time is in it.
+
+        Args:
+            time: Time, s.
+            mode: Mode of the reference at this time.
+        """
+        start = 0.0 if self.mode is None else mode.start
+        begin = start + self.begin
+        inside: Any = (time + TOLERANCE >= begin) & (time <= start + self.end + TOLERANCE)
+        inside &= time + TOLERANCE < self.next_slew
+        if self.mode is not None:
+            inside &= mode.number == self.mode
+        return begin, inside
 
     def _pointing(self, sample: Sample) -> tuple[Scalar, Quaternion, Vector3]:
         """Pointing error, its rotation, and the direction that jitter and smear evaluate.

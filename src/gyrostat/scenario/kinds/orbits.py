@@ -11,6 +11,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 from gyrostat.core.types import Matrix
 from gyrostat.scenario.kinds.registry import KINDS
+from gyrostat.scenario.metrics.tracker_view import heads_of
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.sensing import Values, options_of
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
@@ -45,6 +46,13 @@ def nominal_orbit(scenario: Scenario) -> OrbitEnvironment | None:
         return orbit
     offset = scenario.values[PHASE] / tau * float(orbit.period)
     return orbit.until(scenario.duration + offset)
+
+
+def orbit_with_moon(scenario: Scenario) -> OrbitEnvironment | None:
+    """Tables of the nominal run with the Moon; None without an orbit."""
+    if scenario.orbit == "none":
+        return None
+    return _tables_of(scenario, scenario.values, moon=True)[0]
 
 
 def has_own_orbits(dispersed: Sequence[str]) -> bool:
@@ -133,7 +141,11 @@ def _own_orbit(scenario: Scenario, row: tuple[float, ...]) -> OrbitEnvironment:
 
 
 def _tables_of(
-    scenario: Scenario, values: Mapping[str, float], step: int | None = None, share: float = 0.0
+    scenario: Scenario,
+    values: Mapping[str, float],
+    step: int | None = None,
+    share: float = 0.0,
+    moon: bool = False,
 ) -> tuple[OrbitEnvironment, OrbitAccuracy]:
     """Tables from the phase on, for a run and a share of a period more, and their accuracy."""
     texts = {
@@ -151,5 +163,6 @@ def _tables_of(
         scenario.duration + share * orbit.period,
         start=float(values[PHASE]) / tau * orbit.period,
         step=step,
+        moon=moon or heads_of(scenario.parts) > 0,
         **indices,
     )

@@ -11,7 +11,7 @@ from gyrostat.scenario.appendage_kind import AppendageKind
 from gyrostat.scenario.component import NULL_SPACE, SURFACES, Kind
 from gyrostat.scenario.kinds.events import EVENTS
 from gyrostat.scenario.kinds.wheel_keys import WHEEL_ALL
-from gyrostat.scenario.metrics.kinds import METRICS, WINDOW
+from gyrostat.scenario.metrics.kinds import WINDOW, keys_of_run
 from gyrostat.scenario.reference_kind import ERROR, POSITION_ERROR, Mode, ProfileKind
 from gyrostat.scenario.scenario import INERTIA, Components, Part, Scenario, Source
 from gyrostat.scenario.schema import (
@@ -231,7 +231,7 @@ def numbers_of(scenario: Scenario) -> dict[str, Key]:
         "body.inertia": dict.fromkeys(INERTIA, INERTIA_KEY),
         "body": {name: key for name, key in BODY.items() if _has_body(scenario, name)},
         **{f"wheel.{w}": {**friction_keys(friction), **WHEEL_ALL} for w in scenario.wheels},
-        **{"run": RUN, "start": START, "metrics": METRICS},
+        **{"run": RUN, "start": START, "metrics": keys_of_run(scenario.parts)},
         "guard": guard_keys(fields),
         **{f"window.{window.name}": WINDOW for window in scenario.windows},
         **{

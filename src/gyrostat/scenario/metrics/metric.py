@@ -37,14 +37,16 @@ class RunStart(NamedTuple):
     """Start of a run, from which its metrics are made.
 
     Attributes:
-        values: Values of the sections "metrics" and "run", SI.
+        values: Values of the sections "metrics", "run" and "sensors", SI.
         spacecraft: Spacecraft.
         state: State of the plant.
+        heads: Number of star tracker heads.
     """
 
     values: Mapping[str, Scalar]
     spacecraft: Spacecraft
     state: Any
+    heads: int = 0
 
 
 class RunEnd(NamedTuple):
@@ -60,7 +62,7 @@ class RunEnd(NamedTuple):
 
 
 class Metric(eqx.Module):
-    """Metrics of a run that share a memory; each subclass in run_metrics is in every scenario.
+    """Metrics of a run that share a memory.
 
     This class computes statistics of signals over all samples. A subclass with another memory
     replaces `start`, `__call__` and `results`.
@@ -69,11 +71,13 @@ class Metric(eqx.Module):
         place: Place of its columns in the table of runs.
         columns: Metric -> its column.
         keys: Keys of the section "metrics" that it adds.
+        asked_by: Section of a part with which a scenario has it; empty: every scenario has it.
     """
 
     place: ClassVar[int]
     columns: ClassVar[Mapping[str, Column]]
     keys: ClassVar[Mapping[str, Key]] = {}
+    asked_by: ClassVar[str] = ""
 
     @classmethod
     def of(cls, run: RunStart) -> Self:

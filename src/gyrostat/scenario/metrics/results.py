@@ -3,8 +3,9 @@
 from typing import NamedTuple
 
 from gyrostat.scenario.metrics.budget import BUDGET, gained
-from gyrostat.scenario.metrics.kinds import RUN_METRICS, WINDOW_METRICS
+from gyrostat.scenario.metrics.kinds import WINDOW_METRICS, kinds_of_run
 from gyrostat.scenario.metrics.schema import PERCENTILE, WINDOW_PERCENTILE
+from gyrostat.scenario.metrics.tracker_view import HEADS, heads_of
 from gyrostat.scenario.metrics.window_metric import WindowMetric, WindowStart
 from gyrostat.scenario.scenario import Scenario, Window
 
@@ -27,7 +28,7 @@ def metrics_of(scenario: Scenario) -> dict[str, Metric]:
     """Every metric of a scenario, by name and in the order of the table of runs."""
     percentiles = [percentile_name(percent) for percent in scenario.percentiles]
     columns = dict.fromkeys(percentiles, PERCENTILE)
-    for kind in RUN_METRICS:
+    for kind in kinds_of_run(scenario.parts):
         columns |= kind.columns
     metrics = {name: Metric(column.unit, column.meaning) for name, column in columns.items()}
     for window in scenario.windows:
@@ -78,6 +79,7 @@ def window_metrics(window: WindowStart) -> dict[str, Metric]:
 def kinds_of_window(window: WindowStart) -> list[type[WindowMetric]]:
     """Metrics that a window asks for."""
     keys = {"", *window.values}
+    keys |= {HEADS} if window.heads else set()
     keys |= {"boresight"} if window.boresight is not None else set()
     keys |= {"propellant"} if window.window.propellant is not None else set()
     return [kind for kind in WINDOW_METRICS if kind.asked_by in keys]
@@ -88,4 +90,5 @@ def window_start(scenario: Scenario, window: Window) -> WindowStart:
     prefix = f"window.{window.name}."
     values = {k.removeprefix(prefix): v for k, v in scenario.values.items() if k.startswith(prefix)}
     boresight = window.boresight or scenario.boresight
-    return WindowStart(window, scenario.wheels, boresight, values)
+    heads = heads_of(scenario.parts)
+    return WindowStart(window, scenario.wheels, boresight, values, heads=heads)

@@ -27,6 +27,8 @@ class WindowStart(NamedTuple):
         period: Control period, s.
         settled_angle: Settling threshold of the pointing error, rad.
         settled_rate: Settling threshold of the rate error, rad/s.
+        heads: Number of star tracker heads.
+        tracker_periods: Control periods between samples of the star tracker.
     """
 
     window: Window
@@ -36,6 +38,8 @@ class WindowStart(NamedTuple):
     period: Scalar | float = 0.0
     settled_angle: Scalar | float = 0.0
     settled_rate: Scalar | float = 0.0
+    heads: int = 0
+    tracker_periods: Scalar | float = 1.0
 
 
 class WindowSample(NamedTuple):
@@ -88,7 +92,8 @@ class WindowMetric(eqx.Module):
         place: Place of its columns in the table of runs.
         columns: Metric -> its column.
         keys: Keys of a window that it adds.
-        asked_by: Key of a window that asks for it; empty: every window has it.
+        asked_by: Key of a window that asks for it, or "star_tracker": the heads of one; empty:
+            every window has it.
     """
 
     place: ClassVar[int]

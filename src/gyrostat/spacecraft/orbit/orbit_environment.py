@@ -1,4 +1,4 @@
-"""Position, Sun, magnetic field and air density along an orbit, interpolated over time.
+"""Position, Sun, Moon, magnetic field and air density along an orbit, interpolated over time.
 
 Libraries compute tables before the simulation (`gyrostat.spacecraft.orbit.tables`); in a run they
 are only interpolated. Inertial axes are those of the GCRS.
@@ -32,6 +32,7 @@ class OrbitSamples(NamedTuple):
         density: Air density, (rows,), kg/m³; above 0.
         earth: Attitude of the ITRF with respect to the GCRS, quaternions, scalar first, without
             changes of sign from row to row, (rows, 4).
+        moon: Position of the Moon from the centre of the Earth, GCRS, (rows, 3), m; None: left out.
     """
 
     position: Float[np.ndarray, "rows 3"]
@@ -40,13 +41,14 @@ class OrbitSamples(NamedTuple):
     field: Float[np.ndarray, "rows 3"]
     density: Float[np.ndarray, " rows"]
     earth: Float[np.ndarray, "rows 4"]
+    moon: Float[np.ndarray, "rows 3"] | None = None
 
 
 CHANNELS = {
     **{"position": (0, 3), "velocity": (3, 6), "sun": (6, 9), "field": (9, 12)},
-    **{"density": (12, 13), "earth": (13, 17)},
+    **{"density": (12, 13), "earth": (13, 17), "moon": (17, 20)},
 }
-"""Value -> its first channel in the tables, and the one after its last."""
+"""Value -> its first channel in the tables, and the one after its last; the Moon can be absent."""
 
 
 class OrbitEnvironment(Checked):
@@ -94,7 +96,8 @@ class OrbitEnvironment(Checked):
             raise InputError(
                 f"orbit tables: found the air density {np.min(density):g} kg/m³, expected above 0"
             )
-        columns = (*samples[:4], np.log(density)[:, None], samples.earth)
+        columns = [*samples[:4], np.log(density)[:, None], samples.earth]
+        columns += [] if samples.moon is None else [samples.moon]
         rows = np.concatenate([np.asarray(column, dtype=float) for column in columns], axis=1)
         if not np.all(np.isfinite(rows)):
             row = int(np.argmin(np.all(np.isfinite(rows), axis=1)))
@@ -155,6 +158,15 @@ class OrbitEnvironment(Checked):
     def sun(self, time: Scalar) -> Vector3:
         """Position of the Sun from the centre of the Earth, GCRS, (3,), m, at a time, s."""
         return self._at(time, "sun")
+
+    @property
+    def has_moon(self) -> bool:
+        """Whether the tables hold the Moon."""
+        return np.shape(self.coefficients)[-1] >= CHANNELS["moon"][1]
+
+    def moon(self, time: Scalar) -> Vector3:
+        """Position of the Moon from the centre of the Earth, GCRS, (3,), m, at a time, s."""
+        return self._at(time, "moon")
 
     def field(self, time: Scalar) -> Vector3:
         """Magnetic flux density of the Earth, in axes of the GCRS, (3,), T, at a time, s."""

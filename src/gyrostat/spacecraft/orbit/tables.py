@@ -17,7 +17,7 @@ from gyrostat.spacecraft.orbit.frames import (
     transposed,
 )
 from gyrostat.spacecraft.orbit.orbit_environment import CHANNELS, OrbitEnvironment, OrbitSamples
-from gyrostat.spacecraft.orbit.sun import sun_position
+from gyrostat.spacecraft.orbit.sun import moon_position, sun_position
 from gyrostat.spacecraft.orbit.time_scales import Epoch, Times
 
 STEPS = (60, 40, 30, 20, 15, 12, 10, 8, 6, 5, 4, 3, 2, 1)
@@ -52,8 +52,8 @@ class OrbitAccuracy(NamedTuple):
     Attributes:
         step: Time between rows, s.
         rows: Number of rows.
-        errors: Largest measured interpolation error of position, velocity, sun, field and earth
-            relative to the rms size of each, and of the density relative to itself.
+        errors: Largest measured interpolation error of position, velocity, sun, field, earth and
+            moon relative to the rms size of each, and of the density relative to itself.
         notes: Notes on the orbit.
     """
 
@@ -80,6 +80,7 @@ def orbit_environment(
     f107a: float = 150.0,
     ap: float = 15.0,
     ut1_utc: float = 0.0,
+    moon: bool = False,
 ) -> tuple[OrbitEnvironment, OrbitAccuracy]:
     """Tabulate an orbit and its environment.
 
@@ -97,6 +98,7 @@ def orbit_environment(
         f107a: Its mean over 81 days.
         ap: Daily geomagnetic index Ap.
         ut1_utc: UT1 - UTC at the epoch, s.
+        moon: Whether the tables hold the Moon.
 
     Raises:
         InputError: A library is not installed, an input is outside its range, or the interpolation
@@ -114,11 +116,11 @@ def orbit_environment(
 
     def table(step: int) -> tuple[OrbitEnvironment, dict[str, float]]:
         times = float(step) * np.arange(rows_of(duration, step))
-        samples = samples_at(trajectory, begin, start + times, activity)
+        samples = samples_at(trajectory, begin, start + times, activity, moon=moon)
         environment = OrbitEnvironment.of(float(step), samples, orbit.period)
         intervals = np.unique(np.linspace(0, len(times) - 2, PROBED).astype(int))
         between = (step * (intervals[:, None] + np.array(SHARES))).ravel()
-        direct = samples_at(trajectory, begin, start + between, activity)
+        direct = samples_at(trajectory, begin, start + between, activity, moon=moon)
         return environment, errors_of(environment, direct, between)
 
     fixed_step, step = step, step or STEPS[0]
@@ -145,7 +147,12 @@ def rows_of(duration: float, step: int) -> int:
 
 
 def samples_at(
-    trajectory: Trajectory, epoch: Epoch, times: Times, activity: Activity
+    trajectory: Trajectory,
+    epoch: Epoch,
+    times: Times,
+    activity: Activity,
+    *,
+    moon: bool = False,
 ) -> OrbitSamples:
     """Evaluate the orbit and its environment, without interpolation.
 
@@ -154,6 +161,7 @@ def samples_at(
         epoch: Epoch of the run.
         times: Times, s, ascending.
         activity: Solar and geomagnetic activity.
+        moon: Whether the Moon is computed.
 
     Raises:
         InputError: The orbit is too low, or a model does not cover the times.
@@ -164,7 +172,8 @@ def samples_at(
     density = air_density(epoch, times, *geodetic(fixed), activity)
     field = rotated(transposed(matrices), magnetic_field(epoch, times, fixed))
     return OrbitSamples(
-        position, velocity, sun_position(epoch, times), field, density, earth_attitude(matrices)
+        *(position, velocity, sun_position(epoch, times), field, density, earth_attitude(matrices)),
+        moon_position(epoch, times) if moon else None,
     )
 
 
@@ -183,7 +192,11 @@ def errors_of(
     row = np.minimum(share.astype(int), len(pieces) - 1)
     powers = (share - row)[:, None] ** np.arange(4)
     values = np.einsum("nk,nkc->nc", powers, pieces[row])
-    near = {name: values[:, first:end] for name, (first, end) in CHANNELS.items()}
+    near = {
+        name: values[:, first:end]
+        for name, (first, end) in CHANNELS.items()
+        if end <= values.shape[1]
+    }
     quaternions = near["earth"] / np.linalg.norm(near["earth"], axis=1, keepdims=True)
     near["earth"] = quaternions * np.sign(np.sum(quaternions * direct.earth, axis=1, keepdims=True))
     density = np.exp(near.pop("density")[:, 0]) / direct.density

@@ -1,6 +1,6 @@
 """Star tracker with several heads, each with a boresight, noise and blinding."""
 
-from typing import Annotated
+from typing import Annotated, NamedTuple
 
 import equinox as eqx
 import numpy as np
@@ -8,6 +8,7 @@ from jaxtyping import Array, Bool, Float, PRNGKeyArray
 
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, direction, limit, positive, signed, size
+from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import angle_between, from_rotation_vector, product, to_inertial
@@ -19,12 +20,21 @@ from gyrostat.spacecraft.torques.eclipse import sunlight
 from gyrostat.wheel.array import listed, zeros
 
 
+class Blinding(NamedTuple):
+    """What blinds a head: Sun, limb of the Earth, Moon, body rate."""
+
+    sun: Bool[Array, ""]
+    earth: Bool[Array, ""]
+    moon: Bool[Array, ""]
+    rate: Bool[Array, ""]
+
+
 class StarTrackerHead(Checked):
     """Head of a star tracker.
 
-    A head is blind if its boresight is too near to the Sun or to the limb of the Earth, lit or not,
-    or if the body turns too fast. The Sun does not blind it from behind the Earth. The Moon and
-    other bright objects are not modelled.
+    A head is blind if its boresight is too near to the Sun, to the limb of the Earth, lit or not,
+    or to the Moon in any phase, or if the body turns too fast. Sun and Moon do not blind it from
+    behind the Earth. Other bright objects are not modelled.
 
     Attributes:
         orbit: Orbit with the Sun.
@@ -35,6 +45,8 @@ class StarTrackerHead(Checked):
             rad.
         sun_exclusion: Smallest angle between boresight and Sun, rad.
         earth_exclusion: Smallest angle between boresight and limb of the Earth, rad.
+        moon_exclusion: Smallest angle between boresight and centre of the Moon, rad; above 0, the
+            orbit must hold the Moon.
         rate_limit: Largest body rate, rad/s; infinite: no limit.
     """
 
@@ -47,10 +59,28 @@ class StarTrackerHead(Checked):
     misalignment: Annotated[Vector3, signed("size of the head's misalignment", "rad")] = zeros()
     sun_exclusion: Annotated[Scalar, size("sun exclusion angle", "rad")] = 0.0
     earth_exclusion: Annotated[Scalar, size("earth exclusion angle", "rad")] = 0.0
+    moon_exclusion: Annotated[Scalar, size("moon exclusion angle", "rad")] = 0.0
     rate_limit: Annotated[Scalar, limit("star tracker rate limit", "rad/s")] = np.inf
 
+    def check_own(self) -> None:
+        """Validate that the orbit holds the Moon where its exclusion angle needs it.
+
+        Raises:
+            InputError: It does not.
+        """
+        if not self.orbit.has_moon and np.any(np.asarray(self.moon_exclusion) > 0.0):
+            raise InputError(
+                f"moon exclusion angle: found {float(self.moon_exclusion):g} rad and an orbit "
+                "without the Moon, expected `orbit_environment(..., moon=True)`"
+            )
+
     def sees(self, motion: BodyMotion, time: Scalar) -> Bool[Array, ""]:
-        """Whether the head is not blind.
+        """Whether the head is not blind; arguments as of `blinding`."""
+        blinding = self.blinding(motion, time)
+        return ~(blinding.sun | blinding.earth | blinding.moon | blinding.rate)
+
+    def blinding(self, motion: BodyMotion, time: Scalar) -> Blinding:
+        """What blinds the head.
 
         Args:
             motion: Attitude and rate of the body.
@@ -60,11 +90,19 @@ class StarTrackerHead(Checked):
         boresight = to_inertial(motion.attitude, jnp.asarray(self.boresight))
         dark = sunlight(position, sun) <= 0.0
         from_sun = angle_between(boresight, sun - position)
-        radius = jnp.sqrt(position @ position)
-        from_limb = angle_between(boresight, -position) - jnp.arcsin(EARTH_RADIUS / radius)
-        slow = motion.rate @ motion.rate <= self.rate_limit**2
-        clear = dark | (from_sun >= self.sun_exclusion)
-        return clear & (from_limb >= self.earth_exclusion) & slow
+        earth = jnp.arcsin(EARTH_RADIUS / jnp.sqrt(position @ position))
+        from_limb = angle_between(boresight, -position) - earth
+        near_moon = jnp.array(False)
+        if self.orbit.has_moon:
+            moon = self.orbit.moon(time) - position
+            near_moon = angle_between(boresight, moon) < self.moon_exclusion
+            near_moon &= angle_between(moon, -position) > earth
+        return Blinding(
+            jnp.logical_not(dark) & (from_sun < self.sun_exclusion),
+            from_limb < self.earth_exclusion,
+            near_moon,
+            motion.rate @ motion.rate > self.rate_limit**2,
+        )
 
     def error(self, key: PRNGKeyArray) -> tuple[Vector3, Float[Array, "3 3"]]:
         """Error of a sample, a rotation vector in body axes, (3,), rad, and its information matrix.

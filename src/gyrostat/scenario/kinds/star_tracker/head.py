@@ -36,6 +36,9 @@ class Head(Kind):
     earth_exclusion: Annotated[
         Scalar, size("angle", 0.0, "Smallest angle between boresight and limb of the Earth.")
     ]
+    moon_exclusion: Annotated[
+        Scalar, size("angle", 0.0, "Smallest angle between boresight and centre of the Moon.")
+    ]
     rate_limit: Annotated[Scalar, positive("speed", inf, "Largest body rate.")]
 
     def make(self, context: Context) -> StarTrackerHead:

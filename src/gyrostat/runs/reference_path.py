@@ -1,0 +1,177 @@
+"""Reference attitude over a run, as if it were followed exactly: no plant, no controller."""
+
+from functools import lru_cache
+from typing import Any, NamedTuple
+
+import equinox as eqx
+import numpy as np
+from jaxtyping import Bool, Float, Int
+
+from gyrostat.control.guidance import Mode, Reference
+from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.types import Vector
+from gyrostat.runs.build import Setup
+from gyrostat.runs.metrics.windows import WindowObserver
+from gyrostat.runs.plans import plans_of, setup_of
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.structure import structure_of
+
+ROWS = 100_000
+"""Largest number of rows of a path; longer runs have a row for several control periods."""
+
+
+class ReferencePath(NamedTuple):
+    """Reference attitude at equidistant times, NumPy arrays.
+
+    Attributes:
+        step: Time between rows, s; the first row is at time 0.
+        time: Times, (rows,), s.
+        attitude: Attitude, (rows, 4), scalar first.
+        rate: Body rate, body axes, (rows, 3), rad/s.
+        windows: Name of a window -> whether each row is in it, (rows,).
+        setup: Parts of the nominal run.
+    """
+
+    step: float
+    time: Vector
+    attitude: Float[np.ndarray, "rows 4"]
+    rate: Float[np.ndarray, "rows 3"]
+    windows: dict[str, Bool[np.ndarray, " rows"]]
+    setup: Setup
+
+
+class _Followed(NamedTuple):
+    """Measurement of a spacecraft that follows its reference."""
+
+    attitude: Quaternion
+    rate: Vector3
+    wheel_speed: PerWheel
+
+
+class _Row(NamedTuple):
+    attitude: Quaternion
+    rate: Vector3
+    windows: dict[str, Any]
+
+
+def waits_for_measurement(setup: Setup) -> bool:
+    """Whether a mode of the reference ends by a condition on measured quantities.
+
+    Args:
+        setup: Parts of the nominal run.
+    """
+    if setup.reference is None or len(setup.reference.modes) < 2:
+        return False
+    until = setup.reference.until
+    limits = np.isfinite([*np.ravel(until.rate_below), *np.ravel(until.error_below)])
+    return bool(np.any(limits) or np.any(np.asarray(until.momentum_above) >= 0.0))
+
+
+@lru_cache(maxsize=4)
+def reference_path(scenario: Scenario, rows: int = ROWS) -> ReferencePath:
+    """Reference attitude of the nominal run.
+
+    Conditions for the end of a mode are tested with the attitude and the rate of the reference and
+    with the wheel speeds of the start: a mode that waits for the body to slow down ends at once.
+
+    Args:
+        scenario: Scenario.
+        rows: Largest number of rows.
+    """
+    setup = setup_of(scenario, plans_of(scenario))
+    structure, period = structure_of(scenario), scenario.values["run.control_period"]
+    stride = -(-scenario.count // rows)
+    observers = tuple(
+        WindowObserver.of(window, structure, scenario.values) for window in scenario.windows
+    )
+    first: Any = np.arange(0, scenario.count + 1, stride)
+    if setup.reference is None:
+        found = _fixed(setup.starts, setup.targets, observers, period, first)
+    else:
+        speed = jnp.asarray(setup.start.wheel_speed)
+        found = _moving(setup.reference, speed, observers, period, first, stride)
+    attitude, rate, windows = jax.tree.map(np.asarray, found)
+    return ReferencePath(stride * period, first * period, attitude, rate, windows, setup)
+
+
+def _in_windows(observers: tuple[WindowObserver, ...], time: Scalar, mode: Mode) -> dict[str, Any]:
+    return {each.window.name: each.contains(time, mode)[1] for each in observers}
+
+
+def flown_path(
+    scenario: Scenario, attitude: Any, rate: Any, modes: tuple[Any, Any] | None
+) -> ReferencePath:
+    """Path of a simulated run in place of the reference.
+
+    Args:
+        scenario: Scenario.
+        attitude: Attitude of each sample, (samples, 4), scalar first.
+        rate: Body rate, (samples, 3), rad/s.
+        modes: Number of the mode of the reference at each sample and time of its start, s; None
+            without a reference that moves.
+    """
+    structure, period = structure_of(scenario), scenario.values["run.control_period"]
+    time: Any = period * np.arange(len(attitude))
+    number, start = (np.zeros(len(time)),) * 2 if modes is None else modes
+    rows = Mode(jnp.asarray(number, dtype=int), jnp.asarray(start))
+    windows = {}
+    for window in scenario.windows:
+        observer = WindowObserver.of(window, structure, scenario.values)
+        windows[window.name] = np.asarray(jax.vmap(observer.contains)(time, rows)[1])
+    setup = setup_of(scenario, plans_of(scenario))
+    return ReferencePath(period, time, np.asarray(attitude), np.asarray(rate), windows, setup)
+
+
+@eqx.filter_jit
+def _fixed(
+    starts: Any,
+    targets: Any,
+    observers: tuple[WindowObserver, ...],
+    period: Scalar,
+    first: Int[np.ndarray, " rows"],
+) -> _Row:
+    """Rows of targets that change at the start of a phase."""
+
+    def row(k: Any) -> _Row:
+        time = k * period
+        phase = jnp.sum(jnp.asarray(starts) <= time + 1e-9) - 1
+        mode = Mode(jnp.zeros((), dtype=int), jnp.zeros(()))
+        return _Row(jnp.asarray(targets)[phase], jnp.zeros(3), _in_windows(observers, time, mode))
+
+    return jax.vmap(row)(first)
+
+
+@eqx.filter_jit
+def _moving(
+    reference: Reference,
+    speed: PerWheel,
+    observers: tuple[WindowObserver, ...],
+    period: Scalar,
+    first: Int[np.ndarray, " rows"],
+    stride: int,
+) -> _Row:
+    """Rows of a reference that is followed, with a mode that is updated in each control period."""
+
+    def entered(mode: Mode, k: Any) -> Mode:
+        at = reference.at(mode, k * period)
+        return reference.step(mode, _Followed(at.attitude, at.rate, speed), k * period)
+
+    def row(mode: Mode, k: Any) -> tuple[Mode, _Row]:
+        mode = entered(mode, k)
+        at, time = reference.at(mode, k * period), k * period
+        found = _Row(at.attitude, at.rate, _in_windows(observers, time, mode))
+        return jax.lax.fori_loop(1, stride, lambda i, mode: entered(mode, k + i), mode), found
+
+    return jax.lax.scan(row, reference.start(), first)[1]
+
+
+def longest_outage(sees: Bool[np.ndarray, " rows"], step: float) -> float:
+    """Longest time without sight, s.
+
+    Args:
+        sees: Whether there is sight at each of some equidistant times.
+        step: Time between them, s.
+    """
+    ends = np.flatnonzero(np.diff(np.r_[True, sees, True].astype(int)))
+    return step * float(np.max(ends[1::2] - ends[::2], initial=0))
