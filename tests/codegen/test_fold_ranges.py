@@ -14,6 +14,7 @@ LANES = 40
 RANDOM = np.random.default_rng(0)
 ROWS = np.arange(12.0).reshape(4, 3)
 MANY = RANDOM.normal(size=50)
+LAST = 2**63 - 1
 TALL = np.arange(600.0).reshape(200, 3)
 
 
@@ -46,6 +47,14 @@ def anywhere(place, x):
     return x[place]
 
 
+def branched(place, x):
+    """Elements of three at an index that the tests around them limit, on both sides of each."""
+    few = x[:3]
+    below = jax.lax.cond((place < 2) & (x[3] > 0.0), lambda: few[place], lambda: x[3])
+    above = jax.lax.cond(place <= -1, lambda: x[3], lambda: few[place])
+    return below, above, jnp.where(place < 7, few[jnp.minimum(place, 1)], 0.0)
+
+
 def sizes(x):
     """A size is not negative; the difference of sizes may be."""
     size = jnp.abs(x)
@@ -59,6 +68,7 @@ CASES = {
     counted: {"x": REALS},
     permuted: {"x": REALS},
     anywhere: {"place": RANDOM.integers(-9, 9, LANES), "x": REALS},
+    branched: {"place": np.append(RANDOM.integers(-9, 9, LANES - 2), [-(2**63), LAST]), "x": REALS},
     sizes: {"x": REALS},
 }
 TESTED = {
@@ -99,13 +109,16 @@ def test_what_is_never_true_is_not_tested(function):
     assert not re.search(TESTED[function], code_of(function))
 
 
+def test_limits_of_an_index_that_a_branch_implies_are_not_tested():
+    source = code_of(branched)
+    assert len(re.findall(r"> 2\b", source)) == 1  # where the index is not negative
+    assert len(re.findall(r"< 0\b", source)) == 4  # of the others: from the end, then to the start
+
+
 def test_an_index_from_outside_is_tested():
     source = code_of(anywhere)
     assert re.search(r"< 0\b", source)
     assert re.search(r"> 3\b", source)
-
-
-LAST = 2**63 - 1
 
 
 def wrapping(x, n):

@@ -2,10 +2,11 @@
 
 An index that is chosen from known ones, or counted by a loop, is within the array that it is an
 index of: the tests that would bring it there are never true. The same holds for a test of which the
-outcome is known where a branch was taken.
+outcome is known where a branch was taken, and for an index that the branch or a choice limits.
 """
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from contextlib import contextmanager
 
 from gyrostat.codegen.carried_numbers import counts_passes, is_number_of_a_pass
 from gyrostat.codegen.program import (
@@ -27,6 +28,8 @@ from gyrostat.codegen.program import (
 from gyrostat.codegen.ranges import (
     ALWAYS,
     ARITHMETIC,
+    EVERY,
+    MIRRORED,
     OPPOSITE,
     UNCHANGED,
     Range,
@@ -35,7 +38,10 @@ from gyrostat.codegen.ranges import (
     union,
     within,
 )
+from gyrostat.codegen.signs import Signs
 from gyrostat.codegen.table_ranges import table_ranges
+
+TRUE = Number("logical", True)
 
 
 def fold_ranges(function: Function) -> None:
@@ -66,7 +72,7 @@ class _Facts:
         self._tables = tables
         self._same: dict[Name, Operand] = {}
         self._assigned: dict[Name, Assign] = {}
-        self._never_negative: set[Name] = set()
+        self._signs = Signs(self._assigned)
 
     def known_as(self, operands: Iterable[Operand]) -> list[Operand]:
         """Operands, with each one that has a known value replaced by it."""
@@ -106,8 +112,7 @@ class _Facts:
             self._same[statement.target] = same
             return ()
         self._assigned[statement.target] = statement
-        if statement.target.kind == "real" and self._is_never_negative(statement):
-            self._never_negative.add(statement.target)
+        self._signs.add(statement)
         found = self._result(statement)
         if found is not None:
             self.ranges[statement.target] = found
@@ -125,7 +130,7 @@ class _Facts:
                         return Number("logical", value)
         # NaN compares as false too
         is_below_zero = operation == "lt" and operands[1] == ZERO
-        if is_below_zero and self._has_no_sign(operands[0]):
+        if is_below_zero and self._signs.has_none(operands[0]):
             return Number("logical", False)
         if operation == "sub" and repr(operands[1]) == repr(ZERO):
             return operands[0]
@@ -144,49 +149,16 @@ class _Facts:
                     return other if one.value == (operation == "and") else one
         return None
 
-    def _has_no_sign(self, operand: Operand) -> bool:
-        """Whether a real number is zero, positive or NaN."""
-        if isinstance(operand, Name):
-            return operand in self._never_negative
-        return operand.kind == "real" and not operand.value < 0.0
-
-    def _is_never_negative(self, statement: Assign) -> bool:
-        operation, operands = statement.operation, statement.operands
-        if operation in ("abs", "sqrt", "exp"):
-            return True
-        if operation == "mul" and operands[0] is operands[1]:
-            return True
-        if operation == "max":
-            return any(map(self._has_no_sign, operands))
-        if operation == "select" and self._is_size(*operands):
-            return True
-        if operation == "div":  # a quotient over -0.0 is negative
-            is_positive = isinstance(operands[1], Number) and operands[1].value > 0.0
-            return is_positive and self._has_no_sign(operands[0])
-        values = operands[1:] if operation == "select" else operands
-        return operation in ("add", "mul", "min", "select") and all(map(self._has_no_sign, values))
-
-    def _is_size(self, test: Operand, yes: Operand, no: Operand) -> bool:
-        """Whether a choice is -x where x < 0, and x elsewhere."""
-        below, negative = (
-            self._assigned.get(each) if isinstance(each, Name) else None for each in (test, yes)
-        )
-        return (
-            below is not None
-            and negative is not None
-            and (below.operation, below.operands) == ("lt", (no, ZERO))
-            and (negative.operation, negative.operands) == ("neg", (no,))
-        )
-
     def _range(self, operand: Operand) -> Range | None:
+        """Range of an integer; None for other numbers, and where counters of loops have none."""
         if isinstance(operand, Name):
-            return self.ranges.get(operand)
+            return self.ranges.get(operand, EVERY if operand.kind == "integer" else None)
         if operand.kind in ("integer", "index"):
             return int(operand.value), int(operand.value)
         return None
 
     def _result(self, statement: Assign) -> Range | None:
-        """Range of the result of an operation on integers; None if it is not known."""
+        """Range of the result of an operation on integers; None if it may be any number."""
         operation, operands, kind = statement.operation, statement.operands, statement.target.kind
         if kind not in ("integer", "index"):
             return None
@@ -197,6 +169,8 @@ class _Facts:
         if operation in ("to_integer", "to_index") and operands[0].kind == "logical":
             return 0, 1
         ranges = [self._range(operand) for operand in operands]
+        if operation in UNCHANGED:
+            return UNCHANGED[operation]
         if operation in ("to_integer", "to_index", "copy"):
             return None if ranges[0] is None else of_kind(ranges[0], kind)
         if operation == "select":
@@ -208,25 +182,52 @@ class _Facts:
 
     def _range_if(self, test: Operand, outcome: bool, value: Operand) -> Range | None:
         """Range of a value where a test has an outcome."""
-        compared = self._assigned.get(test) if isinstance(test, Name) else None
-        if compared is None or compared.operation not in OPPOSITE:
-            return self._range(value)
-        name, limit = compared.operands
-        within, bound = self._range(name), self._range(limit)
-        if within is None or bound is None or not isinstance(name, Name):
-            return self._range(value)
-        operation = compared.operation if outcome else OPPOSITE[compared.operation]
-        narrow = narrowed(within, operation, bound)
-        if value is name:
-            return narrow
-        made = self._assigned.get(value) if isinstance(value, Name) else None
-        if made is None or made.operation not in ("add", "sub") or made.operands[0] is not name:
-            return self._range(value)
-        other = self._range(made.operands[1])
-        if other is None:
-            return self._range(value)
-        ends = ARITHMETIC[made.operation](narrow, other)
-        return of_kind((ends[0], ends[1]), value.kind)
+        with self._where(test, outcome):
+            made = self._assigned.get(value) if isinstance(value, Name) else None
+            narrow = self._result(made) if made and made.operation in ARITHMETIC else None
+            return narrow or self._range(value)
+
+    @contextmanager
+    def _where(self, test: Operand, outcome: bool) -> Iterator[None]:
+        """Narrow the ranges of numbers to what they are where a test has an outcome."""
+        before: dict[Name, Range | None] = {}
+        for name, narrow in self._implied(test, outcome):
+            before.setdefault(name, self.ranges.get(name))
+            self.ranges[name] = narrow
+        yield
+        for name, range_ in before.items():
+            if range_ is None:
+                del self.ranges[name]
+            else:
+                self.ranges[name] = range_
+
+    def _implied(self, test: Operand, outcome: bool) -> Iterator[tuple[Name, Range]]:
+        """Ranges of the numbers that a test compares, where it has an outcome."""
+        for statement, is_true in self._decided(test, outcome):
+            operation = statement.operation
+            if operation not in OPPOSITE:
+                continue
+            operation = operation if is_true else OPPOSITE[operation]
+            one, other = statement.operands
+            for name, relation, limit in (
+                (one, operation, other),
+                (other, MIRRORED[operation], one),
+            ):
+                range_, bound = self._range(name), self._range(limit)
+                if isinstance(name, Name) and range_ is not None and bound is not None:
+                    yield name, narrowed(range_, relation, bound)
+
+    def _decided(self, operand: Operand, value: bool) -> Iterator[tuple[Assign, bool]]:
+        """Statements of which a logical value decides the result, each with its result."""
+        statement = self._assigned.get(operand) if isinstance(operand, Name) else None
+        if statement is None:
+            return
+        yield statement, value
+        if statement.operation == "not":
+            yield from self._decided(statement.operands[0], not value)
+        elif statement.operation == ("and" if value else "or"):
+            for each in statement.operands:
+                yield from self._decided(each, value)
 
     def _loop(self, loop: Loop) -> None:
         for each in loop.carried:
@@ -249,12 +250,13 @@ class _Facts:
                     self.ranges[each.name] = found
         outer = dict(self._same)
         loop.test = self.block(loop.test)
+        goes_on: Operand = TRUE
         if loop.goes_on is not None:
-            loop.goes_on = self._one(loop.goes_on)
-            self._assume(loop.goes_on, True)
-        loop.body = self.block(loop.body)
-        for each in loop.carried:
-            each.next = self._one(each.next)
+            loop.goes_on = goes_on = self._one(loop.goes_on)
+        with self._assuming(goes_on, True):
+            loop.body = self.block(loop.body)
+            for each in loop.carried:
+                each.next = self._one(each.next)
         self._same = outer
         # behind the loop, a count may have reached its end
         for name, end in ends.items():
@@ -268,32 +270,28 @@ class _Facts:
             chosen = self.known_as(branch.values[number])
             self._same.update(zip(branch.targets, chosen, strict=True))
             return remaining
-        outer = dict(self._same)
-        values: list[list[Operand]] = []
+        ranges: list[list[Range | None]] = []
         for number, block in enumerate(branch.blocks):
-            self._same = dict(outer)
-            if index.kind == "logical":
-                self._assume(index, bool(number))
-            branch.blocks[number] = self.block(block)
-            values.append(self.known_as(branch.values[number]))
-        self._same = outer
-        branch.values = values
-        for target, *choices in zip(branch.targets, *values, strict=True):
-            found = union([self._range(choice) for choice in choices])
+            is_two_way = index.kind == "logical"
+            known, outcome = (index, bool(number)) if is_two_way else (TRUE, True)
+            with self._assuming(known, outcome):
+                branch.blocks[number] = self.block(block)
+                branch.values[number] = self.known_as(branch.values[number])
+                ranges.append([self._range(value) for value in branch.values[number]])
+        for target, *choices in zip(branch.targets, *ranges, strict=True):
+            found = union(choices)
             if found is not None:
                 self.ranges[target] = found
         return (branch,)
 
-    def _assume(self, operand: Operand, value: bool) -> None:
-        """Take a logical value as known, with the operands that it decides."""
-        if not isinstance(operand, Name):
-            return
-        self._same[operand] = Number("logical", value)
-        statement = self._assigned.get(operand)
-        if statement is None:
-            return
-        if statement.operation == "not":
-            self._assume(statement.operands[0], not value)
-        elif statement.operation == ("and" if value else "or"):
-            for each in statement.operands:
-                self._assume(each, value)
+    @contextmanager
+    def _assuming(self, operand: Operand, value: bool) -> Iterator[None]:
+        """Take a logical value as known, with the operands that it decides, and restore it."""
+        outer = dict(self._same)
+        if isinstance(operand, Name):
+            self._same[operand] = Number("logical", value)
+        for statement, is_true in self._decided(operand, value):
+            self._same[statement.target] = Number("logical", is_true)
+        with self._where(operand, value):
+            yield
+        self._same = outer

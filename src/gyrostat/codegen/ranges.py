@@ -6,6 +6,8 @@ Range = tuple[int, int]
 """Smallest and largest value."""
 LARGEST = {"integer": 2**63 - 1, "index": 2**31 - 1}
 """Kind of number -> largest one; beyond it, numbers wrap around."""
+EVERY: Range = (-(2**63), 2**63 - 1)
+"""Range of any integer of 64 bits."""
 
 ALWAYS: dict[str, Callable[[Range, Range], bool]] = {
     "lt": lambda a, b: a[1] < b[0],
@@ -17,6 +19,9 @@ ALWAYS: dict[str, Callable[[Range, Range], bool]] = {
 }
 """Comparison -> whether it is true for all values of two ranges; false if its opposite is."""
 OPPOSITE = {"lt": "ge", "le": "gt", "gt": "le", "ge": "lt", "eq": "ne", "ne": "eq"}
+"""Comparison -> the one that is true where it is false."""
+MIRRORED = {"lt": "gt", "le": "ge", "gt": "lt", "ge": "le", "eq": "eq", "ne": "ne"}
+"""Comparison -> the same with its operands exchanged."""
 ARITHMETIC: dict[str, Callable[[Range, Range], tuple[int, ...]]] = {
     "add": lambda a, b: (a[0] + b[0], a[1] + b[1]),
     "sub": lambda a, b: (a[0] - b[1], a[1] - b[0]),
@@ -26,7 +31,7 @@ ARITHMETIC: dict[str, Callable[[Range, Range], tuple[int, ...]]] = {
 }
 """Operation -> numbers between which its results are."""
 UNCHANGED: dict[str, Range] = {"to_word": (0, 2**32 - 1), "to_half": (-(2**31), 2**31 - 1)}
-"""Narrowing of an integer -> the integers that it does not change."""
+"""Narrowing of an integer -> its results, which are the integers that it does not change."""
 
 
 def of_kind(range_: Range, kind: str) -> Range | None:
