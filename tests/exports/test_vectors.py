@@ -14,7 +14,7 @@ from gyrostat.codegen.flight.reader.functions import functions
 from gyrostat.codegen.flight.reader.tokens import UnreadableError
 from gyrostat.codegen.flight.reader.translate import translate
 from gyrostat.core.files import write_texts
-from gyrostat.core.jax64 import jnp
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.exports import Search, files, read_results
 from gyrostat.exports.folder import emitted
 from gyrostat.exports.reasons import Reasons
@@ -94,6 +94,32 @@ def test_without_a_search_the_narrow_conditions_are_missing(target):
     idle = find_vectors(target, emitted(target, "double"), "double", most=0.0)
     limits = {text.partition("< ")[2] for text, _ in open_gaps(idle)}
     assert repr(THRESHOLD + 1e-3) in limits
+
+
+def of_mode(gains, number, measured):
+    """A torque of a table, for the first two of three modes."""
+    torques = jnp.stack([gains.gain, gains.limit, measured])
+    index = number.astype(jnp.int32)
+    torque = jax.lax.cond(number < 2, lambda: torques[index], lambda: measured)
+    return number + 1, torque
+
+
+def test_an_index_that_narrows_to_a_large_one_is_found():
+    modes = flight_module(
+        "modes",
+        {"gains": Gains(0.3, 0.05)},
+        {"number": jnp.asarray(0)},
+        [("start", begin, ("number",))],
+        [("step", of_mode, ("number", "torque"))],
+        title="A law of modes",
+        period=0.1,
+        constants={},
+        inputs={"measured": np.linspace(-0.1, 0.1, STEPS)},
+    )
+    found = find_vectors(modes, emitted(modes, "double"), "double")
+    conditions = {text for each in found.coverage.decisions for text in each.decision.conditions}
+    assert any(text.endswith("> 2") for text in conditions)  # the index is limited to the table
+    assert open_gaps(found) == set()
 
 
 def test_the_rows_show_what_the_coverage_says(found):

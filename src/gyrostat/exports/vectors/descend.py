@@ -13,6 +13,7 @@ import numpy as np
 
 from gyrostat.exports.vectors.coverage import Goal
 from gyrostat.exports.vectors.explore import Explorer
+from gyrostat.exports.vectors.proposals import SPECIAL
 from gyrostat.exports.vectors.rows import Candidate
 
 SHARES = (1.0, 1.0 + 1e-9, 1.001, 1.3, 2.5, 0.5)
@@ -148,9 +149,9 @@ class Descents:
         descent.is_fresh = False
         for k in fresh:
             tries.append((k, self._moved(base, k, self._near(k, base.values))))
-            if self._explorer.machine.fields[k].kind == "real":
-                bad = float(random.choice([np.nan, np.inf]))
-                tries.append((k, self._moved(base, k, bad)))
+            special = SPECIAL.get(self._explorer.machine.fields[k].kind)
+            if special:
+                tries.append((k, self._moved(base, k, float(random.choice(special)))))
         for count in (2, 2, 3):
             values = base.values.copy()
             chosen = random.choice(allowed, count).tolist()

@@ -15,6 +15,9 @@ _REALS = np.array(
     ]
 )
 _INTEGERS = (0, 1, 2, 3, 4, 5, -1, 10, 100, 1000, 2**31 - 1)
+SPECIAL = {"real": (np.nan, np.inf), "integer": (-(2.0**31) - 1.0, 2.0**31)}
+"""Kind of a number -> values beyond all ordinary ones. An index narrows to 32 bits, so that such
+integers change their sign between a test of the number and a test of the index."""
 
 
 class Proposals:
