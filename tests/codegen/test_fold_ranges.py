@@ -42,6 +42,19 @@ def permuted(x):
     return jnp.floor(lu[0, :3]), jnp.ones(9)[places], (x[0] + jnp.arange(9.0))[places]
 
 
+def ordered(x):
+    """Parts of rows in an order that a loop seeks; it carries the places that it has found."""
+    rows, index = jnp.stack([x, x[::-1], 2.0 * x]), jnp.arange(3)
+
+    def step(k, carry):
+        used, order = carry
+        best = jnp.argmax(jnp.where(used, -9.0, rows[:, 0]))
+        return used | (index == best), jnp.where(index == k, best, order)
+
+    order = jax.lax.fori_loop(0, 3, step, (jnp.zeros(3, bool), index))[1]
+    return rows[order, 1:]
+
+
 def anywhere(place, x):
     """Element at any index, which is brought into the array."""
     return x[place]
@@ -67,6 +80,7 @@ CASES = {
     sought: {"x": REALS},
     counted: {"x": REALS},
     permuted: {"x": REALS},
+    ordered: {"x": REALS},
     anywhere: {"place": RANDOM.integers(-9, 9, LANES), "x": REALS},
     branched: {"place": np.append(RANDOM.integers(-9, 9, LANES - 2), [-(2**63), LAST]), "x": REALS},
     sizes: {"x": REALS},
@@ -75,6 +89,7 @@ TESTED = {
     chosen: r"[<>] \d+\) \?",
     sought: r"\w+ [<>] (0|199)\b",
     counted: r"\w+ < 0\b",
+    ordered: r"\w+(\[\w+\])? (< 0|> [123])\b",
     permuted: r"\b(?!i\b)\w+(\[\w+\])? < 0\b",
     sizes: r"size\w* < 0\.0",
 }

@@ -8,7 +8,7 @@ outcome is known where a branch was taken, and for an index that the branch or a
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
-from gyrostat.codegen.carried_numbers import counts_passes, is_number_of_a_pass
+from gyrostat.codegen.carried_numbers import counts_passes
 from gyrostat.codegen.program import (
     ZERO,
     Assign,
@@ -23,7 +23,6 @@ from gyrostat.codegen.program import (
     Operand,
     Statement,
     Store,
-    Table,
 )
 from gyrostat.codegen.ranges import (
     ALWAYS,
@@ -39,9 +38,11 @@ from gyrostat.codegen.ranges import (
     within,
 )
 from gyrostat.codegen.signs import Signs
-from gyrostat.codegen.table_ranges import table_ranges
+from gyrostat.codegen.stored_ranges import Stored, stored_ranges
 
 TRUE = Number("logical", True)
+ROUNDS = 10
+"""Largest number of times that ranges of what is stored give others; those of any round hold."""
 
 
 def fold_ranges(function: Function) -> None:
@@ -49,15 +50,15 @@ def fold_ranges(function: Function) -> None:
 
     Statements that become unused remain.
     """
-    tables: dict[Table, Range] = {}
-    while True:
-        facts = _Facts(tables)
+    stored: dict[Stored, Range] = {}
+    for _ in range(ROUNDS):
+        facts = _Facts(stored)
         function.body = facts.block(function.body)
         function.results = facts.known_as(function.results)
-        ranges = table_ranges(function, facts.ranges)
-        if ranges == tables:
+        ranges = stored_ranges(function, facts.ranges)
+        if ranges == stored:
             return
-        tables = ranges
+        stored = ranges
 
 
 class _Facts:
@@ -67,9 +68,9 @@ class _Facts:
         ranges: Ranges of integers.
     """
 
-    def __init__(self, tables: Mapping[Table, Range]) -> None:
+    def __init__(self, stored: Mapping[Stored, Range]) -> None:
         self.ranges: dict[Name, Range] = {}
-        self._tables = tables
+        self._stored = stored
         self._same: dict[Name, Operand] = {}
         self._assigned: dict[Name, Assign] = {}
         self._signs = Signs(self._assigned)
@@ -114,7 +115,7 @@ class _Facts:
         self._assigned[statement.target] = statement
         self._signs.add(statement)
         found = self._result(statement)
-        if found is not None:
+        if found is not None and found != EVERY:
             self.ranges[statement.target] = found
             if found[0] == found[1]:
                 self._same[statement.target] = Number(statement.target.kind, found[0])
@@ -165,7 +166,7 @@ class _Facts:
         if statement.table is not None:
             values = statement.table.values
             limits = (int(min(values)), int(max(values))) if values else None
-            return limits or self._tables.get(statement.table)
+            return limits or self._stored.get(statement.table)
         if operation in ("to_integer", "to_index") and operands[0].kind == "logical":
             return 0, 1
         ranges = [self._range(operand) for operand in operands]
@@ -244,10 +245,8 @@ class _Facts:
                 ends[name] = end
                 self.ranges[name] = (start, max(end - 1, start))
         for each in loop.carried:
-            if is_number_of_a_pass(each, loop):
-                found = union([self._range(each.first), self.ranges[loop.counter]])
-                if found is not None:
-                    self.ranges[each.name] = found
+            if each.name in self._stored:
+                self.ranges[each.name] = self._stored[each.name]
         outer = dict(self._same)
         loop.test = self.block(loop.test)
         goes_on: Operand = TRUE
@@ -280,7 +279,7 @@ class _Facts:
                 ranges.append([self._range(value) for value in branch.values[number]])
         for target, *choices in zip(branch.targets, *ranges, strict=True):
             found = union(choices)
-            if found is not None:
+            if found is not None and found != EVERY:
                 self.ranges[target] = found
         return (branch,)
 

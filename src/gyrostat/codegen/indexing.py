@@ -190,13 +190,14 @@ def _gathered(
     order = [*rows, *windows.axes]  # the elements of a part are next to each other
     places = np.arange(table.size).reshape([shape[k] for k in order])
     data = Data(table, places.transpose(np.argsort(order)))
-    at, target = reader(build, indices), view_of(data)
+    target = view_of(data)
+    # each column has a table of its own, with the range of its axis
+    columns = [_column(build, indices[..., k]) for k in range(indices.shape[-1])]
 
     def body(inside: Builder, row: tuple[Operand, ...]) -> None:
-        columns = range(indices.shape[-1])
         picked = np.empty((1,) * len(rows) + (len(columns),), dtype=object)
-        for column in columns:
-            picked[..., column] = at(inside, (*row, Number("index", column)))
+        for k, column in enumerate(columns):
+            picked[..., k] = column(inside, row)
         starts = windows.starts((0,) * len(rows), picked, axes, row)
         is_inside: Operand = Number("logical", True)
         if fill is not None:
@@ -220,6 +221,16 @@ def _gathered(
 
     nest(build, [shape[k] for k in rows], body)
     return data
+
+
+def _column(
+    build: Builder, indices: Scalars
+) -> Callable[[Builder, tuple[Operand, ...]], Operand]:
+    """Function (builder, counters) -> element of a column of indices, for a loop over the rows."""
+    first = indices.flat[0]
+    if isinstance(first, Number) and all(each == first for each in indices.flat):
+        return lambda *_: first
+    return reader(build, indices)
 
 
 def _element(build: Builder, data: Data, position: Sequence[int]) -> Any:
