@@ -22,10 +22,11 @@ class Gains(NamedTuple):
 
 
 def law(gains, memory, measured, reference):
-    """A small difference, a product, a sum of small differences, and all of them made large."""
+    """A sum of small differences, one of them, also made large, a product, and rounding errors."""
     difference = measured - reference
     total = memory + difference
-    return total, difference, measured * reference, gains.gain * difference
+    residual = jnp.sqrt(measured) ** 2 - measured
+    return total, difference, measured * reference, gains.gain * difference, residual
 
 
 @pytest.fixture(scope="module")
@@ -35,7 +36,7 @@ def vectors():
         {"gains": Gains(1e9)},
         {"memory": jnp.asarray(0.0)},
         [("start", lambda: jnp.asarray(0.0), ("memory",))],
-        [("step", law, ("memory", "difference", "product", "large"))],
+        [("step", law, ("memory", "difference", "product", "large", "residual"))],
         title="A law",
         period=0.1,
         constants={},
@@ -51,16 +52,28 @@ def outputs(vectors):
 def test_a_difference_is_known_to_the_rounding_of_its_operands(vectors):
     place = outputs(vectors)["difference"]
     # each operand moves by a unit in the last place, up or down
-    assert UNIT * np.max(BASE) <= vectors.changes[place] <= 2.2 * UNIT * np.max(BASE)
+    assert UNIT * np.max(BASE) <= vectors.conditioning.changes[place] <= 2.2 * UNIT * np.max(BASE)
     largest = np.max(np.abs(vectors.values[:, place]))
     (scale,) = scales(vectors, [place], "double")
-    assert scale == pytest.approx(4.0 * vectors.changes[place] / TOLERANCE["double"])
+    assert scale == pytest.approx(4.0 * vectors.conditioning.changes[place] / TOLERANCE["double"])
     assert scale > 100.0 * largest
 
 
 def test_errors_of_a_memory_accumulate(vectors):
     places = outputs(vectors)
-    assert vectors.changes[places["memory"]] > 2.0 * vectors.changes[places["difference"]]
+    assert (
+        vectors.conditioning.changes[places["memory"]]
+        > 2.0 * vectors.conditioning.changes[places["difference"]]
+    )
+
+
+def test_of_rounding_errors_only_the_size_is_known(vectors):
+    places, rounding = outputs(vectors), vectors.conditioning
+    assert [name for name, place in places.items() if rounding.are_errors[place]] == ["residual"]
+    place = places["residual"]
+    (scale,) = scales(vectors, [place], "double")
+    assert scale == pytest.approx(4.0 * rounding.changes[place] / TOLERANCE["double"])
+    assert UNIT / 4.0 < rounding.changes[place] < 4.0 * UNIT
 
 
 def test_a_well_conditioned_result_has_its_own_size(vectors):

@@ -223,9 +223,7 @@ def _gathered(
     return data
 
 
-def _column(
-    build: Builder, indices: Scalars
-) -> Callable[[Builder, tuple[Operand, ...]], Operand]:
+def _column(build: Builder, indices: Scalars) -> Callable[[Builder, tuple[Operand, ...]], Operand]:
     """Function (builder, counters) -> element of a column of indices, for a loop over the rows."""
     first = indices.flat[0]
     if isinstance(first, Number) and all(each == first for each in indices.flat):

@@ -31,7 +31,7 @@ from gyrostat.codegen.row_tables import has_rows, settled_rows
 from gyrostat.codegen.rules import OF_ARRAYS, ROW_BY_ROW, RULES
 from gyrostat.codegen.scope import FLIGHT, Scope
 from gyrostat.codegen.source import NOWHERE, Source, UnsupportedError, refused, source
-from gyrostat.codegen.tracing import called, constant, own_function
+from gyrostat.codegen.tracing import called, constant, is_own, own_function
 
 
 class Lowering:
@@ -129,7 +129,8 @@ class Lowering:
         if inner is not None:
             function = None if self._scope.in_place else own_function(build.equation, inner)
             if function is None or not _are_scalars(build, operands):
-                return self.arrays(inner, operands, build.block, build.where, by_row=True)
+                called_at = None if is_own(build.equation, inner) else build.where
+                return self.arrays(inner, operands, build.block, called_at, by_row=True)
             return self._call(function, inner, [build.scalars(array) for array in operands], build)
         if name in ALIKE:
             return operands

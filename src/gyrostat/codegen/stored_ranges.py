@@ -54,9 +54,7 @@ def stored_ranges(function: Function, known: Mapping[Name, Range]) -> dict[Store
             return ranges
 
 
-def _parts(
-    function: Function, known: Mapping[Name, Range]
-) -> dict[Stored, list[Range | Stored]]:
+def _parts(function: Function, known: Mapping[Name, Range]) -> dict[Stored, list[Range | Stored]]:
     """What each table and each integer of a loop is set to: ranges, others, or unknown names."""
     flows: dict[Operand, Sequence[Operand | Table]] = {}
     values: dict[Stored, list[Operand]] = {}

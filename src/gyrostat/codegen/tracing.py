@@ -130,13 +130,16 @@ def called(equation: Any) -> Any | None:
     return closed(equation.params[parameter], ()) if parameter else expanded(equation)
 
 
-def own_function(equation: Any, inner: Any) -> str | None:
-    """Name of a jitted function of the user or of this package; None for those of a library."""
-    if equation.primitive.name not in ("jit", "pjit"):
-        return None
+def is_own(equation: Any, inner: Any) -> bool:
+    """Whether an equation calls a function of the user or of this package, not of a library."""
     where = getattr(getattr(inner.jaxpr, "debug_info", None), "func_src_info", None) or ""
     file = where.partition(" at ")[2].rpartition(":")[0]
-    if not file or in_library(file):
+    return equation.primitive.name in CALLS and bool(file) and not in_library(file)
+
+
+def own_function(equation: Any, inner: Any) -> str | None:
+    """Name of a jitted function of the user or of this package; None for those of a library."""
+    if equation.primitive.name not in ("jit", "pjit") or not is_own(equation, inner):
         return None
     name = str(equation.params["name"]).strip("_")
     return name if name.isidentifier() else None

@@ -21,12 +21,6 @@ ROUNDING = {"double": 2.0**-47, "float": 2.0**-18}
 """Error that is allowed too, relative to the largest value of its array: 32 units in the last
 place. An element, as of a covariance, can be nothing but the rounding error of the others."""
 
-CHANGES = 4.0
-"""Error that is allowed too, relative to the change of an output in the test run if inputs and
-memory change by a unit in the last place before each step."""
-MOST = 1000.0
-"""Largest tolerance of an ill-conditioned output over that of others."""
-
 
 def check_files(
     target: Target, module: Module, precision: Precision, vectors: Vectors
@@ -75,8 +69,10 @@ def scales(vectors: Vectors, outputs: Sequence[int], precision: Precision) -> np
     largest = np.max(sizes, axis=0, where=np.isfinite(sizes), initial=tiny)
     for members in arrays_of([vectors.fields[k] for k in outputs]):
         largest[members] = np.maximum(largest[members], share * np.max(largest[members]))
-    allowed = CHANGES * vectors.changes[outputs] / TOLERANCE[precision]
-    return np.maximum(largest, np.minimum(allowed, MOST * largest))
+    tolerance = TOLERANCE[precision]
+    return np.maximum(
+        largest, vectors.conditioning.allowed(outputs, largest, tolerance) / tolerance
+    )
 
 
 def _arrays(fields: Sequence[Field], outputs: Sequence[int]) -> list[int]:

@@ -13,14 +13,14 @@ from gyrostat.codegen.flight.reader.tokens import UnreadableError
 from gyrostat.codegen.program import Assign, Call, Function, statements
 from gyrostat.codegen.scope import LARGEST
 from gyrostat.core.source_digest import source_digest
-from gyrostat.exports.check_program import TOLERANCE, check_files
+from gyrostat.exports.check_program import TOLERANCE, check_files, output_fields
 from gyrostat.exports.evidence.evidence_kind import Subject
 from gyrostat.exports.evidence.folder import evidence_files, evidence_notes
 from gyrostat.exports.reasons import Reasons
-from gyrostat.exports.target import SAFE, STEPS, Target
+from gyrostat.exports.target import SAFE, Target
 from gyrostat.exports.template import filled
 from gyrostat.exports.vectors.find import find_vectors
-from gyrostat.exports.vectors.vectors import nominal_vectors
+from gyrostat.exports.vectors.vectors import Vectors, nominal_vectors
 
 
 @dataclass(frozen=True)
@@ -87,7 +87,7 @@ def files_of(
     }
     deviations = {} if search is None else search.reasons.deviations
     subject = Subject(target, module, precision, texts, found, refusal, deviations)
-    readme = _readme(subject, origin, measure(texts, name))
+    readme = _readme(subject, origin, vectors, measure(texts, name))
     return texts | evidence_files(subject) | {"README.md": readme}
 
 
@@ -96,7 +96,7 @@ def digests(target: Target) -> dict[str, str]:
     return {"generator": f"gyrostat {source_digest()}", **target.digests}
 
 
-def _readme(subject: Subject, origin: str, compiled: Compiled | None) -> str:
+def _readme(subject: Subject, origin: str, vectors: Vectors, compiled: Compiled | None) -> str:
     target, module, precision = subject.target, subject.module, subject.precision
     dialect = Dialect(precision)
 
@@ -120,8 +120,9 @@ def _readme(subject: Subject, origin: str, compiled: Compiled | None) -> str:
         validation="\n".join(_validation(target)),
         prototypes="\n".join(map(prototype_of, target.entries)),
         resources="\n".join([*_costs(target, module, compiled), *_tables(module)]),
-        steps=STEPS if subject.found is None else len(subject.found.vectors.rows),
+        steps=len(vectors.rows),
         tolerance=f"{TOLERANCE[precision]:g}",
+        rounding=_rounding(target, vectors),
         losses="\n".join(losses) if precision == "float" else "",
         evidence=evidence_notes(subject),
     )
@@ -209,6 +210,16 @@ def _depth(function: Function, compiled: Compiled) -> int:
     calls = (s.function for s in statements(function.body) if isinstance(s, Call))
     below = max((_depth(callee, compiled) for callee in calls), default=0)
     return compiled.stack.get(function.name, 0) + below
+
+
+def _rounding(target: Target, vectors: Vectors) -> str:
+    """Sentence about outputs that are made of rounding errors, for the README."""
+    fields, are_errors = vectors.fields, vectors.conditioning.are_errors
+    names = [fields[k].name for k in output_fields(target, fields) if are_errors[k]]
+    if not names:
+        return ""
+    listed = ", ".join(f"`{name}`" for name in names)
+    return f" Of outputs that are made of rounding errors only the size is compared: {listed}."
 
 
 def _losses(compiled: Compiled | None) -> list[str]:

@@ -5,10 +5,13 @@ from collections.abc import Sequence
 import numpy as np
 
 from gyrostat.codegen.flight.module import Precision
+from gyrostat.exports.vectors.conditioning import Conditioning
 from gyrostat.exports.vectors.fields import Field, arrays_of
 
 CLOSE = {"double": 1e-13, "float": 1e-4}
 """Largest relative difference; a tenth of the tolerance of the test program."""
+SHARE = 0.5
+"""Share of the errors that rounding explains, which the test program allows too."""
 
 
 class Agreement:
@@ -18,19 +21,28 @@ class Agreement:
         results: Indices of the fields that are compared.
     """
 
-    def __init__(self, fields: Sequence[Field], nominal: np.ndarray, precision: Precision) -> None:
+    def __init__(
+        self,
+        fields: Sequence[Field],
+        nominal: np.ndarray,
+        precision: Precision,
+        rounding: Conditioning,
+    ) -> None:
         """Take the scales from the test run.
 
         Args:
             fields: Numbers of the module.
             nominal: Values of all fields after each step of the test run, (steps, fields).
             precision: Precision of real numbers in C.
+            rounding: What rounding before each step of the test run changes.
         """
         self._close = CLOSE[precision]
         self.results = [k for k, field in enumerate(fields) if field.role in ("state", "output")]
         self._arrays = arrays_of([fields[k] for k in self.results])
         self._scale = np.zeros(len(self.results))
-        self._scale = np.max(self._sizes(nominal[:, self.results]), axis=0)
+        largest = np.max(self._sizes(nominal[:, self.results]), axis=0)
+        explained = SHARE * rounding.allowed(self.results, largest, self._close)
+        self._scale = np.maximum(largest, explained / self._close)
 
     def _sizes(self, values: np.ndarray) -> np.ndarray:
         """Sizes of finite values, at least a share of the largest one in their array."""

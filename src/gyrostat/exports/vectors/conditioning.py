@@ -6,6 +6,7 @@ wrong result, and one of an algorithm that is less accurate than its problem, di
 """
 
 from collections.abc import Sequence
+from dataclasses import dataclass
 
 import numpy as np
 
@@ -20,14 +21,49 @@ RUNS = 2
 """Number of runs with changes of random sign."""
 
 
+CHANGES = 4.0
+"""Error of a result that is allowed, relative to its change."""
+MOST = 1000.0
+"""Largest tolerance of an ill-conditioned result over that of others."""
+NOISE = 0.1
+"""Share of its largest value that a result changes by in half of the steps if it is made of
+rounding errors."""
+
+
+@dataclass(frozen=True)
+class Conditioning:
+    """What is known of the results of a test run.
+
+    Attributes:
+        changes: Largest change of each number if inputs and memory change before every step,
+            (fields,); 0 where one of the values is not finite.
+        are_errors: Whether each number is made of rounding errors, such as the residual of an
+            equation, (fields,): only its size is known.
+    """
+
+    changes: np.ndarray
+    are_errors: np.ndarray
+
+    def allowed(self, places: Sequence[int], largest: np.ndarray, tolerance: float) -> np.ndarray:
+        """Errors of some numbers that rounding explains.
+
+        Args:
+            places: Indices of the numbers.
+            largest: Largest value of each.
+            tolerance: Error of a well-conditioned number that is allowed, relative to that.
+        """
+        most = np.where(self.are_errors[places], np.inf, MOST * tolerance * largest)
+        return np.minimum(CHANGES * self.changes[places], most)
+
+
 def conditioning(
     python: PythonRun,
     fields: Sequence[Field],
     rows: Sequence[Row],
     values: np.ndarray,
     precision: Precision,
-) -> np.ndarray:
-    """Largest change of each number in a run if inputs and memory change before every step.
+) -> Conditioning:
+    """Change inputs and memory before every step of a run, and compare the results.
 
     Args:
         python: Functions in Python.
@@ -35,17 +71,19 @@ def conditioning(
         rows: Steps.
         values: Values of all fields after each step, (steps, fields).
         precision: Precision of real numbers in C.
-
-    Returns:
-        Changes, (fields,); 0 where one of the values is not finite.
     """
     random = np.random.default_rng(0)
     is_real = np.array([f.kind == "real" and f.role in ("input", "state") for f in fields])
-    largest = np.zeros(len(fields))
+    changes: list[np.ndarray] = []
     for _ in range(RUNS):
         signs = random.choice([-1.0, 1.0], (len(rows), len(fields)))
         changed = python.run(rows, 1.0 + UNIT[precision] * signs * is_real)
         with np.errstate(invalid="ignore"):
             change = np.abs(changed - values)
-        largest = np.maximum(largest, np.max(np.where(np.isfinite(change), change, 0.0), axis=0))
-    return largest
+        changes.append(np.where(np.isfinite(change), change, 0.0))
+    every = np.concatenate(changes)
+    sizes = np.max(np.where(np.isfinite(values), np.abs(values), 0.0), axis=0)
+    are_real = np.array([f.kind == "real" for f in fields])
+    return Conditioning(
+        np.max(every, axis=0), are_real & (np.median(every, axis=0) > NOISE * sizes)
+    )

@@ -100,7 +100,8 @@ def find_vectors(
     unreachable = {(gap.decision, gap.condition) for gap in reasons}
     explorer = Explorer(machine, python.tuned, inputs, unreachable)
     results = python.run(nominal)
-    agreement = Agreement(fields, results, precision)
+    rounding = conditioning(python, fields, nominal, results, precision)
+    agreement = Agreement(fields, results, precision, rounding)
     explorer.evaluate(_cases(target, explorer))
     _search(explorer, python, agreement, most, {(g.decision, g.condition) for g in possible})
     rows, replayed, values = _select(explorer, python, agreement, nominal)
@@ -108,8 +109,7 @@ def find_vectors(
     for number, items in enumerate(replayed.items):
         for decision, outcome in sorted(items):
             coverage.decisions[decision].add(outcome, number)
-    changes = conditioning(python, fields, nominal, results, precision)
-    vectors = Vectors(fields, tuple(rows), values, replayed.cut_short, changes)
+    vectors = Vectors(fields, tuple(rows), values, replayed.cut_short, rounding)
     share, seconds = explorer.effort / max(most, 1.0), time.monotonic() - began
     return Found(vectors, coverage, share, seconds, reasons, possible)
 

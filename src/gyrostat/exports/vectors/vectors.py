@@ -8,7 +8,7 @@ import numpy as np
 from gyrostat.codegen.flight.module import Module, Precision
 from gyrostat.core.jax64 import jax
 from gyrostat.exports.target import STEPS, Target
-from gyrostat.exports.vectors.conditioning import conditioning
+from gyrostat.exports.vectors.conditioning import Conditioning, conditioning
 from gyrostat.exports.vectors.fields import Field, fields_of, values_of, whole
 from gyrostat.exports.vectors.python_run import PythonRun
 from gyrostat.exports.vectors.rows import Row
@@ -24,15 +24,14 @@ class Vectors:
         values: Values of all fields after each step in Python, (steps, fields).
         cut_short: Whether a loop reaches its largest number of passes in a step of C, so that the
             results are not valid.
-        changes: Changes of all fields in the test run by rounding before each step, (fields,); see
-            `conditioning`.
+        conditioning: What rounding before each step of the test run changes.
     """
 
     fields: tuple[Field, ...]
     rows: tuple[Row, ...]
     values: np.ndarray
     cut_short: tuple[bool, ...]
-    changes: np.ndarray
+    conditioning: Conditioning
 
     @property
     def inputs(self) -> tuple[int, ...]:
@@ -85,5 +84,5 @@ def nominal_vectors(target: Target, module: Module, precision: Precision) -> Vec
     rows = nominal_rows(target, fields)
     python = PythonRun(target, fields, is_compiled=False)
     values = python.run(rows)
-    changes = conditioning(python, fields, rows, values, precision)
-    return Vectors(fields, rows, values, (False,) * len(rows), changes)
+    rounding = conditioning(python, fields, rows, values, precision)
+    return Vectors(fields, rows, values, (False,) * len(rows), rounding)
