@@ -55,6 +55,16 @@ def ordered(x):
     return rows[order, 1:]
 
 
+def counting(x):
+    """A loop that ends early, and returns the number at which it does."""
+
+    def further(state):
+        number, total = state
+        return number + 1, total + 1.0 + jnp.abs(x)[number - 2]
+
+    return jax.lax.while_loop(lambda s: (s[1] < 1.5) & (s[0] < 6), further, (2, 0.0))
+
+
 def anywhere(place, x):
     """Element at any index, which is brought into the array."""
     return x[place]
@@ -81,6 +91,7 @@ CASES = {
     counted: {"x": REALS},
     permuted: {"x": REALS},
     ordered: {"x": REALS},
+    counting: {"x": REALS},
     anywhere: {"place": RANDOM.integers(-9, 9, LANES), "x": REALS},
     branched: {"place": np.append(RANDOM.integers(-9, 9, LANES - 2), [-(2**63), LAST]), "x": REALS},
     sizes: {"x": REALS},
@@ -89,7 +100,8 @@ TESTED = {
     chosen: r"[<>] \d+\) \?",
     sought: r"\w+ [<>] (0|199)\b",
     counted: r"\w+ < 0\b",
-    ordered: r"\w+(\[\w+\])? (< 0|> [123])\b",
+    ordered: r"\w+(\[\w+\])? (< 0|> [123])\b|integer_sum",
+    counting: r"\w+ < 0\b",
     permuted: r"\b(?!i\b)\w+(\[\w+\])? < 0\b",
     sizes: r"size\w* < 0\.0",
 }

@@ -8,7 +8,8 @@ outcome is known where a branch was taken, and for an index that the branch or a
 from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
-from gyrostat.codegen.carried_numbers import counts_passes
+from gyrostat.codegen.carried_numbers import counted, counts_of
+from gyrostat.codegen.outcomes import decided
 from gyrostat.codegen.program import (
     ZERO,
     Assign,
@@ -40,7 +41,7 @@ from gyrostat.codegen.ranges import (
 from gyrostat.codegen.signs import Signs
 from gyrostat.codegen.stored_ranges import Stored, stored_ranges
 
-TRUE = Number("logical", True)
+TRUE, FIRST = Number("logical", True), Number("index", 0)
 ROUNDS = 10
 """Largest number of times that ranges of what is stored give others; those of any round hold."""
 
@@ -133,6 +134,14 @@ class _Facts:
         is_below_zero = operation == "lt" and operands[1] == ZERO
         if is_below_zero and self._signs.has_none(operands[0]):
             return Number("logical", False)
+        if operation == "to_index":
+            made = self._assigned.get(operands[0]) if isinstance(operands[0], Name) else None
+            if (
+                made is not None
+                and made.operation == "to_integer"
+                and made.operands[0].kind == "index"
+            ):
+                return made.operands[0]
         if operation == "sub" and repr(operands[1]) == repr(ZERO):
             return operands[0]
         if operation in UNCHANGED and within(self._range(operands[0]), UNCHANGED[operation]):
@@ -204,7 +213,7 @@ class _Facts:
 
     def _implied(self, test: Operand, outcome: bool) -> Iterator[tuple[Name, Range]]:
         """Ranges of the numbers that a test compares, where it has an outcome."""
-        for statement, is_true in self._decided(test, outcome):
+        for statement, is_true in decided(test, outcome, self._assigned):
             operation = statement.operation
             if operation not in OPPOSITE:
                 continue
@@ -218,36 +227,23 @@ class _Facts:
                 if isinstance(name, Name) and range_ is not None and bound is not None:
                     yield name, narrowed(range_, relation, bound)
 
-    def _decided(self, operand: Operand, value: bool) -> Iterator[tuple[Assign, bool]]:
-        """Statements of which a logical value decides the result, each with its result."""
-        statement = self._assigned.get(operand) if isinstance(operand, Name) else None
-        if statement is None:
-            return
-        yield statement, value
-        if statement.operation == "not":
-            yield from self._decided(statement.operands[0], not value)
-        elif statement.operation == ("and" if value else "or"):
-            for each in statement.operands:
-                yield from self._decided(each, value)
-
     def _loop(self, loop: Loop) -> None:
         for each in loop.carried:
             each.first = self._one(each.first)
         loop.start = self._one(loop.start)
         self.ranges[loop.counter] = (0, max(loop.count - 1, 0))
-        counts = {each.name: each.first for each in loop.carried if counts_passes(each, loop.body)}
-        ends: dict[Name, int] = {}
+        counts = counts_of(loop)
         for name, first in counts.items():
-            if not isinstance(first, Number):
-                continue
-            start, end = int(first.value), int(first.value) + loop.count
-            if of_kind((start, end), name.kind):
-                ends[name] = end
-                self.ranges[name] = (start, max(end - 1, start))
+            self.ranges[name] = (first, first + max(loop.count - 1, 0))
         for each in loop.carried:
             if each.name in self._stored:
                 self.ranges[each.name] = self._stored[each.name]
         outer = dict(self._same)
+        for name, first in counts.items():
+            if name.kind == "integer" and loop.start == FIRST:
+                begin = counted(loop, name, first)
+                (loop.body if loop.goes_on is None else loop.test)[:0] = begin
+                self._same[name] = begin[-1].target
         loop.test = self.block(loop.test)
         goes_on: Operand = TRUE
         if loop.goes_on is not None:
@@ -258,8 +254,8 @@ class _Facts:
                 each.next = self._one(each.next)
         self._same = outer
         # behind the loop, a count may have reached its end
-        for name, end in ends.items():
-            self.ranges[name] = (self.ranges[name][0], end)
+        for name, first in counts.items():
+            self.ranges[name] = (first, first + loop.count)
 
     def _branch(self, branch: Branch) -> Sequence[Statement]:
         branch.index = index = self._one(branch.index)
@@ -289,7 +285,7 @@ class _Facts:
         outer = dict(self._same)
         if isinstance(operand, Name):
             self._same[operand] = Number("logical", value)
-        for statement, is_true in self._decided(operand, value):
+        for statement, is_true in decided(operand, value, self._assigned):
             self._same[statement.target] = Number("logical", is_true)
         with self._where(operand, value):
             yield
