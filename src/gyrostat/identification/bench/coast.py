@@ -49,12 +49,12 @@ class Coast:
     start: float = 0.0
 
 
-def coasting_speed(
+def slowing_speed(
     time: Vector, initial: float, viscous: float, coulomb: float
 ) -> tuple[Vector, Matrix]:
-    """Speed of a wheel that coasts to rest, and its derivatives.
+    """Speed of a wheel that coasts, and its derivatives, while it turns.
 
-    w = w0 exp(-b t/J) - c/b (1 - exp(-b t/J)) until it reaches zero, and zero afterwards.
+    w = w0 exp(-b t/J) - c/b (1 - exp(-b t/J)).
 
     Args:
         time: Time, (m,), s.
@@ -69,6 +69,17 @@ def coasting_speed(
     decay_integral, bend = relaxed_time(time, viscous)
     speed = initial * decay - coulomb * decay_integral
     slopes = np.column_stack([-time * initial * decay - coulomb * bend, -decay_integral, decay])
+    return speed, slopes
+
+
+def coasting_speed(
+    time: Vector, initial: float, viscous: float, coulomb: float
+) -> tuple[Vector, Matrix]:
+    """Speed of a wheel that coasts to rest, and its derivatives: zero after the stop.
+
+    Arguments and results are those of `slowing_speed`.
+    """
+    speed, slopes = slowing_speed(time, initial, viscous, coulomb)
     turns = speed > 0.0
     return np.where(turns, speed, 0.0), slopes * turns[:, None]
 

@@ -59,6 +59,7 @@ class Bench:
     speed_quantum: float = option(0.0, "speed", "Step of the recorded speed.")
     current_sigma: float = option(0.0, "current", "Noise of the measured current, 1 sigma.")
     current_quantum: float = option(0.0, "current", "Step of the recorded current.")
+    torque_sigma: float = option(0.0, "torque", "Noise of the reaction torque, 1 sigma.")
     inertia_sigma: float = option(0.0, "share", "Uncertainty of the inertia, 1 sigma.")
     ripple: float = option(0.03, "share", "Torque ripple, rms over the dry friction.")
     drift: float = option(0.02, "share", "Drift of friction from mid-record to its end.")

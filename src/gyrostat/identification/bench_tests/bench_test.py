@@ -6,7 +6,6 @@ from dataclasses import dataclass, field
 from typing import ClassVar
 
 import numpy as np
-from scipy.stats import chi2, norm, t
 
 from gyrostat.core.classes_of import classes_of
 from gyrostat.core.errors import InputError
@@ -14,7 +13,8 @@ from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.units import RPM, SI_UNIT, Unit
 from gyrostat.identification.bench_tests import kinds
 from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, read_options
-from gyrostat.identification.judge.acceptance_lines import CONFIDENCE, Line, judged
+from gyrostat.identification.bench_tests.repetitions import Estimate
+from gyrostat.identification.judge.acceptance_lines import Line, judged
 from gyrostat.telemetry import Record
 from gyrostat.wheel.sheet_limits import QUANTITIES, Limit
 
@@ -65,10 +65,11 @@ class Measured:
     Attributes:
         quantity: Key of `gyrostat.wheel.sheet_limits.QUANTITIES`.
         value: Value, SI.
-        sigma: Standard deviation, SI; with few repetitions, that of a normal error with the same
-            one-sided 95 % bound.
+        sigma: Standard deviation, SI.
         sense: Sense of rotation, +1 or -1; 0 for both.
         conditions: Conditions, SI.
+        guard: Standard deviation of a normal error with the same one-sided 95 % bound, by which the
+            value is judged, SI: larger than sigma if repetitions are few. None if it is sigma.
     """
 
     quantity: str
@@ -76,6 +77,19 @@ class Measured:
     sigma: float
     sense: int = 0
     conditions: Mapping[str, float] = field(default_factory=dict)
+    guard: float | None = None
+
+    @classmethod
+    def of(
+        cls,
+        quantity: str,
+        estimate: Estimate,
+        sense: int = 0,
+        conditions: Mapping[str, float] | None = None,
+    ) -> "Measured":
+        """Value from repetitions."""
+        value, sigma, guard = estimate
+        return cls(quantity, value, sigma, sense, conditions or {}, guard)
 
     @property
     def unit(self) -> Unit:
@@ -91,8 +105,8 @@ class Measured:
         if limit is None:
             bare = (None, -np.inf, np.inf, self.conditions, self.unit, "")
             limit = Limit(self.quantity, *bare)
-        verdict = judged(limit, self.value, self.sigma)
-        return Line(limit, self.sense, self.value, self.sigma, verdict)
+        sigma = self.sigma if self.guard is None else self.guard
+        return Line(limit, self.sense, self.value, sigma, judged(limit, self.value, sigma))
 
     def meets(self, limit: Limit) -> bool:
         """Whether a limit is on this value."""
@@ -218,26 +232,3 @@ def speeds_of(sheet: BenchSheet, quantity: str, usual: Sequence[float]) -> list[
     """Speeds at which a quantity is stated: those of its limits, or usual ones, rad/s."""
     stated = [lim.conditions["speed"] for lim in sheet.wheel.limits if lim.quantity == quantity]
     return stated or list(usual)
-
-
-def mean_of(values: Vector) -> tuple[float, float]:
-    """Mean of repetitions and its sigma, with the factor of Student's t at one-sided 95 %."""
-    count = len(values)
-    factor = t.ppf(CONFIDENCE, count - 1) / norm.ppf(CONFIDENCE)
-    return float(np.mean(values)), float(factor * np.std(values, ddof=1) / np.sqrt(count))
-
-
-def scatter_of(values: Vector, noise: float = 0.0) -> tuple[float, float]:
-    """Standard deviation of repetitions without their noise, and its sigma.
-
-    The sigma is that of a normal error with the same upper 95 % bound as the chi-square law.
-
-    Args:
-        values: Repetitions, (n,).
-        noise: Standard deviation of the error of each.
-    """
-    freedom = len(values) - 1
-    total = float(np.var(values, ddof=1))
-    bound = np.sqrt(max(total * freedom / chi2.ppf(1.0 - CONFIDENCE, freedom) - noise**2, 0.0))
-    value = np.sqrt(max(total - noise**2, 0.0))
-    return float(value), float((bound - value) / norm.ppf(CONFIDENCE))

@@ -6,12 +6,13 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.bench.coast import coasting_speed, find_coasts
+from gyrostat.identification.bench.coast import find_coasts
 from gyrostat.identification.bench.methods import identify_dedicated
 from gyrostat.identification.bench_tests.bench_sheet import BenchSheet
+from gyrostat.identification.bench_tests.drifting_coast import drifting_coast
 from gyrostat.telemetry import Record
 from gyrostat.telemetry.record import CHANNELS
-from gyrostat.telemetry.signals import runs, trapezoidal
+from gyrostat.telemetry.signals import runs
 
 RESTING = 0.02
 """Current, relative to the largest, below which the motor counts as switched off."""
@@ -28,12 +29,16 @@ class Coasted:
         covariance: Covariance of their errors, (2, 2).
         inertia: Inertia, kg·m².
         scale: Relative sigma that all torques have in common.
+        speed_scale: Relative sigma of the measured speeds.
+        clock: Relative sigma of the measured times.
     """
 
     values: Vector
     covariance: Matrix
     inertia: float
     scale: float
+    speed_scale: float = 0.0
+    clock: float = 0.0
 
     def loss(self, speed: float) -> tuple[float, float]:
         """Friction torque at a speed of 0 or more, rad/s, and its sigma, N·m."""
@@ -51,18 +56,25 @@ class Coasted:
             (self.inertia * speed / (coulomb * (1.0 + ratio)) - time) * speed / (coulomb * ratio)
         )
         slope = np.array([by_viscous, by_coulomb])
-        # the ratio of torques to inertia is measured, without the error of the inertia
-        return float(time), float(np.sqrt(max(slope @ self.covariance @ slope, 0.0)))
+        # the ratio of torques to inertia is measured, without the error of the inertia; a scale
+        # error of the speed changes c/J
+        scales = np.hypot(by_coulomb * coulomb * self.speed_scale, time * self.clock)
+        variance = max(float(slope @ self.covariance @ slope), 0.0)
+        return float(time), float(np.hypot(np.sqrt(variance), scales))
 
     def _sigma(self, slope: Vector, value: float) -> float:
         variance = max(float(slope @ self.covariance @ slope), 0.0)
         return float(np.hypot(np.sqrt(variance), self.scale * value))
 
 
-def coast_friction(sheet: BenchSheet, record: Record) -> Coasted:
+def coast_friction(sheet: BenchSheet, record: Record, *, drifts: bool = True) -> Coasted:
     """Viscous and Coulomb friction of all coasts of a record.
 
-    The drift of friction over the record, as large as the sheet states, is part of the covariance.
+    Args:
+        sheet: Spec sheet.
+        record: Record.
+        drifts: Whether friction drifts over the record, with the standard deviation that the sheet
+            states.
 
     Raises:
         InputError: The record has no coast, or the fit is not valid.
@@ -74,35 +86,16 @@ def coast_friction(sheet: BenchSheet, record: Record) -> Coasted:
         raise InputError(f"{record.name}: found no friction that fits the coasts, expected one")
     places = [fit.names.index(name) for name in ("viscous", "coulomb")]
     values, covariance = fit.values[places], fit.covariance[np.ix_(places, places)]
-    shift = sheet.bench.drift * _shift_by_drift(record, values / inertia, fit.speed_sigma) * inertia
-    covariance = covariance + np.outer(shift, shift)
-    return Coasted(values, covariance, inertia, sheet.inertial_scale())
-
-
-def _shift_by_drift(record: Record, ratios: Vector, noise: float) -> Vector:
-    """Change of b/J and c/J of a fit to the coasts if friction drifts over the record, (2,).
-
-    The friction grows linearly from mid-record to its end, by its own size: the change d of the
-    speed obeys dd/dt = -(b/J) d - s(t) (b w + c)/J, and the fit follows it in least squares.
-    """
-    viscous, coulomb = ratios
-    middle, half = np.mean(record.time[[0, -1]]), 0.5 * np.ptp(record.time)
-    coasts = find_coasts(record, noise)
-    rows, right = [], []
-    for k, coast in enumerate(coasts):
-        start = float(coast.speed[: len(coast.speed) // 20 + 1].mean())
-        speed, slopes = coasting_speed(coast.time, start, viscous, coulomb)
-        share = (coast.start + coast.time - middle) / half
-        growth = np.exp(viscous * coast.time)
-        drive = share * (viscous * speed + coulomb)
-        right.append(-trapezoidal(growth * drive, coast.time) / growth)
-        own = np.tile(np.eye(len(coasts))[k], (len(coast.time), 1))
-        rows.append(np.column_stack([slopes[:, :2], own * slopes[:, 2:]]))
-    # the rows of b and c differ by the size of the speed
-    matrix = np.vstack(rows)
-    size = np.maximum(np.linalg.norm(matrix, axis=0), 1e-300)
-    solution = np.linalg.lstsq(matrix / size, np.concatenate(right), rcond=None)[0] / size
-    return solution[:2]
+    if drifts and sheet.bench.drift > 0.0:
+        coasts = find_coasts(record, fit.speed_sigma)
+        first, last = record.time[[0, -1]].tolist()
+        drifting = drifting_coast(coasts, first, last, values / inertia, sheet.bench.drift)
+        if drifting is None:
+            raise InputError(f"{record.name}: found no friction that fits the coasts, expected one")
+        values, covariance = inertia * drifting[0], inertia**2 * drifting[1]
+    scales = sheet.tolerances()
+    scales = (scales.get("speed_scale", 0.0), scales.get("clock", 0.0))
+    return Coasted(values, covariance, inertia, sheet.inertial_scale(), *scales)
 
 
 def each_coast(record: Record) -> list[tuple[float, Record]]:

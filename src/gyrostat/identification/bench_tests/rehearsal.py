@@ -89,7 +89,10 @@ def simulated(
     share = 2.0 * planned.time / planned.time[-1] - 1.0
     growth = 1.0 + bench.drift * random.standard_normal((count, 1)) * share
     speeds = uneven_speeds(sheet.expected(), planned.time, planned.current, growth, ripple)
-    torque = _reaction(sheet, planned, speeds) if "torque_N·m" in planned.columns else None
+    torque = None
+    if "torque_N·m" in planned.columns:
+        torque = _reaction(sheet, planned, speeds)
+        torque = torque + bench.torque_sigma * random.standard_normal(torque.shape)
     temperature = ROOM_TEMPERATURE if planned.temperature is None else planned.temperature
     records = []
     for k, speed in enumerate(speeds):

@@ -9,8 +9,9 @@ import numpy as np
 from gyrostat.core.errors import InputError
 from gyrostat.core.views import lines
 from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, Instrument
-from gyrostat.identification.bench_tests.bench_test import BenchTest, Motor, Outcome
+from gyrostat.identification.bench_tests.bench_test import BenchTest, Motor, Outcome, PlannedRecord
 from gyrostat.identification.bench_tests.plan import chosen_tests
+from gyrostat.identification.bench_tests.profile_match import require_profile
 from gyrostat.identification.bench_tests.rehearsal import sheet_motor
 from gyrostat.identification.judge.acceptance_lines import (
     NO_LIMIT,
@@ -97,8 +98,13 @@ def record_names(sheet: BenchSheet, names: Sequence[str]) -> dict[str, list[str]
     Raises:
         InputError: A test is unknown, or the bench cannot run it.
     """
+    return {name: [r.name for r in records] for name, records in _planned(sheet, names).items()}
+
+
+def _planned(sheet: BenchSheet, names: Sequence[str]) -> dict[str, list[PlannedRecord]]:
+    """Planned records of each test."""
     tests = chosen_tests(sheet, names, "tests")
-    return {name: [each.name for each in test.records(sheet)] for name, test in tests.items()}
+    return {name: test.records(sheet) for name, test in tests.items()}
 
 
 def judge_tests(
@@ -112,11 +118,14 @@ def judge_tests(
         files: Name of a record -> its file.
 
     Raises:
-        InputError: The records are of several wheels, or a name is unknown.
+        InputError: The records are of several wheels, a record does not contain the current that
+            its test asked for, or a name is unknown.
     """
     serial = _one_serial(files)
     tests = chosen_tests(sheet, names, "tests")
-    wanted = record_names(sheet, names)
+    planned = _planned(sheet, names)
+    _require_profiles(planned, files)
+    wanted = {name: [each.name for each in records] for name, records in planned.items()}
     motor, results = sheet_motor(sheet), {}
     for name in sorted(tests, key=lambda name: name != MOTOR_TEST):
         results[name] = _evaluated(sheet, tests[name], wanted[name], files, motor)
@@ -134,6 +143,18 @@ def judge_tests(
     notes += tuple(f"no calibration of the {q} is stated" for q in _unstated(sheet.instruments))
     acceptance = Acceptance(sheet.wheel.name, tuple(judged_lines), notes)
     return BenchVerdict(sheet, ordered, acceptance, tuple(sources), serial)
+
+
+def _require_profiles(
+    planned: Mapping[str, Sequence[PlannedRecord]], files: Mapping[str, RecordFile]
+) -> None:
+    """Require that each record contains the current of its own profile."""
+    every = [each for records in planned.values() for each in records]
+    for test, records in planned.items():
+        for each in records:
+            if each.name in files:
+                file, others = files[each.name], [other for other in every if other is not each]
+                require_profile(file.record, file.name, test, each, others)
 
 
 def _one_serial(files: Mapping[str, RecordFile]) -> str:

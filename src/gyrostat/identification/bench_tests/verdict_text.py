@@ -147,6 +147,7 @@ def _test(result: TestResult) -> dict[str, object]:
                 "conditions": dict(each.conditions),
                 "value": each.value,
                 "sigma": each.sigma,
+                "guard": each.sigma if each.guard is None else each.guard,
             }
             for each in outcome.values
         ],

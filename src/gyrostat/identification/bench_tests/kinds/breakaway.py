@@ -16,11 +16,10 @@ from gyrostat.identification.bench_tests.bench_test import (
     Outcome,
     Panel,
     PlannedRecord,
-    mean_of,
-    scatter_of,
 )
 from gyrostat.identification.bench_tests.change_point import breakaway
 from gyrostat.identification.bench_tests.program import Program
+from gyrostat.identification.bench_tests.repetitions import Estimate, mean_of, scatter_of
 from gyrostat.telemetry import Record
 
 FEWEST = 4
@@ -104,6 +103,7 @@ class BreakawayTest(BenchTest):
             for word, record in zip(("ramp", "staircase"), records, strict=True)
             for sense, current, sigma in self.breakaways(sheet, record, word == "staircase")
         ]
+        common = motor.sigma / motor.constant
         for sense in (1, -1):
             currents = np.array([c for w, s, c, _ in rises if s == sense and w == "ramp"])
             sigmas = np.array([e for w, s, _, e in rises if s == sense and w == "ramp"])
@@ -114,26 +114,22 @@ class BreakawayTest(BenchTest):
                     f"{len(stair)} of staircases in one sense, expected at least {FEWEST} each"
                 )
             every = np.concatenate([currents, stair])
-            mean, spread = mean_of(every)
-            common = motor.sigma / motor.constant
-            torque = motor.constant * mean
-            sigma = float(np.hypot(motor.constant * spread, common * torque))
-            means[sense] = (torque, sigma, common * torque)
-            values.append(Measured("static", torque, sigma, sense))
+            means[sense] = mean_of(every).times(motor.constant)
+            static = means[sense].widened(common * means[sense].value)
+            values.append(Measured.of("static", static, sense))
             noise = float(np.sqrt(np.mean(sigmas**2)))
-            value, error = scatter_of(currents, noise)
-            ripple = (motor.constant * value, motor.constant * error)
-            values.append(Measured("torque_ripple", *ripple, sense))
+            ripple = scatter_of(currents, noise).times(motor.constant)
+            values.append(Measured.of("torque_ripple", ripple, sense))
             apart = motor.constant * float(currents.mean() - stair.mean())
             notes.append(
                 f"{'positive' if sense > 0 else 'negative'} sense: {len(currents)} ramps, "
                 f"{len(stair)} staircases; ramps minus staircases {1e6 * apart:+.3g} µN·m"
             )
             points.append((sense, motor.constant * currents, motor.constant * sigmas))
-        total = means[1][0] + means[-1][0]
-        single = [means[s][1] ** 2 - means[s][2] ** 2 for s in (1, -1)]
-        sigma = float(np.sqrt(sum(single) + (means[1][2] + means[-1][2]) ** 2))
-        values.append(Measured("zero_crossing_torque", total, sigma))
+        total, *sigmas = np.array([*zip(*means.values(), strict=True)])
+        total = Estimate(float(total.sum()), *(float(np.linalg.norm(each)) for each in sigmas))
+        total = total.widened(common * total.value)
+        values.append(Measured.of("zero_crossing_torque", total))
         rows = [
             np.array([sense * np.arange(1, len(torque) + 1), torque, error])
             for sense, torque, error in points

@@ -4,9 +4,9 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
-from scipy import stats
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.types import Vector
 from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, option
 from gyrostat.identification.bench_tests.bench_test import (
     BenchTest,
@@ -18,7 +18,7 @@ from gyrostat.identification.bench_tests.bench_test import (
 )
 from gyrostat.identification.bench_tests.coasting import coast_friction, each_coast
 from gyrostat.identification.bench_tests.program import Program
-from gyrostat.identification.judge.acceptance_lines import CONFIDENCE
+from gyrostat.identification.bench_tests.repetitions import size_of, student
 from gyrostat.telemetry import Record
 
 HOUR = 3600.0
@@ -77,12 +77,15 @@ class RunIn(BenchTest):
                 f"{record.name}: found {len(parts)} coasts, expected at least {FEWEST}"
             )
         hours = np.array([time for time, _ in parts]) / HOUR
-        rows = [coast_friction(sheet, part).loss(speed) for _, part in parts]
+        rows = [coast_friction(sheet, part, drifts=False).loss(speed) for _, part in parts]
         loss, sigma = np.array(rows).T
         common = sheet.inertial_scale() * loss
         noise = np.sqrt(np.maximum(sigma**2 - common**2, 0.0))
         last = slice(len(loss) // 2, None)
-        slope, error = _slope(hours[last], loss[last], noise[last])
+        # what the temperature of the bench does over the record is no run-in
+        drift = sheet.bench.drift * float(loss.mean()) / (0.5 * np.ptp(record.time) / HOUR)
+        slope, error, factor = _slope(hours[last], loss[last], noise[last])
+        change = size_of(slope, float(np.hypot(error, drift)), float(np.hypot(factor * error, drift)))
         line = np.array(
             [hours[last], loss[last].mean() + slope * (hours - hours[last].mean())[last]]
         )
@@ -93,18 +96,18 @@ class RunIn(BenchTest):
             points=np.array([hours, loss, sigma]),
             lines=(line,),
         )
-        change = float(loss[-1] / loss[0] - 1.0)
-        note = f"loss torque of the last coast {100.0 * change:+.2g} % from the first"
-        return Outcome((Measured("run_in_change", abs(slope), error),), (), (note,), (panel,))
+        total = float(loss[-1] / loss[0] - 1.0)
+        note = f"loss torque of the last coast {100.0 * total:+.2g} % from the first"
+        return Outcome((Measured.of("run_in_change", change),), (), (note,), (panel,))
 
 
-def _slope(x: np.ndarray, y: np.ndarray, noise: np.ndarray) -> tuple[float, float]:
-    """Slope of a line and its sigma, from scatter and noise, with the factor of Student's t."""
+def _slope(x: Vector, y: Vector, noise: Vector) -> tuple[float, float, float]:
+    """Slope of a line, its sigma from scatter or noise, and the factor of the sigma for a bound."""
     centred = x - x.mean()
     power = float(centred @ centred)
     slope = float(centred @ y) / power
     residual = y - y.mean() - slope * centred
     freedom = max(len(x) - 2, 1)
-    factor = stats.t.ppf(CONFIDENCE, freedom) / stats.norm.ppf(CONFIDENCE)
-    scatter = factor * np.sqrt(float(residual @ residual) / freedom)
-    return slope, float(max(scatter, np.sqrt(np.mean(noise**2))) / np.sqrt(power))
+    scatter, known = np.sqrt(float(residual @ residual) / freedom), np.sqrt(np.mean(noise**2))
+    sigma = float(max(scatter, known) / np.sqrt(power))
+    return slope, sigma, 1.0 if known > scatter else student(freedom)

@@ -18,10 +18,9 @@ from gyrostat.identification.bench_tests.bench_test import (
     Outcome,
     Panel,
     PlannedRecord,
-    mean_of,
-    scatter_of,
 )
 from gyrostat.identification.bench_tests.program import Program
+from gyrostat.identification.bench_tests.repetitions import mean_of, scatter_of
 from gyrostat.telemetry import Record
 
 FEWEST = 4
@@ -38,7 +37,8 @@ class ZeroCrossing(BenchTest):
     """The wheel passes zero speed at constant current, again and again.
 
     The torque does not change, so that the acceleration steps by (F(0+) + F(0-)) / J. Half of the
-    step is the Coulomb torque, mean of both senses; its scatter is the repeatability. The slopes
+    step is the Coulomb torque, mean of both senses; its scatter about a line over the record is the
+    repeatability. The slopes
     are those at the mean speeds before and after: the viscous torque there, by the coefficient of
     the sheet, is subtracted.
     """
@@ -84,25 +84,32 @@ class ZeroCrossing(BenchTest):
                 f"at least {FEWEST}"
             )
         torque, sigma = np.array(steps).T
-        mean, spread = mean_of(torque)
-        scale = sheet.inertial_scale()
-        apart = np.mean([each[2] for each in crossings])
-        error = VISCOUS_ERROR * viscous * apart
-        sigma_step = float(np.sqrt(spread**2 + (scale * mean) ** 2 + error**2))
-        coulomb = Measured("coulomb", 0.5 * mean, 0.5 * sigma_step)
-        scatter = scatter_of(torque, float(np.sqrt(np.mean(sigma**2))))
         numbers = 1.0 + np.arange(float(len(torque)))
+        line = np.polyfit(numbers, torque, 1)
+        trend = np.polyval(line, numbers)
+        # friction that drifts over the record is no scatter from crossing to crossing
+        level = torque - trend + torque.mean()
+        error = VISCOUS_ERROR * viscous * float(np.mean([each[2] for each in crossings]))
+        step = mean_of(level)
+        step = step.widened(sheet.inertial_scale() * step.value).widened(error)
+        scatter = scatter_of(level, float(np.sqrt(np.mean(sigma**2))), fitted=2)
         panel = Panel(
             "Step of the torque at each crossing",
             "crossing",
             "torque (N·m)",
             points=np.array([numbers, torque, sigma]),
-            lines=(np.array([numbers[[0, -1]], [mean, mean]]),),
+            lines=(np.array([numbers, trend]),),
         )
-        note = f"{len(torque)} crossings evaluated"
-        return Outcome(
-            (coulomb, Measured("crossing_repeatability", *scatter)), (), (note,), (panel,)
+        note = (
+            f"{len(torque)} crossings evaluated; the step changes by "
+            f"{1e6 * (trend[-1] - trend[0]):+.3g} µN·m over the record, which is no part of the "
+            "scatter"
         )
+        values = (
+            Measured.of("coulomb", step.times(0.5)),
+            Measured.of("crossing_repeatability", scatter),
+        )
+        return Outcome(values, (), (note,), (panel,))
 
 
 def acceleration_steps(record: Record) -> list[tuple[float, float, float]]:
