@@ -25,6 +25,8 @@ MOST_UNEXPLAINED = 0.15
 loop that holds the speed, times that differ by a few samples."""
 SCALES = (0.8, 1.25)
 """Scales of a current that is the planned one: a drive sets it with a few per cent."""
+TIED = 0.01
+"""Relative difference of the explained mean squares of two lags that fit equally well."""
 SAME = 1e-6
 """Unexplained share of two profiles that are the same."""
 
@@ -92,7 +94,10 @@ def match(record: Record, planned: PlannedRecord) -> Match:
     inside = power[np.clip(len(c) - shifts, 0, len(p))] - power[np.clip(-shifts, 0, len(p))]
     enough = inside >= min(LEAST_PART * power[-1], float(inside.max()))
     quality = np.where(enough, product[shifts] ** 2 / np.maximum(inside, 1e-12 * power[-1]), 0.0)
-    lag = record.time[0] + coarse * float(shifts[int(np.argmax(quality))])
+    # a periodic profile fits at several lags: that with the most of it inside the record
+    most = int(np.argmax(np.where(quality >= (1.0 - TIED) * quality.max(), inside, -1.0)))
+    near = slice(max(most - len(p) // 100, 0), most + len(p) // 100 + 1)
+    lag = record.time[0] + coarse * float(shifts[near.start + int(np.argmax(quality[near]))])
     # the start of the profile is between two samples
     fine = [_at_lag(record, profile, lag + k * coarse) for k in np.arange(-1.5, 1.6, 0.25)]
     return min(fine, key=lambda each: each.unexplained)
@@ -131,6 +136,7 @@ def require_profile(
     if not np.any(record.current):
         raise InputError(f"{place}: found no current, {expected}")
     found = match(record, planned)
+    rivals = []
     for other in others:
         apart = match(_as_record(other), planned)
         if found.fits and (apart.unexplained <= SAME or not apart.alike):
@@ -138,8 +144,10 @@ def require_profile(
         rival = match(record, other)
         # two profiles that are nearly the same are told apart by half of what they differ
         nearer = found.unexplained - rival.unexplained > 0.5 * apart.unexplained
-        if rival.fits and (not found.fits or (apart.unexplained > SAME and nearer)):
-            raise InputError(f"{place}: found the current of {other.name}, {expected}")
+        if rival.fits and (nearer or not found.fits):
+            rivals.append((rival.unexplained, other.name))
+    if rivals:
+        raise InputError(f"{place}: found the current of {min(rivals)[1]}, {expected}")
     if not found.fits:
         raise InputError(f"{place}: found {_difference(found)}, {expected}")
 

@@ -127,7 +127,7 @@ def largest_of(values: Vector, sigma: Vector, groups: Sequence[object]) -> Estim
     )
     random = np.random.default_rng(0)
     draws = random.standard_normal((DRAWS, 1 + len(labels) + count))
-    group = kept_group * between + np.sqrt(kept_group * error / size) * draws[:, 1 : -count]
+    group = kept_group * between + np.sqrt(kept_group * error / size) * draws[:, 1:-count]
     own = kept * within + np.sqrt(kept * error) * draws[:, -count:]
     truth = values.mean() + np.sqrt(error / count) * draws[:, :1] + group[:, index] + own
     largest = np.max(truth, axis=1)

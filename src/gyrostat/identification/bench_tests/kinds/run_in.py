@@ -85,7 +85,9 @@ class RunIn(BenchTest):
         # what the temperature of the bench does over the record is no run-in
         drift = sheet.bench.drift * float(loss.mean()) / (0.5 * np.ptp(record.time) / HOUR)
         slope, error, factor = _slope(hours[last], loss[last], noise[last])
-        change = size_of(slope, float(np.hypot(error, drift)), float(np.hypot(factor * error, drift)))
+        change = size_of(
+            slope, float(np.hypot(error, drift)), float(np.hypot(factor * error, drift))
+        )
         line = np.array(
             [hours[last], loss[last].mean() + slope * (hours - hours[last].mean())[last]]
         )
