@@ -491,6 +491,15 @@ def test_a_value_that_is_judged_too_counts_once_in_a_simulated_test(sheet):
     assert [(each.title, each.count) for each in result.predictions] == [(value.line().title, 3)]
 
 
+def test_a_motor_constant_with_one_limit_converts_no_currents(sheet_file, measured):
+    for tolerance in ("minimum = 0.0221", ""):
+        path = sheet_file(lambda text, new=tolerance: text.replace('tolerance = "3 %"', new))
+        verdict = gs.bench(path, verdict=measured(["breakaway"]))
+        (line,) = [x for x in verdict.acceptance.lines if x.limit.quantity == "torque_ripple"]
+        assert line.verdict == NOT_JUDGED
+        assert "without limits on both sides" in line.why
+
+
 def test_the_example_sheet_is_read():
     sheet = read_bench_sheet(Path(__file__).parents[2] / "examples/bench_tests.toml")
     assert sheet.tolerances()["inertia"] == pytest.approx(0.003)

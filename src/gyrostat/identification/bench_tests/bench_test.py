@@ -167,13 +167,27 @@ class Motor:
 
     Attributes:
         constant: Motor constant, N·m/A.
-        sigma: Its standard deviation, N·m/A.
+        sigma: Its standard deviation, N·m/A; None if it is not known.
         source: Where it is from.
     """
 
     constant: float
-    sigma: float
+    sigma: float | None
     source: str
+
+    @property
+    def relative(self) -> float:
+        """Relative standard deviation.
+
+        Raises:
+            InputError: It is not known.
+        """
+        if self.sigma is None:
+            raise InputError(
+                f"motor_constant: found {self.source} without limits on both sides, expected a "
+                "tolerance, or the records of torque-speed: it converts currents to torques"
+            )
+        return self.sigma / self.constant
 
 
 @dataclass(frozen=True)

@@ -187,7 +187,7 @@ def _calibration(
     values = {**sheet.wheel.values, "inertia": inertia, "viscous": viscous}
     wheel = replace(sheet.wheel, values=values)
     motor = sheet_motor(sheet)
-    constant = motor.constant + motor.sigma * random.standard_normal()
+    constant = motor.constant + (motor.sigma or 0.0) * random.standard_normal()
     return replace(sheet, wheel=wheel), replace(motor, constant=constant), errors
 
 
@@ -201,11 +201,13 @@ def _prediction(every: Sequence[Measured]) -> Prediction:
 
 
 def sheet_motor(sheet: BenchSheet) -> Motor:
-    """Motor constant of the sheet; its tolerance is the half width of a uniform distribution."""
+    """Motor constant of the sheet; its tolerance is the half width of a uniform distribution.
+
+    Without limits on both sides its sigma is not known.
+    """
     constant = sheet.value("motor_constant")
     limit: Limit = next(each for each in sheet.wheel.limits if each.quantity == "motor_constant")
-    width = 0.5 * (limit.maximum - limit.minimum) if np.isfinite(limit.maximum) else 0.0
-    width = width if np.isfinite(width) else 0.0
+    width = 0.5 * (limit.maximum - limit.minimum)
     scale = sheet.tolerances().get("current_scale", 0.0) * constant
-    sigma = float(np.hypot(width / np.sqrt(3.0), scale))
+    sigma = float(np.hypot(width / np.sqrt(3.0), scale)) if np.isfinite(width) else None
     return Motor(constant, sigma, "the motor constant of the sheet")

@@ -1,4 +1,4 @@
-"""Mean, scatter, largest and size of values that a test measured several times, with their sigma."""
+"""Mean, scatter and largest of repeated values, and size of a value, each with its sigma."""
 
 from collections.abc import Sequence
 from typing import NamedTuple
@@ -105,9 +105,9 @@ def largest_of(values: Vector, sigma: Vector, groups: Sequence[object]) -> Estim
     """Largest of several quantities that are measured with normal errors, without the bias of it.
 
     The largest of n values exceeds the largest truth: of four equal ones by 1.03 sigma. Therefore
-    the truth is a mean, plus an effect of the group, plus an effect of each repetition; both effects
-    are normal, with the variance by which their scatter exceeds the errors (empirical Bayes, James
-    and Stein 1961). The estimate is mean and standard deviation of the largest truth. Its guard
+    the truth is a mean, plus an effect of the group, plus one of each repetition; both effects are
+    normal, with the variance by which their scatter exceeds the errors (empirical Bayes, James and
+    Stein 1961). The estimate is mean and standard deviation of the largest truth. Its guard
     has the bound that holds without such a model: the largest of the bounds of all values.
 
     Args:

@@ -103,7 +103,7 @@ class BreakawayTest(BenchTest):
             for word, record in zip(("ramp", "staircase"), records, strict=True)
             for sense, current, sigma in self.breakaways(sheet, record, word == "staircase")
         ]
-        common = motor.sigma / motor.constant
+        common = motor.relative
         for sense in (1, -1):
             currents = np.array([c for w, s, c, _ in rises if s == sense and w == "ramp"])
             sigmas = np.array([e for w, s, _, e in rises if s == sense and w == "ramp"])

@@ -77,17 +77,16 @@ class RunIn(BenchTest):
                 f"{record.name}: found {len(parts)} coasts, expected at least {FEWEST}"
             )
         hours = np.array([time for time, _ in parts]) / HOUR
-        rows = [coast_friction(sheet, part, drifts=False).loss(speed) for _, part in parts]
-        loss, sigma = np.array(rows).T
+        losses = [coast_friction(sheet, part, drifts=False).loss(speed) for _, part in parts]
+        loss, errors = np.array(losses).T
         common = sheet.inertial_scale() * loss
-        noise = np.sqrt(np.maximum(sigma**2 - common**2, 0.0))
+        noise = np.sqrt(np.maximum(errors**2 - common**2, 0.0))
         last = slice(len(loss) // 2, None)
         # what the temperature of the bench does over the record is no run-in
         drift = sheet.bench.drift * float(loss.mean()) / (0.5 * np.ptp(record.time) / HOUR)
         slope, error, factor = _slope(hours[last], loss[last], noise[last])
-        change = size_of(
-            slope, float(np.hypot(error, drift)), float(np.hypot(factor * error, drift))
-        )
+        sigma, guard = (float(np.hypot(each, drift)) for each in (error, factor * error))
+        change = size_of(slope, sigma, guard)
         line = np.array(
             [hours[last], loss[last].mean() + slope * (hours - hours[last].mean())[last]]
         )
@@ -95,7 +94,7 @@ class RunIn(BenchTest):
             "Loss torque over the run-in",
             "time (h)",
             "torque (N·m)",
-            points=np.array([hours, loss, sigma]),
+            points=np.array([hours, loss, errors]),
             lines=(line,),
         )
         total = float(loss[-1] / loss[0] - 1.0)

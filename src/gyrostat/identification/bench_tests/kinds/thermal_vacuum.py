@@ -31,8 +31,8 @@ class ThermalVacuum(BenchTest):
     """One coast in each sense at every plateau of the cycles, cold and hot in turn.
 
     The largest loss torque of all plateaus is judged, less the amount by which errors alone make
-    the largest of several exceed the truth (`largest_of`). The temperature is that of its column, or of
-    the comment `# temperature:` of the record.
+    the largest of several exceed the truth (`largest_of`). The temperature is that of its column,
+    or of the comment `# temperature:` of the record.
     """
 
     name = "thermal-vacuum"
