@@ -423,6 +423,21 @@ def test_records_of_two_wheels_are_refused(sheet_file, measured):
         gs.bench(sheet_file(), verdict=folder)
 
 
+def test_swapped_records_are_refused_without_a_report(sheet_file, measured, tmp_path):
+    folder = measured(["coast-down"])
+    first, second = (folder / f"coast-down-{word}.csv" for word in ("positive", "negative"))
+    first.rename(folder / "other")
+    second.rename(first)
+    (folder / "other").rename(second)
+    with pytest.raises(InputError) as error:
+        gs.bench(sheet_file(), tmp_path / "report", verdict=folder)
+    assert str(error.value) == (
+        "coast-down-positive.csv: test coast-down: found the current of coast-down-negative, "
+        "expected that of profiles/coast-down-positive.csv"
+    )
+    assert not (tmp_path / "report").exists()
+
+
 def test_a_record_without_the_test_gives_no_result(sheet, sheet_file, measured):
     folder = measured(["coast-down"])
     (planned, _) = bench_tests(sheet)["coast-down"].records(sheet)
