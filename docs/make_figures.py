@@ -13,12 +13,24 @@ from gyrostat import place, simulate
 from gyrostat.core.units import RPM
 from gyrostat.failures import holdable
 from gyrostat.identification import identify
+from gyrostat.monitoring import WheelMonitor
+from gyrostat.monitoring.change.assess import Limit, assess, reference_to
+from gyrostat.monitoring.change.detector import AlarmSettings
+from gyrostat.monitoring.fleet.faults.coulomb_growth import CoulombGrowth
+from gyrostat.monitoring.fleet.flight import Cell, Fleet, Flight
+from gyrostat.monitoring.fleet.known import known_wheels
+from gyrostat.monitoring.fleet.pointing import LOW, SLEWS
+from gyrostat.monitoring.fleet.sampling import Sampling, sample
+from gyrostat.monitoring.fleet.vehicle import SMALL
+from gyrostat.monitoring.rehearsal import samples_of
 from gyrostat.papers.carrara_kuga.dispersed import crossing_figure
 from gyrostat.reports import friction_charts, record_charts, sky_chart
 from gyrostat.reports.body_sky_map import body_sky_chart
 from gyrostat.reports.chart import WIDTH
 from gyrostat.reports.colours import BAND, MARK, MODEL
 from gyrostat.reports.drawing import STYLE
+from gyrostat.reports.health_charts import health_charts, shade
+from gyrostat.reports.health_series import wheel_series
 from gyrostat.scenario import Scenario
 from gyrostat.scenario_files.scenario_file import read_scenario
 from gyrostat.spacecraft import read_spacecraft
@@ -46,6 +58,22 @@ def stiff_wheel_figure(scenario: Scenario) -> Figure:
         axes.set(title=title, xlabel="time (min)", xlim=(0.0, scenario.duration / 60.0))
     figure.axes[0].set_ylabel("wheel speed (rpm)")
     return figure
+
+
+def flying_wheel_charts() -> list[list[Markup]]:
+    """History of a simulated wheel whose Coulomb torque grows by 15 % within 30 days."""
+    fault = CoulombGrowth(wheel=1, day=25.0, size=0.15, duration=30.0)
+    fleet = Fleet(Cell(SMALL, LOW, SLEWS), [Flight(5, (fault,))])
+    sampling = Sampling(period=2.0)
+    monitor = WheelMonitor(known_wheels(SMALL, sampling))
+    for (day,) in fleet.days(60):
+        monitor.add(samples_of(sample(day, SMALL, sampling), SMALL))
+    table, settings = monitor.windows().wheel("wheel2"), AlarmSettings()
+    reference = reference_to(monitor.known.wheels[1])
+    (condition,) = assess(table, settings, {"wheel2": reference}, {"wheel2": Limit(9e-5)})
+    series = wheel_series(table, condition)
+    charts = health_charts(series, condition, settings.threshold, shade([series]), "wheel2")
+    return [charts[0::2], charts[1::2]]
 
 
 def image_of(columns: Sequence[Sequence[Markup]]) -> str:
@@ -89,6 +117,7 @@ def main():
             record, fit.predicted[0], fit.predicted_sigma[0], fit.speed_sigma
         ),
         "wheel_friction": friction_charts(fit),
+        "wheel_health": flying_wheel_charts(),
     }
     folder = ROOT / "docs" / "images"
     folder.mkdir(exist_ok=True)

@@ -6,7 +6,8 @@ import numpy as np
 
 from gyrostat.core.units import RPM
 from gyrostat.reports import record_charts
-from gyrostat.reports.chart import HEIGHT, WIDTH, Axis, Chart
+from gyrostat.reports.axis import Axis
+from gyrostat.reports.chart import HEIGHT, WIDTH, Chart
 from gyrostat.telemetry import Record
 
 

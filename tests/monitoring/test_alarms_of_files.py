@@ -38,6 +38,8 @@ def test_alarm_names_the_wheel_and_its_class(folder, tmp_path):
     assert change["classes"][0] == "motor constant"
     assert change["onset"]["start"] == pytest.approx(3 * 86400.0)
     assert health["changes"]["wheel1"]["forecast"]["reached_within_a_year"] < 0.5
+    page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
+    assert '<a href="#wheel2">wheel2</a>: ALARM: motor constant' in page
     assert health["assumed"]["faults_per_wheel_year"]["motor constant"] > 0.0
 
 

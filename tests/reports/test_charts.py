@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gyrostat.reports.chart import axis_of
+from gyrostat.reports.axis import axis_of
 from gyrostat.reports.thinned import thinned
 
 

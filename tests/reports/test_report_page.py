@@ -14,10 +14,11 @@ from hypothesis import given
 from hypothesis import strategies as st
 
 from gyrostat.campaigns.blocks import columns_of
+from gyrostat.reports.axis import Axis, axis_of, scaled_unit
 from gyrostat.reports.campaign import _campaign_page
 from gyrostat.reports.campaign_charts import histograms
 from gyrostat.reports.campaign_content import campaign_lines, driver_rows, headline
-from gyrostat.reports.chart import Axis, Chart, axis_of, scaled_unit
+from gyrostat.reports.chart import Chart
 from gyrostat.reports.requirements import required_in
 from gyrostat.reports.run_charts import run_charts
 from gyrostat.reports.run_table import packed, rounded, run_table

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.core.pictured import Pictured
 from gyrostat.core.types import Matrix
 from gyrostat.monitoring.change.assess import WheelHealth
 from gyrostat.monitoring.change.detector import AlarmSettings
@@ -14,7 +15,7 @@ from gyrostat.monitoring.windows import PARAMETERS, REGRESSED, Windows
 
 
 @dataclass(frozen=True, eq=False)
-class Health:
+class Health(Pictured):
     """Result of monitoring.
 
     Attributes:
@@ -79,6 +80,10 @@ class Health:
             "latest": None if row is None else _parameters(row),
         }
 
+    def __str__(self) -> str:
+        """Text for the terminal."""
+        return "\n".join(self.lines())
+
     def lines(self) -> list[str]:
         """Text for the terminal."""
         lines = []
@@ -95,11 +100,23 @@ class Health:
                         f"  {parameter:<15} {value:.4g} ± {1.96 * sigma:.2g} {unit} (95 %)"
                     )
                 else:
-                    reason = row[f"{parameter}_reason"]
-                    lines.append(f"  {parameter:<15} not observable, because {reason}")
+                    lines.append(f"  {parameter:<15} {unknown_text(row, parameter)}")
         lines += [f"note: {note}" for note in self.notes]
         lines += [f"ALARM: {alarm['wheel']}: {alarm['text']}" for alarm in self.alarms]
         return lines
+
+
+def unknown_text(row: Mapping[str, Any], parameter: str) -> str:
+    """Why a window does not determine a parameter.
+
+    Args:
+        row: Row of the window table.
+        parameter: One of `PARAMETERS` that is not observable.
+    """
+    reason = row[f"{parameter}_reason"]
+    if parameter == "static":  # never estimated: samples of telemetry only bound it
+        return f"not estimated: {reason}"
+    return f"not observable, because {reason}"
 
 
 def _parameters(row: Mapping[str, Any]) -> dict[str, Any]:

@@ -49,7 +49,7 @@ def standstill_columns(blocks: Blocks, known: KnownWheels, wheel: int) -> dict[s
     torque = rotor.motor_constant * float(np.max(drive[np.isfinite(drive)], initial=0.0))
     reason = "the wheel does not come to rest"
     if torque > 0.0:
-        reason = f"samples show a rest only up to {torque:.3g} N·m: it is about this or more"
+        reason = f"at least about {torque:.3g} N·m, the largest motor torque at rest"
     return {
         "standstill_share": float(np.mean(share)) if share.size else np.nan,
         "standstill_torque": torque,

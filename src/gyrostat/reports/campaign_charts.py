@@ -10,8 +10,9 @@ from numpy.typing import NDArray
 
 from gyrostat.campaigns.summary import percentile_of
 from gyrostat.core.types import Vector
+from gyrostat.reports.axis import Axis, axis_of, scaled_unit
 from gyrostat.reports.campaign_run import labelled
-from gyrostat.reports.chart import Axis, Chart, axis_of, scaled_unit
+from gyrostat.reports.chart import Chart
 from gyrostat.reports.requirements import required_in
 from gyrostat.reports.run_table import page_unit, rounded
 from gyrostat.scenario import Scenario

@@ -9,88 +9,20 @@ light, dark and print. Without the script, a chart is complete.
 import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from typing import NamedTuple
 
 import numpy as np
 from markupsafe import Markup
+from numpy.typing import NDArray
 
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.reports.axis import Axis, axis_of
 from gyrostat.reports.thinned import thinned
 
 WIDTH, HEIGHT = 440, 236
 """Size of a chart in its own units, which are pixels on a page of common width."""
 LEFT, RIGHT, TOP, BOTTOM = 52, 10, 24, 38
-LARGEST = 1e300
-"""Largest value on an axis: differences and ratios with it are finite."""
 COLOURS = 8
 """Number of classes of colours for curves."""
-_SCALES = {3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p"}
-"""Power of ten -> SI prefix."""
-
-
-class Axis(NamedTuple):
-    """Range of an axis.
-
-    Attributes:
-        low: Smallest value.
-        high: Largest value.
-        label: Quantity with unit.
-        is_log: Whether the axis is logarithmic.
-    """
-
-    low: float
-    high: float
-    label: str
-    is_log: bool = False
-
-    def place(self, values: Vector) -> Vector:
-        """Places of values between 0 and 1000."""
-        low, high = (math.log10(v) if self.is_log else v for v in (self.low, self.high))
-        # what is not above zero has no place on a logarithmic axis; it is far below it
-        scaled = np.log10(np.maximum(values, 1e-300)) if self.is_log else np.asarray(values)
-        return 1000.0 * (scaled - low) / (high - low)
-
-    def ticks(self, most: int = 7) -> list[float]:
-        """Values of the ticks; on a linear axis about `most`."""
-        if self.is_log:
-            powers = range(math.floor(math.log10(self.low)), math.ceil(math.log10(self.high)) + 1)
-            steps = (1.0,) if len(powers) > 3 else (1.0, 2.0, 5.0)
-            every = [step * 10.0**power for power in powers for step in steps]
-            return [v for v in every if self.low * 0.9999 <= v <= self.high * 1.0001]
-        step = round_step((self.high - self.low) / most)
-        first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
-        return [k * step for k in range(first, last + 1)]
-
-
-def round_step(step: float) -> float:
-    """The smallest of 1, 2, 5, 10 times a power of ten that is not below a step."""
-    power = 10.0 ** math.floor(math.log10(step))
-    return next(k * power for k in (1.0, 2.0, 5.0, 10.0) if k * power >= step * (1.0 - 1e-9))
-
-
-def axis_of(values: Vector, label: str, *, is_log: bool = False, margin: float = 0.04) -> Axis:
-    """Axis that has all finite values, with a margin."""
-    finite = values[np.isfinite(values) & ((values > 0.0) | (not is_log))]
-    finite = np.clip(finite, -LARGEST, LARGEST)
-    empty = (1.0, 10.0) if is_log else (0.0, 1.0)
-    low, high = (float(finite.min()), float(finite.max())) if len(finite) else empty
-    if is_log:
-        low, high = max(low, 1.0 / LARGEST), max(high, 1.0 / LARGEST)
-        # a span of 2.6 has one of the ticks 1, 2, 5 at least
-        factor = max((high / low) ** margin, 1.05, math.sqrt(2.6 * low / high))
-        return Axis(low / factor, high * factor, label, is_log=True)
-    room = margin * (high - low) or 0.05 * abs(high) or 1.0
-    return Axis(low - room, high + room, label)
-
-
-def scaled_unit(largest: float, unit: str) -> tuple[float, str]:
-    """Factor and unit with an SI prefix, for values up to a size."""
-    if unit.startswith(("deg", "arcsec", "kg", "rpm")) or not 0.0 < largest < math.inf:
-        return 1.0, unit
-    power = 3 * math.floor(math.log10(largest) / 3.0)
-    if -3 <= power <= 3 or power not in _SCALES or unit in ("", "1"):
-        return 1.0, unit
-    return 10.0**-power, _SCALES[power] + unit
 
 
 @dataclass
@@ -153,6 +85,25 @@ class Chart:
         mark = '<path class="points{}" d="{}"/><path class="points picked" d=""/>'
         self._marks.append(Markup(mark).format(kind and f" {kind}", path))
 
+    def cells(self, x: Vector, y: Vector, chosen: NDArray[np.bool_], kind: str) -> None:
+        """Fill chosen cells of a grid.
+
+        Args:
+            x: Limits of the columns, (N + 1,), increasing.
+            y: Limits of the rows, (M + 1,), increasing.
+            chosen: Whether a cell is filled, (M, N).
+            kind: Class of the cells.
+        """
+        across, up = self.x.place(x), 1000.0 - self.y.place(y)
+        path = ""
+        for k, row in enumerate(chosen):
+            edges = np.flatnonzero(np.diff(np.r_[False, row, False]))
+            for first, last in zip(edges[::2], edges[1::2], strict=True):
+                path += f"M{across[first]:.1f} {up[k]:.1f}V{up[k + 1]:.1f}H{across[last]:.1f}"
+                path += f"V{up[k]:.1f}Z"
+        if path:
+            self._marks.append(Markup('<path class="cells {}" d="{}"/>').format(kind, path))
+
     def level(self, value: float, name: str, kind: str, *, across: bool = True) -> None:
         """Draw a line at a value of the vertical axis (`across`) or of the horizontal one.
 
@@ -185,7 +136,7 @@ class Chart:
         share = min(max(position / 1000.0, 0.0), 1.0)
         above = sum("data-" not in label for label in self._labels)
         if across and is_inside:
-            x, y = WIDTH - RIGHT - 3.0, TOP + high * (1.0 - share) + (-3.0 if share < 0.9 else 11.0)
+            x, y = WIDTH - RIGHT - 3.0, TOP + high * (1.0 - share) + (-3.0 if share < 0.9 else 13.0)
         elif across:
             # beside the title, where no line is; further ones below
             x, y = WIDTH - RIGHT - 3.0, 14.0 if above == 0 else TOP - 1.0 + 12.0 * above

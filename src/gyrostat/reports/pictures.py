@@ -16,10 +16,12 @@ from gyrostat.identification.judge.fit_changes import Comparison
 from gyrostat.identification.lot.result import Lot
 from gyrostat.identification.pool.result import Pool
 from gyrostat.identification.torque_points import torque_points
+from gyrostat.monitoring.health import Health
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
 from gyrostat.reports.comparison import comparison_figure
 from gyrostat.reports.design import design_figure
 from gyrostat.reports.drawing import literal, panels, png
+from gyrostat.reports.health_picture import health_figure
 from gyrostat.reports.lot import histograms
 from gyrostat.reports.pool import over_conditions
 from gyrostat.telemetry import Record
@@ -86,6 +88,7 @@ def _(result: Validation) -> Figure:
 
 picture.register(Comparison, comparison_figure)
 picture.register(Design, design_figure)
+picture.register(Health, health_figure)
 picture.register(Lot, histograms)
 picture.register(Pool, over_conditions)
 

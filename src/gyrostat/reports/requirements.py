@@ -14,7 +14,8 @@ from gyrostat.campaigns.pointing.text import ARCSECOND, angle_text, is_of_error,
 from gyrostat.campaigns.pointing.verdicts import Verdict, judged
 from gyrostat.campaigns.summary import Estimate
 from gyrostat.core.text import or_none
-from gyrostat.reports.chart import Axis, Chart, axis_of
+from gyrostat.reports.axis import Axis, axis_of
+from gyrostat.reports.chart import Chart
 from gyrostat.scenario import Scenario
 from gyrostat.scenario.metrics.results import metrics_of
 from gyrostat.scenario.requirement import Requirement

@@ -8,7 +8,8 @@ from markupsafe import Markup
 
 from gyrostat.campaigns.pointing.text import angle_text, is_of_error
 from gyrostat.core.units import RPM
-from gyrostat.reports.chart import held, scaled_unit, time_chart
+from gyrostat.reports.axis import scaled_unit
+from gyrostat.reports.chart import held, time_chart
 from gyrostat.scenario.scenario import Scenario
 
 LEAST_SHOWN = 1e-5

@@ -116,11 +116,14 @@ def _write(health: "Health", out: Path, known: Any, *, command: str, force: bool
     from gyrostat.core.outputs import new_files
     from gyrostat.monitoring.today import wheel_models
     from gyrostat.monitoring.windows import write_windows
+    from gyrostat.reports.health import health_page
     from gyrostat.wheel.model_file import write_model
 
     text = json.dumps(health.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
     with new_files(out, by="monitor", force=force) as folder:
         (folder / "health.json").write_text(text + "\n", encoding="utf-8")
+        page = health_page(health, command=command)
+        (folder / "report.html").write_text(page, encoding="utf-8")
         write_windows(folder / "windows.parquet", health.windows)
         for name, model in wheel_models(health, known).items():
             path = folder / "wheels" / name / "model.toml"

@@ -51,7 +51,10 @@ class WheelHealth:
         level_sigma: Their standard deviations, (N, 4).
         verdicts: Verdict after each window.
         alarms: Windows in which an alarm began; alarms less than 14 days apart are one.
-        friction: Friction torque at the limit's speed and 20 °C, (N,), N·m; NaN where unknown.
+        speed: Speed at which the friction counts: the limit's, or the wheel's median, rad/s.
+        friction: Friction torque at this speed and 20 °C, (N,), N·m; NaN where unknown.
+        friction_sigma: Its standard deviation, (N,), N·m.
+        limit: Limit of the friction torque, N·m; None without one.
         forecast: Time to the limit; None without a limit.
     """
 
@@ -61,7 +64,10 @@ class WheelHealth:
     level_sigma: Vector
     verdicts: tuple[Verdict, ...]
     alarms: tuple[int, ...]
+    speed: float
     friction: Vector
+    friction_sigma: Vector
+    limit: float | None
     forecast: Forecast | None
 
     @property
@@ -74,15 +80,19 @@ class WheelHealth:
         """One line on the alarm that stands; empty without one."""
         if not self.alarm:
             return ""
+        _, low, high = self.verdicts[-1].onset or (0, 0, 0)
+        return (
+            f"{self.class_text}; began between {self._time(low):.0f} s and "
+            f"{self._time(high) + DAY:.0f} s on the clock of the telemetry (90 %)"
+        )
+
+    @property
+    def class_text(self) -> str:
+        """Classes of the change after the last window, with their probabilities."""
         last = self.verdicts[-1]
         probable = sorted(last.probabilities, key=lambda name: -last.probabilities[name])
         names = last.classes or [name for name in probable if name != "none"][:3]
-        classes = " or ".join(map(self._share, names))
-        _, low, high = last.onset or (0, 0, 0)
-        return (
-            f"{classes}; began between {self._time(low):.0f} s and {self._time(high) + DAY:.0f} s "
-            "on the clock of the telemetry (90 %)"
-        )
+        return " or ".join(map(self._share, names))
 
     def _share(self, name: str) -> str:
         return f"{name} ({100.0 * self.verdicts[-1].probabilities[name]:.0f} %)"
@@ -211,7 +221,10 @@ def assess_wheel(windows: Windows, detector: Detector, limit: Limit | None = Non
         np.array(sigma).reshape(-1, 4),
         tuple(verdicts),
         episodes([v.alarm for v in verdicts], windows["start"]),
+        speed,
         series.value * unit,
+        np.sqrt(series.variance) * unit,
+        None if limit is None else limit.torque,
         None
         if limit is None
         else forecast(series, verdicts[-1].onset or (), limit.torque / unit, HORIZON),

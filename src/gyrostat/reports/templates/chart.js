@@ -88,7 +88,7 @@ class Chart {
       return `${name} ${text}`;
     });
     const step = (this.x[1] - this.x[0]) / 2000;
-    this.told.textContent = `${this.valueX(place).toFixed(Math.max(0, -Math.floor(Math.log10(step))))} s: ${parts.join(", ")}`;
+    this.told.textContent = `${this.valueX(place).toFixed(Math.max(0, -Math.floor(Math.log10(step))))} ${this.svg.dataset.unit ?? "s"}: ${parts.join(", ")}`;
   }
 }
 const charts = all.map(svg => new Chart(svg));
