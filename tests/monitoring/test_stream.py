@@ -11,7 +11,6 @@ import gyrostat
 from gyrostat.core.errors import InputError
 from gyrostat.monitoring import execute
 from gyrostat.monitoring.blocks import Samples, blocks_of
-from gyrostat.monitoring.clock import AFTER_RESET, Clock
 from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.windows import COLUMNS, read_windows
 from tests.monitoring.closed_loop import NOMINAL, fly
@@ -170,19 +169,6 @@ def test_repeats_are_left_out(flight):
     assert_same(table_of(flight.part(slice(0, 30000))), table_of(flight.part(order)))
 
 
-def test_a_reset_goes_on_and_an_older_file_does_not():
-    samples = Samples(np.r_[7000.0:7005.0, 10.0:13.0], np.zeros((8, 1)), np.zeros((8, 1)))
-    clock = Clock()
-    corrected = clock.corrected(samples)
-    np.testing.assert_allclose(corrected.time[5:], 7004.0 + AFTER_RESET + np.arange(3.0))
-    assert clock.resets == 1
-    fresh = Clock()
-    fresh.corrected(samples.part(slice(0, 5)))
-    fresh.begin_file()
-    assert len(fresh.corrected(samples.part(slice(5, 8)))) == 0
-    assert (fresh.resets, fresh.repeats) == (0, 3)
-
-
 def test_files_give_the_numbers_of_the_samples(folder, flight):
     health = gyrostat.monitor(
         [folder / "two.csv", folder / "one.parquet"], wheels=folder / "wheels.toml", window="6 h"
@@ -191,6 +177,22 @@ def test_files_give_the_numbers_of_the_samples(folder, flight):
     # units are converted there and back
     for name in ("coulomb", "viscous", "motor_constant"):
         np.testing.assert_allclose(health.windows[name], table[name], rtol=1e-6)
+
+
+def test_a_wild_time_is_left_out_with_a_line_also_between_two_calls(folder):
+    """The wild time is the last row of the first call: nothing has confirmed or denied it yet."""
+    lines = (folder / "two.csv").read_text().splitlines()
+    wild = ",".join(["9e9", *lines[5000].split(",")[1:]])
+    options = {"wheels": folder / "wheels.toml", "window": "6 h"}
+    (folder / "two.csv").write_text("\n".join([*lines[:5001], wild]) + "\n")
+    gyrostat.monitor([folder / "one.parquet", folder / "two.csv"], folder / "out", **options)
+    (folder / "two.csv").write_text("\n".join([*lines[:5001], wild, *lines[5001:]]) + "\n")
+    health = gyrostat.monitor(folder / "two.csv", folder / "out", **options)
+    (folder / "two.csv").write_text("\n".join(lines) + "\n")
+    files = [folder / "one.parquet", folder / "two.csv"]
+    assert_same(health.windows, gyrostat.monitor(files, **options).windows)
+    assert health.telemetry["wild_times"] == 1
+    assert any(note.startswith("1 sample with times an hour") for note in health.notes)
 
 
 def test_a_call_goes_on_where_the_telemetry_ended(folder):

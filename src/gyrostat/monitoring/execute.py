@@ -16,6 +16,7 @@ from gyrostat.monitoring.reading import first_time, read_parts
 from gyrostat.monitoring.state import Progress, load_state, save_state
 from gyrostat.monitoring.stream import DAY, WheelMonitor
 from gyrostat.monitoring.wheel_data import KnownWheels
+from gyrostat.telemetry.fault import counted
 
 PART = 200_000
 """Largest number of samples that are read at once."""
@@ -138,6 +139,7 @@ def _health(monitor: WheelMonitor, progress: Progress, options: Options) -> Heal
         "drive": progress.drive,
         "repeats": clock.repeats,
         "resets": clock.resets,
+        "wild_times": clock.wild,
         "without_time": clock.without_time,
         "window": monitor.window,
     }
@@ -156,6 +158,10 @@ def _health(monitor: WheelMonitor, progress: Progress, options: Options) -> Heal
         notes.append(f"{clock.repeats} samples repeat earlier times and are left out")
     if clock.resets:
         notes.append(f"{clock.resets} resets of the clock: windows follow one that goes on")
+    if clock.wild:
+        notes.append(
+            f"{counted(clock.wild)} with times an hour or more off those around them: left out"
+        )
     if monitor.known.axes is None and len(monitor.known.wheels) > 3:
         notes.append(
             "the axes of the wheels are not known: speeds that do not turn the body are used as if "

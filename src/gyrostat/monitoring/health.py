@@ -20,7 +20,7 @@ class Health(Pictured):
 
     Attributes:
         windows: Window table.
-        telemetry: What was read: first and last time, drive, files, repeats, resets.
+        telemetry: What was read: files, rows, last time, drive, and what the clock did.
         notes: Remarks on the telemetry.
         conditions: Trend, changes and forecast of each wheel.
         settings: Settings of alarms and classes.

@@ -119,11 +119,14 @@ def first_time(
     """Time of the first sample of a file, s; infinite if it has none.
 
     Raises:
-        InputError: The file cannot be read or used.
+        InputError: The file cannot be read or used, or its times decrease.
     """
     for part in read_parts(path, known, columns, units, part=1000):
         finite = part.samples.time[np.isfinite(part.samples.time)]
         if finite.size:
+            steps = np.sign(np.diff(finite))
+            if np.sum(steps) < 0.0:
+                raise fault(Path(path), "times that decrease", "increasing times: sort its rows")
             return float(finite[0])
     return np.inf
 

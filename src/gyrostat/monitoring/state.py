@@ -21,7 +21,7 @@ from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.windows import COLUMNS, DTYPES, Windows
 
-_FORMAT = 2
+_FORMAT = 3
 START = 65_536
 """Number of bytes at the start of a file that tell it from others of its name."""
 
@@ -86,10 +86,12 @@ def save_state(path: Path, monitor: WheelMonitor, progress: Progress) -> None:
         arrays |= _arrays("tail", monitor.tail)
     if monitor.open_blocks:
         arrays |= _arrays("blocks", Blocks.joined(monitor.open_blocks))
+    if monitor.clock.held is not None:
+        arrays |= _arrays("held", monitor.clock.held)
     text = {
         "format": _FORMAT,
         "progress": vars(progress),
-        "clock": vars(monitor.clock),
+        "clock": {**vars(monitor.clock), "held": None},
         "driven": monitor.driven,
         "noise": [None if n is None else [n.log_ratio, n.log_time] for n in monitor.noise],
     }
@@ -131,7 +133,8 @@ def load_state(path: Path, monitor: WheelMonitor, settings: str) -> Progress:
             {name: arrays[f"window.{name}"].astype(DTYPES[c.kind]) for name, c in COLUMNS.items()}
         )
     ]
-    tail, blocks = _part("tail", arrays), _part("blocks", arrays)
+    tail, blocks, held = (_part(name, arrays) for name in ("tail", "blocks", "held"))
+    monitor.clock.held = Samples(**held) if held else None
     monitor.tail = Samples(**tail) if tail else None
     monitor.open_blocks = [Blocks(**blocks)] if blocks else []
     return progress
