@@ -34,7 +34,7 @@ about_sigma = "50 arcsec"
 boresight = [0.0, 1.0, -0.2]
 sun_exclusion = "40 deg"
 earth_exclusion = "20 deg"
-moon_exclusion = "70 deg"
+moon_exclusion = "51.6 deg"
 rate_limit = "0.6 deg/s"
 [[star_tracker]]
 name = "right"
@@ -42,7 +42,18 @@ across_sigma = "5 arcsec"
 about_sigma = "50 arcsec"
 boresight = [-1.0, 0.0, 0.1]
 sun_exclusion = "50 deg"
+moon_exclusion = "102.6 deg"
 rate_limit = "0.5 deg/s"
+"""
+SEQUENCE = """[reference]
+kind = "sequence"
+rate = "2 deg/s"
+acceleration = 0.002
+jerk = 0.002
+mode = [
+  { name = "sun", kind = "sun", until_time = "11 s" },
+  { name = "nadir", kind = "nadir" },
+]
 """
 SCENARIO = f"""
 [run]
@@ -64,14 +75,7 @@ tracker_periods = 4
 angle_walk = 1e-5
 {HEADS}
 [reference]
-kind = "sequence"
-rate = "2 deg/s"
-acceleration = 0.002
-jerk = 0.002
-mode = [
-  {{ name = "sun", kind = "sun", until_time = "10 s" }},
-  {{ name = "nadir", kind = "nadir" }},
-]
+kind = "nadir"
 [[event]]
 name = "lost"
 kind = "sensor_dropout"
@@ -86,7 +90,6 @@ name = "early"
 until = "12 s"
 [[metrics.window]]
 name = "late"
-mode = "nadir"
 from = "60 s"
 until = "105 s"
 """
@@ -100,6 +103,10 @@ def folder(tmp_path_factory):
     (folder / "scenario.toml").write_text(SCENARIO, encoding="utf-8")
     text = SCENARIO.replace(HEADS, "").replace("least_availability = 0.8\n", "")
     (folder / "no_heads.toml").write_text(text, encoding="utf-8")
+    text = text.replace('[reference]\nkind = "nadir"\n', SEQUENCE)
+    text = text[: text.index("[[event]]")] + text[text.index("[guard]") :]
+    text = text.replace('name = "late"', 'name = "late"\nmode = "nadir"')
+    (folder / "sequence.toml").write_text(text, encoding="utf-8")
     return folder
 
 
@@ -115,7 +122,7 @@ def said():
 
 @pytest.fixture(scope="module")
 def flown(scenario, said):
-    return gs.simulate(scenario, engine="jax", say=said.append)
+    return gs.simulate(scenario, say=said.append)
 
 
 def held(samples, periods):
@@ -134,8 +141,7 @@ def test_metrics_are_those_of_the_history(flown):
     dropped = (time >= 100.2 - 1e-9) & (time < 107.1 - 1e-9)
     known = held(measured & ~dropped, 4)
     views = held(heads[:, 0], 4).astype(int) + held(heads[:, 1], 4)
-    start = flown.mode_start.values
-    late = (flown.mode.values == 1) & (time >= start + 60.0 - 1e-9) & (time <= start + 105.0 + 1e-9)
+    late = (time >= 60.0 - 1e-9) & (time <= 105.0 + 1e-9)
     for prefix, rows in {"": time >= 0.0, "early.": time <= 12.0, "late.": late}.items():
         name = f"{prefix}tracker_"
         assert flown.attrs[f"{name}availability"] == pytest.approx(known[rows].mean(), abs=1e-12)
@@ -184,18 +190,28 @@ def test_the_path_is_the_reference_of_a_simulation(scenario, flown):
     turn = Rotation.from_quat(path.attitude, scalar_first=True).inv()
     turn *= Rotation.from_quat(flown.target.values, scalar_first=True)
     assert np.max(turn.magnitude()) < 1e-9
-    start, mode = flown.mode_start.values, flown.mode.values
-    late = (mode == 1) & (path.time >= start + 60.0 - 1e-9) & (path.time <= start + 105.0 + 1e-9)
-    np.testing.assert_array_equal(path.windows["late"], late)
+    np.testing.assert_array_equal(path.windows["late"], (path.time >= 60) & (path.time <= 105))
     np.testing.assert_array_equal(path.windows["early"], path.time <= 12.0)
     # the rate is that of the attitude
     later = Rotation.from_quat(path.attitude[1:], scalar_first=True)
     step = (Rotation.from_quat(path.attitude[:-1], scalar_first=True).inv() * later).as_rotvec()
     mean = 0.25 * (path.rate[1:] + path.rate[:-1])
     assert np.max(np.abs(step - mean)) < 2e-5
-    coarse = reference_path(scenario, 50)
-    np.testing.assert_allclose(coarse.attitude, path.attitude[::5], atol=1e-12)
-    assert coarse.step == 2.5
+
+
+def test_the_modes_of_a_path_follow_each_other_between_its_rows(folder, scenario):
+    nadir = reference_path(scenario)
+    path = reference_path(read_scenario(folder / "sequence.toml"), 50)
+    assert path.step == 2.5
+    turn = Rotation.from_quat(path.attitude, scalar_first=True)
+    apart = (turn.inv() * Rotation.from_quat(nadir.attitude[::5], scalar_first=True)).magnitude()
+    assert np.all(apart[path.time <= 10.0] > 0.1)  # to the Sun
+    arrived = np.flatnonzero(apart < 1e-9)
+    assert 12.0 < path.time[arrived[0]] < 100.0
+    assert np.all(apart[arrived[0] :] < 1e-9)
+    # the second mode begins at 11 s, between two rows
+    late = (path.time >= 11.0 + 60.0) & (path.time <= 11.0 + 105.0)
+    np.testing.assert_array_equal(path.windows["late"], late)
 
 
 def test_the_forecast_is_that_of_rays(scenario):
@@ -206,8 +222,8 @@ def test_the_forecast_is_that_of_rays(scenario):
     turn = Rotation.from_quat(path.attitude, scalar_first=True)
     sees = []
     for boresight, angles, limit in (
-        ([0.0, 1.0, -0.2], (40.0, 20.0, 70.0), 0.6),
-        ([-1.0, 0.0, 0.1], (50.0, 0.0, 0.0), 0.5),
+        ([0.0, 1.0, -0.2], (40.0, 20.0, 51.6), 0.6),
+        ([-1.0, 0.0, 0.1], (50.0, 0.0, 102.6), 0.5),
     ):
         line = turn.apply(np.array(boresight) / np.linalg.norm(boresight))
 
