@@ -21,7 +21,8 @@ def monitor(
         Path | None, typer.Option(help="Axes of the wheels and inertia of the body: sat.toml.")
     ] = None,
     columns: Annotated[
-        str | None, typer.Option(help="Columns by role, or a .toml file of them.")
+        str | None,
+        typer.Option(help="Columns by role, or a .toml file, also of several logs."),
     ] = None,
     units: Annotated[str | None, typer.Option(help="Units by role, if the file has none.")] = None,
     window: Annotated[str, typer.Option(help="Length of a window.")] = "1d",
@@ -38,6 +39,12 @@ def monitor(
     restart: Annotated[
         bool, typer.Option("--restart", help="Forget the telemetry of earlier calls.")
     ] = False,
+    columns_template: Annotated[
+        bool,
+        typer.Option(
+            "--columns-template", help="Write only columns.toml, to fill in for --columns."
+        ),
+    ] = False,
     rehearse: Annotated[
         Path | None,
         typer.Option(
@@ -53,6 +60,8 @@ def monitor(
 ) -> None:
     """Friction and motor of wheels in flight, per day: health.json, windows.parquet."""
     result = call(verbs.monitor, locals(), command=command_line())
+    if columns_template:
+        return
     if json_output:
         print_json(out / ("health.json" if rehearse is None else "rehearsal.json"))
     if rehearse is None and result.alarms:

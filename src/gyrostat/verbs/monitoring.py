@@ -1,11 +1,13 @@
 """Verb `monitor`: health of wheels in flight from their telemetry."""
 
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.verbs.arguments import Quantity, Say, in_si, in_si_or_none, named, silent
 from gyrostat.verbs.rehearsal import rehearsed
+from gyrostat.verbs.telemetry_logs import joined_telemetry, write_template
 
 if TYPE_CHECKING:
     from gyrostat.monitoring import Health
@@ -28,13 +30,14 @@ def monitor(
     fault_rates: "Mapping[str, float] | str | None" = None,
     friction_limit: Quantity | None = None,
     restart: bool = False,
+    columns_template: bool = False,
     rehearse: "str | Path | None" = None,
     period: Quantity = "1s",
     flights: int = 3,
     force: bool = False,
     say: Say = silent,
     command: str = "gyrostat.monitor",
-) -> "Health | Rehearsal":
+) -> "Health | Rehearsal | Path":
     """Estimate friction and motor of wheels in flight, window by window.
 
     Args:
@@ -44,7 +47,8 @@ def monitor(
             window (wheels/NAME/model.toml) and the state between calls; None writes no file.
         wheels: File of what is known of the wheels beforehand (`gyrostat.monitoring.wheels_file`).
         spacecraft: Spacecraft file with the axes of the wheels and the inertia of the body.
-        columns: Role -> column, or a .toml file of them (`gyrostat.monitoring.reading`).
+        columns: Role -> column, or a .toml file of them (`gyrostat.monitoring.reading`); a file of
+            several logs (`gyrostat.monitoring.logs`) has them joined into telemetry.parquet.
         units: Role -> unit, if the files have none.
         window: Length of a window, s; a multiple of a minute.
         false_alarms: Highest expected number of false alarms per wheel-year.
@@ -52,6 +56,8 @@ def monitor(
             of the classes depend on; classes that are left out keep their usual rate.
         friction_limit: Friction torque at the usual speed whose day is forecast, N·m.
         restart: Whether to forget the state in `out`.
+        columns_template: Whether to write only columns.toml, a file of columns to fill in, with the
+            roles of the wheels and the columns of the telemetry.
         rehearse: Spacecraft file with three or four wheels, instead of telemetry: flights of this
             spacecraft are simulated, healthy and with each fault, and monitored.
         period: With `rehearse`: time between rows of telemetry, s.
@@ -62,7 +68,7 @@ def monitor(
 
     Returns:
         Window table, remarks and alarms; with `rehearse`, false alarms, and alarms and delays for
-        each fault, written to rehearsal.json.
+        each fault, written to rehearsal.json; with `columns_template`, the path of columns.toml.
 
     Raises:
         InputError: A file or an argument cannot be used, or existing files would be replaced.
@@ -81,27 +87,33 @@ def monitor(
         return rehearsed(rehearse, out, wheels, period, flights, alarm, force=force, say=say)
     if not telemetry:
         raise InputError("telemetry: found no file, expected files of telemetry, or --rehearse")
+    known = read_wheels(wheels, spacecraft)
+    files = [Path(f) for f in ([telemetry] if isinstance(telemetry, str | Path) else telemetry)]
+    if columns_template:
+        if out is None:
+            raise InputError("columns_template: found no out, expected the folder to write it to")
+        path = write_template(files, known, Path(out), force=force)
+        say(f"written: {path}: fill in the columns")
+        return path
     if out is not None:
         check_outputs(Path(out), FILES, by="monitor", force=force)
-    known = read_wheels(wheels, spacecraft)
-    chosen = assigned(columns, "--columns")
-    stated = named(units, "--units") or None
-    length = in_si(window, "time", "--window")
-    files = [telemetry] if isinstance(telemetry, str | Path) else telemetry
-    health = monitor_files(
-        [Path(file) for file in files],
-        known,
-        Options(
-            chosen,
-            stated,
-            length,
-            alarm,
-            in_si_or_none(friction_limit, "torque", "--friction-limit"),
-        ),
-        state=None if out is None else Path(out) / STATE,
-        restart=restart,
-        say=say,
+    options = Options(
+        assigned(columns, "--columns"),
+        named(units, "--units") or None,
+        in_si(window, "time", "--window"),
+        alarm,
+        in_si_or_none(friction_limit, "torque", "--friction-limit"),
     )
+    folder = None if out is None else Path(out)
+    with joined_telemetry(files, options.columns, known, folder, force=force) as (paths, chosen):
+        health = monitor_files(
+            paths,
+            known,
+            replace(options, columns=chosen),
+            state=None if folder is None else folder / STATE,
+            restart=restart,
+            say=say,
+        )
     if out is not None:
         _write(health, Path(out), known, command=command, force=force)
     for line in health.lines():
