@@ -10,7 +10,8 @@ from gyrostat.identification import identify
 from gyrostat.identification.fit.least_squares import Prior
 from gyrostat.identification.fit.prediction import Linearisation, SpeedPrediction
 from gyrostat.identification.fit.stages import run_stages
-from gyrostat.identification.uncertainty.averaging import average
+from gyrostat.identification.uncertainty.averaging import Effect, average
+from gyrostat.identification.uncertainty.corrections import corrections
 from gyrostat.identification.uncertainty.effects import RIPPLES, Nuisance, accumulated
 from gyrostat.identification.uncertainty.hypotheses import Segment
 from gyrostat.identification.uncertainty.innovations import innovations
@@ -309,3 +310,17 @@ def test_slow_ramps_allow_for_a_ripple_until_one_is_stated(record):
     assert advised[0].startswith("static: sigma allows for a torque ripple")
     assert fit.sigma["static"] > 1.5 * smooth.sigma["static"]
     assert not any("--ripple" in w for w in smooth.warnings)
+
+
+@pytest.mark.parametrize(("probability", "corrected"), [(0.9, True), (0.67, False)])
+def test_an_effect_that_is_shown_is_corrected_in_the_current(probability, corrected):
+    """Two in three is the probability before any record."""
+    shape = (np.full((3, 1), 2.0),)
+    torque = Nuisance("torque", "t", "1", (0.03,), (np.zeros((4, 1)),), currents=shape)
+    lag = Nuisance("lag", "l", "s", (0.1,), (np.zeros((4, 1)),))
+    found = [Effect(n, n, probability, 0.1, 0.01, "1") for n in ("lag", "torque")]
+    result = corrections([lag, torque], found, np.array([0.5, 0.1]))
+    assert [each.name for each in result] == ["torque"] * corrected
+    for each in result:
+        assert each.probability == probability
+        np.testing.assert_allclose(each.currents[0], [0.2, 0.2, 0.2, 0.0])

@@ -147,13 +147,18 @@ def averaged(
         )
     except np.linalg.LinAlgError:
         return plain
+    # a corrected effect is present by assumption: its probability is that before
+    posteriors = tuple(
+        replace(e, probability=known[e.name].probability) if e.name in known else e
+        for e in mixture.effects
+    )
     values = plain.values.copy()
     values[index] = x + mixture.shift
     final = prediction.linearise(values)
     if final is None or prediction.stuck([(s.speed, s.jacobian) for s in final], sigmas):
         return replace(
             plain,
-            effects=mixture.effects,
+            effects=posteriors,
             findings=mixture.findings,
             scores=mixture.scores,
         )
@@ -166,10 +171,10 @@ def averaged(
         covariance=mixture.covariance,
         predicted=tuple(speeds),
         linear=final,
-        effects=mixture.effects,
+        effects=posteriors,
         findings=mixture.findings,
         scores=mixture.scores,
-        corrections=corrections(effects, mixture.effects, mixture.coefficients),
+        corrections=corrections(effects, posteriors, mixture.coefficients),
         honest=True,
     )
 
