@@ -5,6 +5,7 @@ import importlib.util
 import os
 import shutil
 import sys
+import time
 from importlib.metadata import version
 from pathlib import Path
 
@@ -140,6 +141,11 @@ def pytest_xdist_make_scheduler(config, log):
     return ByFile(config, log)
 
 
+BETWEEN_CLEARINGS = 20.0
+"""Processor time after which the next file begins without what JAX has kept, s."""
+cleared = {"file": None, "at": 0.0}
+
+
 @pytest.hookimpl(tryfirst=True)
 def pytest_runtest_setup(item):
     """Compile without optimisation, except for tests marked `optimised` or `optimised_c`.
@@ -150,6 +156,12 @@ def pytest_runtest_setup(item):
     """
     from gyrostat.core.jax64 import jax
 
+    if item.path != cleared["file"] and time.process_time() > cleared["at"] + BETWEEN_CLEARINGS:
+        # a worker that keeps the traces of all files needs 7 GB
+        jax.clear_caches()
+        gc.collect()
+        cleared["at"] = time.process_time()
+    cleared["file"] = item.path
     optimised = item.get_closest_marker("optimised") is not None
     jax.config.update("jax_disable_most_optimizations", not optimised)
     # What this process compiles is not stored: few of its programs are met again in another one.

@@ -107,7 +107,9 @@ def test_lanes_have_the_results_of_compiled_c(function, has_margins, precision, 
         seen = found[rows]
         if precision == "double":
             same = (seen == expected) | (np.isnan(seen) & np.isnan(expected))
-            assert np.all(same | (np.abs(seen - expected) <= 1e-15 * np.abs(expected)))
+            with np.errstate(invalid="ignore"):  # equal infinite numbers
+                near = np.abs(seen - expected) <= 1e-15 * np.abs(expected)
+            assert np.all(same | near)
             continue
         # the elementary functions of single precision are rounded in another way
         assert np.allclose(seen, expected, 1e-4, 1e-4, equal_nan=True)

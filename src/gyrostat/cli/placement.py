@@ -38,10 +38,9 @@ def place(
             "1,0,1:20deg; repeat for several."
         ),
     ] = None,
-    windows: Annotated[
+    window: Annotated[
         list[str] | None,
         typer.Option(
-            "--window",
             help="Window of the metrics whose time counts, or run; repeat for several [default: "
             "the windows of the scenario, or the whole run].",
         ),

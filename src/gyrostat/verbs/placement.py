@@ -33,7 +33,7 @@ def place(
     rate: Quantity | None = None,
     apart: Quantity = "60 deg",
     blocked: Iterable[str] | str | None = None,
-    windows: Iterable[str] | str | None = None,
+    window: Iterable[str] | str | None = None,
     absorptance: float = 0.1,
     emittance: float = 0.85,
     force: bool = False,
@@ -59,7 +59,7 @@ def place(
             their boresights uncertain.
         blocked: Directions that the body blocks: "DIRECTION:HALF_ANGLE", such as "-z:30deg" or
             "1,0,1:20deg".
-        windows: Windows of the metrics whose time counts, or "run" for the whole run; None: the
+        window: Windows of the metrics whose time counts, or "run" for the whole run; None: the
             windows of the scenario, or the whole run if there are none.
         absorptance: Absorptance of the radiator for sunlight.
         emittance: Emittance of the radiator in the infrared.
@@ -105,7 +105,7 @@ def place(
     path, source = _path(definition, say)
     present = heads_of_run(path.setup)
     exclusion = _exclusion({"sun": sun, "earth": earth, "moon": moon}, rate, present)
-    chosen, counts = _counting(path, windows, definition)
+    chosen, counts = _counting(path, window, definition)
     sky = body_sky(orbit, path.time, path.attitude, path.rate)
     counted = sky.at(counts)
     best = []
