@@ -15,7 +15,7 @@ from gyrostat.core.jax64 import jax
 from gyrostat.runs.blind_windows import blind_windows
 from gyrostat.runs.body_sky import BodySky, body_sky
 from gyrostat.runs.placement import Blocked, Exclusion, evaluated, grid, margins, place_heads
-from gyrostat.runs.reference_path import longest_outage, reference_path
+from gyrostat.runs.reference_path import longest_outage, nominal_setup, reference_path
 from gyrostat.runs.surface_placement import place_panel, view_factor
 from gyrostat.runs.tracker_forecast import heads_of_run, tracker_forecasts, tracker_lines
 from gyrostat.scenario.kinds.orbits import orbit_with_moon
@@ -259,11 +259,11 @@ def test_the_forecast_is_that_of_rays(scenario):
     assert {name for name, share in run.causes["left"].items() if share > 0.0} >= {"moon"}
     # the placement computes the same from Sun, Earth and Moon in body axes
     sky = body_sky(orbit, path.time, path.attitude, path.rate)
-    for head, expected in zip(heads_of_run(path.setup), sees, strict=True):
+    for head, expected in zip(heads_of_run(nominal_setup(scenario)), sees, strict=True):
         axis = np.asarray(head.boresight) / np.linalg.norm(head.boresight)
         names = ("sun_exclusion", "earth_exclusion", "moon_exclusion", "rate_limit")
         exclusion = Exclusion(*(float(getattr(head, name)) for name in names))
-        found = evaluated(sky, axis[None], exclusion)
+        found = evaluated(sky, axis[None], [exclusion])
         assert found.availability == pytest.approx(expected.mean(), abs=1e-3)
 
 
@@ -334,7 +334,7 @@ def test_a_panel_faces_a_sun_that_stays():
     assert found.mean == pytest.approx(found.direction @ sun)
 
 
-def test_place_writes_what_it_finds(folder, run):
+def test_place_writes_what_it_finds(folder, scenario, run):
     out = folder / "placed"
     words = ("place", folder / "scenario.toml", "--out", out, "--window", "late", "--json")
     code, printed, said = run(*words)
@@ -344,6 +344,10 @@ def test_place_writes_what_it_finds(folder, run):
     assert content["attitude"] == "the reference"
     assert content["windows"] == ["late"]
     assert content["best"][0]["availability"] >= content["present"]["each"][0]
+    # each head of the scenario with its own angles
+    late = tracker_forecasts(scenario)[-1]
+    assert content["present"]["each"] == pytest.approx([*late.heads.values()], abs=1e-9)
+    assert content["present"]["availability"] == pytest.approx(late.availability, abs=1e-9)
     assert [len(heads["directions"]) for heads in content["best"]] == [1, 2]
     assert "best 2 heads: at least one sees in" in said
     page = (out / "report.html").read_text(encoding="utf-8")

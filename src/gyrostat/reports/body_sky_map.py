@@ -129,14 +129,13 @@ def _place(direction: Vector) -> Vector:
 
 def _shades(result: Placement) -> list[str]:
     """Areas in which a head is blind for shares of the time."""
-    rows = np.unique(np.linspace(0, len(result.sky.rate) - 1, TIMES).astype(int))
     latitude = np.radians(np.arange(-90, 90, CELL) + 0.5 * CELL)
     longitude = np.radians(np.arange(-180, 180, CELL) + 0.5 * CELL)
     east, north = np.meshgrid(longitude, latitude)
     cells = np.stack(
         [np.cos(north) * np.cos(east), np.cos(north) * np.sin(east), np.sin(north)], axis=-1
     )
-    margin = margins(result.sky.at(rows), cells.reshape(-1, 3), result.exclusion)
+    margin = margins(result.sky.thinned(TIMES), cells.reshape(-1, 3), result.exclusion)
     blind = np.mean(margin < 0.0, axis=0)
     for cone in result.blocked:
         blind[cells.reshape(-1, 3) @ cone.direction >= np.cos(cone.angle)] = 1.0

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Bool, Float
 
 from gyrostat.core.jax64 import jax, jnp
-from gyrostat.core.rotations import to_body
+from gyrostat.core.rotations import angle_between, to_body
 from gyrostat.core.types import Vector
 from gyrostat.spacecraft.orbit.earth import EARTH_RADIUS
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
@@ -38,6 +38,10 @@ class BodySky(NamedTuple):
         """The same at some of the times."""
         return BodySky(*(values[rows] for values in self))
 
+    def thinned(self, most: int) -> "BodySky":
+        """The same at no more than some number of times, evenly spread."""
+        return self.at(np.unique(np.linspace(0, len(self.rate) - 1, most).astype(int)))
+
 
 def body_sky(
     orbit: OrbitEnvironment,
@@ -63,7 +67,7 @@ def body_sky(
             for line in (sun - position, -position, orbit.moon(time) - position)
         )
         radius = jnp.arcsin(EARTH_RADIUS / jnp.sqrt(position @ position))
-        moonlit = jnp.arccos(jnp.clip(to_moon @ to_earth, -1.0, 1.0)) > radius
+        moonlit = angle_between(to_moon, to_earth) > radius
         share = sunlight(position, sun)
         return to_sun, to_earth, to_moon, radius, share, moonlit, jnp.sqrt(rate @ rate)
 

@@ -114,8 +114,7 @@ def place_heads(
         blocked: Directions that the body blocks.
         directions: Grid of directions, (n, 3); a finer or coarser one than the default.
     """
-    rows = np.unique(np.linspace(0, len(sky.rate) - 1, SEARCHED).astype(int))
-    searched = sky.at(rows)
+    searched = sky.thinned(SEARCHED)
     allowed = not_blocked(grid() if directions is None else directions, blocked)
     if len(allowed) == 0:
         return None
@@ -127,12 +126,22 @@ def place_heads(
     while directions is None and step > FINEST:
         heads = _nearby(searched, heads, exclusion, step, np.cos(apart), blocked)
         step *= 0.5
-    return evaluated(sky, heads, exclusion)
+    return evaluated(sky, heads, [exclusion] * count)
 
 
-def evaluated(sky: BodySky, directions: Matrix, exclusion: Exclusion) -> Heads:
-    """Heads in given directions, (heads, 3); other arguments as of `place_heads`."""
-    sees = margins(sky, directions, exclusion) >= 0.0
+def evaluated(sky: BodySky, directions: Matrix, exclusions: Sequence[Exclusion]) -> Heads:
+    """Heads in given directions, (heads, 3), each with what blinds it.
+
+    Args:
+        sky: Sun, Earth and Moon in body axes, at the times that count.
+        directions: Boresights, unit vectors in body axes.
+        exclusions: What blinds each head.
+    """
+    each_margin = [
+        margins(sky, direction[None], exclusion)
+        for direction, exclusion in zip(directions, exclusions, strict=True)
+    ]
+    sees = np.hstack(each_margin) >= 0.0
     each = np.mean(sees, axis=0)
     return Heads(directions, float(np.mean(np.any(sees, axis=1))), float(np.sum(each)), each, sees)
 

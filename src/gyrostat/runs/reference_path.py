@@ -1,6 +1,6 @@
 """Reference attitude over a run, as if it were followed exactly: no plant, no controller."""
 
-from functools import lru_cache
+from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
 import equinox as eqx
@@ -16,6 +16,7 @@ from gyrostat.runs.metrics.windows import WindowObserver
 from gyrostat.runs.plans import plans_of, setup_of
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.structure import structure_of
+from gyrostat.telemetry.signals import runs
 
 ROWS = 100_000
 """Largest number of rows of a path; longer runs have a row for several control periods."""
@@ -30,7 +31,6 @@ class ReferencePath(NamedTuple):
         attitude: Attitude, (rows, 4), scalar first.
         rate: Body rate, body axes, (rows, 3), rad/s.
         windows: Name of a window -> whether each row is in it, (rows,).
-        setup: Parts of the nominal run.
     """
 
     step: float
@@ -38,7 +38,6 @@ class ReferencePath(NamedTuple):
     attitude: Float[np.ndarray, "rows 4"]
     rate: Float[np.ndarray, "rows 3"]
     windows: dict[str, Bool[np.ndarray, " rows"]]
-    setup: Setup
 
 
 class _Followed(NamedTuple):
@@ -53,6 +52,17 @@ class _Row(NamedTuple):
     attitude: Quaternion
     rate: Vector3
     windows: dict[str, Any]
+
+
+@lru_cache(maxsize=4)
+def nominal_setup(scenario: Scenario) -> Setup:
+    """Parts of the nominal run."""
+    return setup_of(scenario, plans_of(scenario))
+
+
+def _observers(scenario: Scenario) -> tuple[WindowObserver, ...]:
+    structure = structure_of(scenario)
+    return tuple(WindowObserver.of(each, structure, scenario.values) for each in scenario.windows)
 
 
 def waits_for_measurement(setup: Setup) -> bool:
@@ -79,12 +89,9 @@ def reference_path(scenario: Scenario, rows: int = ROWS) -> ReferencePath:
         scenario: Scenario.
         rows: Largest number of rows.
     """
-    setup = setup_of(scenario, plans_of(scenario))
-    structure, period = structure_of(scenario), scenario.values["run.control_period"]
+    setup, observers = nominal_setup(scenario), _observers(scenario)
+    period = scenario.values["run.control_period"]
     stride = -(-scenario.count // rows)
-    observers = tuple(
-        WindowObserver.of(window, structure, scenario.values) for window in scenario.windows
-    )
     first: Any = np.arange(0, scenario.count + 1, stride)
     if setup.reference is None:
         found = _fixed(setup.starts, setup.targets, observers, period, first)
@@ -92,7 +99,7 @@ def reference_path(scenario: Scenario, rows: int = ROWS) -> ReferencePath:
         speed = jnp.asarray(setup.start.wheel_speed)
         found = _moving(setup.reference, speed, observers, period, first, stride)
     attitude, rate, windows = jax.tree.map(np.asarray, found)
-    return ReferencePath(stride * period, first * period, attitude, rate, windows, setup)
+    return ReferencePath(stride * period, first * period, attitude, rate, windows)
 
 
 def _in_windows(observers: tuple[WindowObserver, ...], time: Scalar, mode: Mode) -> dict[str, Any]:
@@ -111,16 +118,13 @@ def flown_path(
         modes: Number of the mode of the reference at each sample and time of its start, s; None
             without a reference that moves.
     """
-    structure, period = structure_of(scenario), scenario.values["run.control_period"]
+    period = scenario.values["run.control_period"]
     time: Any = period * np.arange(len(attitude))
     number, start = (np.zeros(len(time)),) * 2 if modes is None else modes
     rows = Mode(jnp.asarray(number, dtype=int), jnp.asarray(start))
-    windows = {}
-    for window in scenario.windows:
-        observer = WindowObserver.of(window, structure, scenario.values)
-        windows[window.name] = np.asarray(jax.vmap(observer.contains)(time, rows)[1])
-    setup = setup_of(scenario, plans_of(scenario))
-    return ReferencePath(period, time, np.asarray(attitude), np.asarray(rate), windows, setup)
+    found = jax.vmap(partial(_in_windows, _observers(scenario)))(time, rows)
+    windows = jax.tree.map(np.asarray, found)
+    return ReferencePath(period, time, np.asarray(attitude), np.asarray(rate), windows)
 
 
 @eqx.filter_jit
@@ -173,5 +177,4 @@ def longest_outage(sees: Bool[np.ndarray, " rows"], step: float) -> float:
         sees: Whether there is sight at each of some equidistant times.
         step: Time between them, s.
     """
-    ends = np.flatnonzero(np.diff(np.r_[True, sees, True].astype(int)))
-    return step * float(np.max(ends[1::2] - ends[::2], initial=0))
+    return step * max((end - begin for begin, end in runs(~sees)), default=0)

@@ -7,7 +7,7 @@ import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.runs.body_sky import BodySky
-from gyrostat.runs.placement import Blocked, grid, not_blocked
+from gyrostat.runs.placement import SEARCHED, Blocked, grid, not_blocked
 
 SOLAR_FLUX = 1361.0
 """Irradiance of the Sun at 1 au, W/m²."""
@@ -49,14 +49,15 @@ def place_radiator(
     directions = not_blocked(grid(), blocked)
     if len(directions) == 0:
         return None
-    heat = absorbed(sky, directions, absorptance, emittance)
-    best = int(np.argmin(np.mean(heat, axis=0)))
-    return Surface(directions[best], float(np.mean(heat[:, best])), float(np.max(heat[:, best])))
+    heat = absorbed(sky.thinned(SEARCHED), directions, absorptance, emittance)
+    best = directions[np.argmin(np.mean(heat, axis=0))]
+    heat = absorbed(sky, best[None], absorptance, emittance)
+    return Surface(best, float(np.mean(heat)), float(np.max(heat)))
 
 
 def absorbed(sky: BodySky, directions: Matrix, absorptance: float, emittance: float) -> Matrix:
     """Absorbed heat of surfaces, (times, directions), W/m²; see `place_radiator`."""
-    sun = np.maximum(sky.sun @ directions.T, 0.0) * sky.sunlight[:, None]
+    sun = sunlit(sky, directions)
     earth = view_factor(np.clip(sky.earth @ directions.T, -1.0, 1.0), sky.radius[:, None])
     return absorptance * SOLAR_FLUX * sun + emittance * EARTH_FLUX * earth
 
@@ -71,12 +72,16 @@ def place_panel(sky: BodySky, blocked: Sequence[Blocked] = ()) -> Surface | None
     directions = not_blocked(grid(), blocked)
     if len(directions) == 0:
         return None
-    light = np.maximum(sky.sun @ directions.T, 0.0) * sky.sunlight[:, None]
-    best = int(np.argmax(np.mean(light, axis=0)))
-    column = light[:, best][sky.sunlight > 0.5]
-    return Surface(
-        directions[best], float(np.mean(light[:, best])), float(np.min(column, initial=1.0))
-    )
+    light = sunlit(sky.thinned(SEARCHED), directions)
+    best = directions[np.argmax(np.mean(light, axis=0))]
+    light = sunlit(sky, best[None])[:, 0]
+    least = np.min(light[sky.sunlight > 0.5], initial=1.0)
+    return Surface(best, float(np.mean(light)), float(least))
+
+
+def sunlit(sky: BodySky, directions: Matrix) -> Matrix:
+    """Cosine of incidence times the visible share of the Sun, (times, directions)."""
+    return np.maximum(sky.sun @ directions.T, 0.0) * sky.sunlight[:, None]
 
 
 def view_factor(cosine: np.ndarray, radius: np.ndarray) -> np.ndarray:

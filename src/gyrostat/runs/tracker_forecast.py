@@ -12,6 +12,7 @@ from gyrostat.runs.build import Setup
 from gyrostat.runs.reference_path import (
     ReferencePath,
     longest_outage,
+    nominal_setup,
     reference_path,
     waits_for_measurement,
 )
@@ -55,11 +56,12 @@ def tracker_forecasts(scenario: Scenario) -> list[TrackerForecast]:
     if not heads_of(scenario.parts):
         return []
     path = reference_path(scenario)
-    blinding = _blinding(path)
+    blinding = _blinding(path, heads_of_run(nominal_setup(scenario)))
+    blind = np.any(np.array(blinding), axis=0)
     names = [part.name for part in scenario.parts if part.section == HEADS]
     intervals = {None: np.ones(len(path.time), bool), **path.windows}
     return [
-        _forecast(window, rows, names, blinding, path.step)
+        _forecast(window, rows, names, blinding, blind, path.step)
         for window, rows in intervals.items()
         if np.any(rows)
     ]
@@ -69,7 +71,7 @@ def tracker_lines(scenario: Scenario) -> tuple[list[str], list[str]]:
     """Lines on what the star tracker sees along the reference: a list, and warnings."""
     lines, warnings = [], []
     forecasts = tracker_forecasts(scenario)
-    if forecasts and waits_for_measurement(reference_path(scenario).setup):
+    if forecasts and waits_for_measurement(nominal_setup(scenario)):
         lines.append(
             "star tracker along the reference: modes that wait for a measured rate, error or "
             "momentum end early here, and those after them begin early; `simulate` flies them"
@@ -111,12 +113,10 @@ def heads_of_run(setup: Setup) -> tuple[StarTrackerHead, ...]:
     return next((part.heads for part in parts if isinstance(part, StarTrackerHeads)), ())
 
 
-def _blinding(path: ReferencePath) -> Blinding:
+def _blinding(path: ReferencePath, heads: tuple[StarTrackerHead, ...]) -> Blinding:
     """What blinds each head along the path, (heads, rows) each."""
     motion = BodyMotion(jnp.asarray(path.attitude), jnp.asarray(path.rate))
-    each = [
-        jax.jit(jax.vmap(head.blinding))(motion, path.time) for head in heads_of_run(path.setup)
-    ]
+    each = [jax.jit(jax.vmap(head.blinding))(motion, path.time) for head in heads]
     return Blinding(*(jnp.stack(rows) for rows in zip(*each, strict=True)))
 
 
@@ -125,13 +125,14 @@ def _forecast(
     rows: Bool[np.ndarray, " rows"],
     names: list[str],
     blinding: Blinding,
+    blind: Bool[np.ndarray, "heads rows"],
     step: float,
 ) -> TrackerForecast:
-    blind = np.any(np.array(blinding), axis=0)
+    is_out = np.all(blind, axis=0)
     return TrackerForecast(
         window,
-        1.0 - float(np.mean(np.all(blind, axis=0)[rows])),
-        longest_outage(~np.all(blind, axis=0) | ~rows, step),
+        1.0 - float(np.mean(is_out[rows])),
+        longest_outage(~(is_out & rows), step),
         {name: 1.0 - float(np.mean(blind[k][rows])) for k, name in enumerate(names)},
         {
             name: {cause: float(np.mean(getattr(blinding, cause)[k][rows])) for cause in CAUSES}

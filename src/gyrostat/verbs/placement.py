@@ -83,6 +83,7 @@ def place(
     from gyrostat.runs.body_sky import body_sky
     from gyrostat.runs.placement import evaluated, place_heads
     from gyrostat.runs.placement_result import Placement
+    from gyrostat.runs.reference_path import nominal_setup, waits_for_measurement
     from gyrostat.runs.surface_placement import place_panel, place_radiator
     from gyrostat.runs.tracker_forecast import heads_of_run
     from gyrostat.scenario.kinds.orbits import orbit_with_moon
@@ -102,9 +103,10 @@ def place(
     orbit = orbit_with_moon(definition)
     if orbit is None:
         raise InputError(f"{definition.name}: found no section [orbit], expected one")
-    path, source = _path(definition, say)
-    present = heads_of_run(path.setup)
-    exclusion = _exclusion({"sun": sun, "earth": earth, "moon": moon}, rate, present)
+    setup = nominal_setup(definition)
+    present, angles = heads_of_run(setup), {"sun": sun, "earth": earth, "moon": moon}
+    exclusion = _exclusion(angles, rate, present[0] if present else None)
+    path, source = _path(definition, waits_for_measurement(setup), say)
     chosen, counts = _counting(path, window, definition)
     sky = body_sky(orbit, path.time, path.attitude, path.rate)
     counted = sky.at(counts)
@@ -121,7 +123,7 @@ def place(
     now = None
     if unit:
         directions = np.array([each / np.linalg.norm(each) for each in unit])
-        now = evaluated(counted, directions, exclusion)
+        now = evaluated(counted, directions, [_exclusion(angles, rate, each) for each in present])
     radiator = place_radiator(counted, absorptance, emittance, cones)
     panel = place_panel(counted, cones)
     result = Placement(
@@ -143,13 +145,12 @@ def place(
     return result
 
 
-def _path(definition: "Scenario", say: Say) -> "tuple[ReferencePath, str]":
+def _path(definition: "Scenario", waits: bool, say: Say) -> "tuple[ReferencePath, str]":
     """Attitude over time, and what it is."""
-    from gyrostat.runs.reference_path import flown_path, reference_path, waits_for_measurement
+    from gyrostat.runs.reference_path import flown_path, reference_path
 
-    path = reference_path(definition)
-    if not waits_for_measurement(path.setup):
-        return path, "the reference"
+    if not waits:
+        return reference_path(definition), "the reference"
     from gyrostat.campaigns.engine import fly
     from gyrostat.campaigns.execute import chosen_engine
     from gyrostat.core.engines import engine_named
@@ -172,9 +173,9 @@ def _path(definition: "Scenario", say: Say) -> "tuple[ReferencePath, str]":
 
 
 def _exclusion(
-    angles: dict[str, Any], rate: Quantity | None, present: "tuple[StarTrackerHead, ...]"
+    angles: dict[str, Any], rate: Quantity | None, head: "StarTrackerHead | None"
 ) -> "Exclusion":
-    """What blinds a head: the options, then the first head of the scenario."""
+    """What blinds a head: the options, then those of a head of the scenario."""
     import numpy as np
 
     from gyrostat.runs.placement import Exclusion
@@ -183,8 +184,8 @@ def _exclusion(
     for name, value in angles.items():
         if value is not None:
             found[name] = in_si(value, "angle", f"--{name}")
-        elif present:
-            found[name] = float(getattr(present[0], ANGLES[name]))
+        elif head is not None:
+            found[name] = float(getattr(head, ANGLES[name]))
         elif name == "moon":
             found[name] = 0.0
         else:
@@ -200,8 +201,8 @@ def _exclusion(
         found["rate"] = in_si(rate, "speed", "--rate")
         if found["rate"] <= 0.0:
             raise InputError(f"--rate: found {found['rate']:g} rad/s, expected more than 0")
-    elif present:
-        found["rate"] = float(present[0].rate_limit)
+    elif head is not None:
+        found["rate"] = float(head.rate_limit)
     return Exclusion(**found)
 
 
