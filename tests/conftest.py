@@ -5,7 +5,6 @@ import importlib.util
 import os
 import shutil
 import sys
-import time
 from importlib.metadata import version
 from pathlib import Path
 
@@ -141,9 +140,18 @@ def pytest_xdist_make_scheduler(config, log):
     return ByFile(config, log)
 
 
-BETWEEN_CLEARINGS = 20.0
-"""Processor time after which the next file begins without what JAX has kept, s."""
-cleared = {"file": None, "at": 0.0}
+MOST_MEMORY = 3e9
+"""Resident memory of a worker above which the next file begins without what JAX has kept, bytes."""
+last = {"file": None}
+
+
+def resident():
+    """Resident memory of this process, bytes; 0 where the system does not tell it as Linux does."""
+    try:
+        pages = int(Path("/proc/self/statm").read_text().split()[1])
+    except (OSError, IndexError):
+        return 0
+    return pages * os.sysconf("SC_PAGE_SIZE")
 
 
 @pytest.hookimpl(tryfirst=True)
@@ -156,12 +164,11 @@ def pytest_runtest_setup(item):
     """
     from gyrostat.core.jax64 import jax
 
-    if item.path != cleared["file"] and time.process_time() > cleared["at"] + BETWEEN_CLEARINGS:
+    if item.path != last["file"] and resident() > MOST_MEMORY:
         # a worker that keeps the traces of all files needs 7 GB
         jax.clear_caches()
         gc.collect()
-        cleared["at"] = time.process_time()
-    cleared["file"] = item.path
+    last["file"] = item.path
     optimised = item.get_closest_marker("optimised") is not None
     jax.config.update("jax_disable_most_optimizations", not optimised)
     # What this process compiles is not stored: few of its programs are met again in another one.

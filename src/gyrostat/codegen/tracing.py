@@ -7,6 +7,7 @@ where they are only read; what differs between versions of JAX is in `jax_versio
 import os
 import traceback
 from collections.abc import Callable, Sequence
+from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -72,9 +73,10 @@ def trace(function: Callable[..., Any], arguments: Sequence[Any], name: str) -> 
     require_supported()
     arguments = as_arrays(tuple(arguments))
     traces = []
-    for _ in range(2):
+    # the first trace finds leaks: the check is a garbage collection at the end of every trace
+    for check_leaks in (True, False):
         try:
-            with jax.checking_leaks():
+            with jax.checking_leaks() if check_leaks else nullcontext():
                 # a new function object: otherwise JAX reuses the first trace
                 jaxpr, results = jax.make_jaxpr(
                     lambda *inputs: as_arrays(function(*inputs)), return_shape=True
