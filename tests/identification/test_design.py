@@ -14,9 +14,10 @@ from gyrostat.identification.experiment import experiment_design
 from gyrostat.identification.experiment.current_profiles import FAMILIES, Limits, Shape
 from gyrostat.identification.experiment.experiment_design import design_record
 from gyrostat.identification.experiment.known_wheel import KnownWheel
-from gyrostat.identification.experiment.record_effects import RecordEffects
+from gyrostat.identification.experiment.record_effects import RecordEffects, expected_size
 from gyrostat.identification.experiment.record_information import UNKNOWN_START, information_gained
 from gyrostat.identification.fit.prediction import SpeedPrediction
+from gyrostat.identification.uncertainty.averaging import Effect
 from gyrostat.identification.uncertainty.sigmas import square_root
 from gyrostat.identification.uncertainty.torque_noise import RETURN
 from gyrostat.telemetry import Record, read_record
@@ -276,6 +277,24 @@ def test_without_a_ripple_the_text_says_what_one_would_cost(known, short_search)
     assert rippled.wanted[0].after > 0.5 * 0.04 * known.dry_torque()
     viscous = design_record(known, ["viscous"], LIMITS, speed_sigma=NOISE, ripple=0.04)
     assert "ripple" not in repr(viscous)
+
+
+def test_an_uncertain_ripple_counts_with_its_root_mean_square():
+    """A size that is there with a probability only, drawn a million times."""
+    random, effect = np.random.default_rng(3), Effect("a", "A", 0.3, 0.02, 0.01, "1")
+    sizes = random.normal(0.02, 0.01, 1_000_000) * (random.random(1_000_000) < 0.3)
+    assert effect.expected == pytest.approx(np.sqrt(np.mean(sizes**2)), rel=5e-3)
+    torque = Effect("crossing_ripple", "ripple", 0.3, 0.02, None, "1")
+    assert expected_size({"crossing_ripple": torque}, "crossing_ripple") == pytest.approx(
+        0.02 * np.sqrt(0.3)
+    )
+    assert expected_size({}, "crossing_ripple") == 0.0
+
+
+def test_the_ripple_that_a_fit_finds_unlikely_is_in_the_design(given, known):
+    effect = next(each for each in given.effects if each.name == "crossing_ripple")
+    assert 0.0 < effect.probability < 0.5
+    assert known.ripple == effect.expected > 0.0
 
 
 def test_simulated_records_scatter_as_promised(known, given, tmp_path, short_search):

@@ -64,14 +64,14 @@ def summary(design: Design) -> list[str]:
         return lines
     size = plain(design.ripple, 2)
     lines.append(
-        f"torque ripple of {size} N·m rms: each breakaway shows the static torque at one angle of "
-        f"the rotor; the {design.events:.0f} breakaways of this record are worth "
-        f"{design.angles:.2g} at independent angles"
+        f"torque ripple of {size} N·m rms, stated or expected from the fit: each breakaway shows "
+        f"the static torque at one angle of the rotor; the {design.events:.0f} breakaways of this "
+        f"record are worth {design.angles:.2g} at independent angles"
     )
     number = f": the target takes at least {design.needed}" if design.needed else ""
     lines.append(
         f"n breakaways at different angles leave {size} N·m/sqrt(n){number}; turn the wheel "
-        "between them, and state the same --ripple to identify"
+        "between them; identify allows for a ripple unless --ripple states it"
     )
     return lines
 

@@ -16,6 +16,7 @@ from gyrostat.identification.experiment.record_effects import (
     ROUNDING,
     Drifts,
     RecordEffects,
+    expected_size,
     found_drifts,
 )
 from gyrostat.identification.fit.prediction import wheel_dimensions
@@ -44,8 +45,8 @@ class KnownWheel:
         covariance: Covariance of their errors, (n, n), SI.
         speed_sigma: Standard deviation of the measured speed in the identified records, rad/s;
             None if unknown.
-        ripple: Torque ripple that the records show, rms over the dry friction torque; zero if
-            it is unlikely.
+        ripple: Torque ripple that the records show, rms over the dry friction torque, root mean
+            square over its posterior.
         drifts: Drifts of friction that the records show (`RecordEffects`).
         current_error: Standard deviation of the error of a held current, A; zero if the records do
             not show that it was rounded.
@@ -126,14 +127,14 @@ class KnownWheel:
         """Keep the parameters that any record of the wheel has."""
         wheel_names = (*wheel_dimensions(model), "current_bias")
         places = [k for k, n in enumerate(names) if n in wheel_names]
-        ripple, rounding = effects.get(RIPPLE), effects.get(ROUNDING)
+        rounding = effects.get(ROUNDING)
         return cls(
             model=model,
             values={n: values.get(n, 0.0) for n in wheel_names},
             names=tuple(names[k] for k in places),
             covariance=covariance[np.ix_(places, places)],
             speed_sigma=speed_sigma or None,
-            ripple=ripple.value if ripple is not None and ripple.likely else 0.0,
+            ripple=expected_size(effects, RIPPLE),
             drifts=found_drifts(effects),
             current_error=(rounding.prior or 0.0)
             if rounding is not None and rounding.likely

@@ -54,15 +54,17 @@ class RecordEffects:
 
 def found_drifts(effects: Mapping[str, Effect]) -> Drifts:
     """Sizes of the drifts that a fit found, for `RecordEffects`; a further record drifts so too."""
-
-    def size(name: str) -> float:
-        effect = effects.get(name)
-        if effect is None:
-            return 0.0
-        return float(np.sqrt(effect.probability) * np.hypot(effect.value, effect.sigma or 0.0))
-
     names = [name for _, name, *_ in DRIFTING]
-    return tuple((size(f"{name}_drift"), size(f"{name}_variation")) for name in names)
+    return tuple(
+        (expected_size(effects, f"{name}_drift"), expected_size(effects, f"{name}_variation"))
+        for name in names
+    )
+
+
+def expected_size(effects: Mapping[str, Effect], name: str) -> float:
+    """Root mean square of the size of an effect over the posterior of a fit; 0: not a candidate."""
+    effect = effects.get(name)
+    return 0.0 if effect is None else effect.expected
 
 
 def drift_shapes(time: Vector) -> Matrix:

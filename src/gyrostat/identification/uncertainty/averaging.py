@@ -43,7 +43,7 @@ class Effect:
         probability: Posterior probability of its presence; 2/3 a priori, more for the ripple in a
             record that resolves torques at rest finely.
         value: Posterior mean of its size if it is present, in `unit`; the largest in size of
-            several coefficients.
+            several coefficients; of a random torque, the root mean square.
         sigma: Standard deviation of that coefficient; None for a random torque.
         unit: Unit of value and sigma; "1" for fractions.
         prior: Standard deviation a priori; None for a random torque and where several are possible.
@@ -61,6 +61,11 @@ class Effect:
     def likely(self) -> bool:
         """Whether it is more likely present than absent."""
         return self.probability > 0.5
+
+    @property
+    def expected(self) -> float:
+        """Root mean square of its size over the posterior, where it may be absent, in `unit`."""
+        return float(np.sqrt(self.probability) * np.hypot(self.value, self.sigma or 0.0))
 
 
 @dataclass(frozen=True)
@@ -197,6 +202,7 @@ def _torque_marginals(hypotheses: Posteriors, weight: Vector) -> list[Effect]:
         level = hypotheses.levels[:, index]
         weight_present = weight * (level > 0.0)
         chance = float(min(weight_present.sum(), 1.0))
-        value = float(weight_present @ level / max(weight_present.sum(), np.finfo(float).tiny))
+        mean_square = weight_present @ level**2 / max(weight_present.sum(), np.finfo(float).tiny)
+        value = float(np.sqrt(mean_square))
         marginals.append(Effect(name, title, chance, value, None, "1"))
     return marginals
