@@ -64,7 +64,8 @@ def body_sky_chart(result: Placement) -> tuple[Markup, list[tuple[Markup, str]]]
     for name, axis in AXES.items():
         x, y = _place(np.array(axis))
         parts.append(
-            f'<text x="{x:.1f}" y="{y - 12:.1f}" text-anchor="middle" fill="{INK}">{name}</text>'
+            f'<text x="{x:.1f}" y="{y - 12:.1f}" text-anchor="middle" fill="{INK}" '
+            f'stroke="{PAPER}" stroke-width="3" paint-order="stroke">{name}</text>'
         )
     for name, marks, directions in _directions(result):
         placed = zip(marks, directions, strict=True)
@@ -103,11 +104,6 @@ def _directions(result: Placement) -> list[tuple[str, list[str], Matrix]]:
     """Name, mark of each and directions of what was found, and of the heads of the scenario."""
     best, present = result.best[-1].directions, result.present
     rows = []
-    if present is not None:
-        cross = f'<path stroke="{MARK}" stroke-width="2" d="M-5-5L5 5M5-5L-5 5"/>'
-        rows.append(
-            ("heads of the scenario", [cross] * len(present.directions), present.directions)
-        )
     ring = f'<circle r="8" fill="white" stroke="{MODEL}" stroke-width="2.2"/>'
     numbers = [ring + _letter(str(k)) for k in range(1, len(best) + 1)]
     rows.append((f"best {len(best)} head{'s' if len(best) > 1 else ''}", numbers, best))
@@ -116,6 +112,12 @@ def _directions(result: Placement) -> list[tuple[str, list[str], Matrix]]:
         if surface is not None:
             mark = square + _letter(name[0].upper())
             rows.append((f"normal of the {name}", [mark], surface.direction[None]))
+    if present is not None:
+        # last: where a surface is best, there is often a head already
+        cross = f'<path stroke="{MARK}" stroke-width="2" d="M-5-5L5 5M5-5L-5 5"/>'
+        rows.append(
+            ("heads of the scenario", [cross] * len(present.directions), present.directions)
+        )
     return rows
 
 
