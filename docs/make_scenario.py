@@ -278,6 +278,12 @@ Disturbances of the wheels at other multiples of the wheel speed than 1, such as
 ([Wheel jitter](wheel_jitter.md)). Each number is one for all wheels. The optional `name` is used in
 keys such as `imbalance.harmonic.cage.force`; by default it is `harmonic`.
 """
+STATION_TEXT = """## [[station]]
+
+One table for each ground station. `gyrostat check` lists its passes, and a mode of the reference
+can wait for one ([Targets](references.md#ground-stations-passes-and-eclipses)). The optional `name`
+is used in keys; by default it is `ground`.
+"""
 HEADS_TEXT = """## [[star_tracker]]
 
 One table for each head of the star tracker of the sensors `star_tracker_gyro` or `star_tracker`
@@ -560,6 +566,7 @@ def page():
         (BANDS_TEXT, "controller.band"),
         (TORQUES_TEXT, "environment.torque"),
         (HARMONICS_TEXT, "imbalance.harmonic"),
+        (STATION_TEXT, "station"),
         (HEADS_TEXT, "star_tracker"),
         (SENSOR_TEXT, "sensor"),
         (ACTUATOR_TEXT, "actuator"),

@@ -1,21 +1,22 @@
 """Build the reference attitude of a run from a scenario."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any
 
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from gyrostat.control.guidance import Reference, WheelEnvelope
-from gyrostat.core.errors import InputError
+from gyrostat.control.guidance import Reference, Sunlight, WheelEnvelope
+from gyrostat.core.errors import InputError, placed
 from gyrostat.core.jax64 import jnp
 from gyrostat.runs.build_parts import named_parts
-from gyrostat.scenario.attitude_table import attitude_table
 from gyrostat.scenario.component import Context
 from gyrostat.scenario.kinds.events import kind_of
-from gyrostat.scenario.kinds.registry import KINDS, chosen
+from gyrostat.scenario.kinds.orbits import shared_span
+from gyrostat.scenario.kinds.registry import KINDS, PARTS, chosen
 from gyrostat.scenario.reference_kind import ERROR, POSITION_ERROR, PlannedReference, ReferenceCase
-from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.scenario import Scenario, Source
 from gyrostat.scenario.sensing import Values, arrays_of
 from gyrostat.scenario.structure import Structure
 from gyrostat.spacecraft import Spacecraft
@@ -49,7 +50,7 @@ def planned_reference(
     if not component.moves:
         return None
     if component.texts and all(text.path != "reference" for text in scenario.texts):
-        raise InputError("key reference.file: found none, expected a CSV file")
+        raise InputError("key reference.file: found none, expected the name of a file")
     slews = [event.name for event in scenario.events if kind_of(event).changes_target]
     if slews:
         raise InputError(
@@ -60,11 +61,23 @@ def planned_reference(
     if component.tables:
         envelope = WheelEnvelope.of(known, working, starts=np.arange(float(len(working))))
     tables = {
-        text.path: attitude_table(text.path, text.text)
+        text.path: _tabulated(scenario, component, text)
         for text in scenario.texts
         if text.path.startswith("reference")
     }
     return PlannedReference(envelope, tables)
+
+
+def _tabulated(scenario: Scenario, component: Any, text: Source) -> Any:
+    """Table of the reference, or of a mode of it, that has a file."""
+    section, _, name = text.path.rpartition(".")
+    kind = component
+    if section:
+        kinds = {part.name: part.kind for part in scenario.parts if part.section == section}
+        kind = PARTS[section][kinds[name]].attitude
+    with placed(f"key {text.path}"):
+        content = kind.read_file("file", text.text)
+        return kind.tabulated(content, partial(shared_span, scenario))
 
 
 def reference_of(
@@ -99,7 +112,11 @@ def reference_of(
             torque_share=instance.torque_share,
             momentum_share=instance.momentum_share,
         )
-    plan = plans.reference._replace(envelope=envelope, orbit=orbit)
+    views = ()
+    if structure.waits_for_view and orbit is not None:
+        stations = named_parts(structure, values, "station", Context(orbit=orbit))
+        views = (Sunlight(orbit), *stations.values())
+    plan = plans.reference._replace(envelope=envelope, orbit=orbit, views=views)
     context = Context(reference=plan)
     modes = named_parts(structure, values, "reference.mode", context)
     slews = named_parts(structure, values, "reference.slew", context)

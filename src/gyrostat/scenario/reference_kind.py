@@ -1,6 +1,7 @@
 """Bases of the references and modes that a scenario can name."""
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
 from typing import Annotated, Any, ClassVar, NamedTuple, Self
@@ -15,14 +16,15 @@ from gyrostat.control.guidance import (
     Profile,
     Reference,
     SlewLimits,
-    Table,
     WheelEnvelope,
 )
 from gyrostat.core.arrays import Quaternion, Scalar
+from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.scenario.component import Context, Kind, Need, Options
 from gyrostat.scenario.schema import Key, positive, size
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
+from gyrostat.spacecraft.orbit.time_scales import Epoch
 
 POSITION_ERROR = "reference.position_error"
 """Key of the error of the position that the reference of the controller is computed from."""
@@ -40,6 +42,12 @@ UNTIL: dict[str, Key] = {
         "momentum", -1.0, "End condition: total momentum above this value.", least=-1.0
     ),
     "until_error_below": positive("angle", inf, "End condition: pointing error below this value."),
+    "until": Key(
+        "1",
+        0.0,
+        "End condition, a text: `pass of NAME` or `end of pass of NAME`, a [[station]], `eclipse` "
+        "or `sunlight`.",
+    ),
 }
 """Keys of the conditions under which a mode ends."""
 _AUTO = '; none or `"auto"`: the fastest slew within the wheels.'
@@ -50,13 +58,15 @@ class PlannedReference(NamedTuple):
 
     Attributes:
         envelope: Torque and momentum of the working wheels; None if no slew needs it.
-        tables: Place of a table in the scenario -> interpolated table.
+        tables: Place of a reference or mode with a file -> result of `ProfileKind.tabulated`.
         orbit: Orbit of the run; None without one.
+        views: Views along the orbit that modes wait for; empty if none does.
     """
 
     envelope: WheelEnvelope | None
-    tables: Mapping[str, Table]
+    tables: Mapping[str, Any]
     orbit: OrbitEnvironment | None = None
+    views: tuple[Callable[[Scalar], Scalar], ...] = ()
 
     def pointing(self, aim: Aim, axis: Array, second: Array) -> Pointing:
         """Pointing of a body axis along the orbit."""
@@ -139,6 +149,43 @@ class ProfileKind(ReferenceKind):
         """
         raise NotImplementedError
 
+    @classmethod
+    def read_file(cls, where: str, text: str) -> Any:
+        """Content of `file`, for a kind that has one.
+
+        Args:
+            where: Place for error messages, such as the name of the file.
+            text: Content of the file.
+
+        Raises:
+            InputError: It is not what the kind needs.
+        """
+        raise NotImplementedError
+
+    @classmethod
+    def check_cover(cls, content: Any, where: str, duration: float) -> None:
+        """Check that the content of the file of a whole run covers it.
+
+        Args:
+            content: Result of `read_file`.
+            where: Place for error messages.
+            duration: Duration of the run, s.
+
+        Raises:
+            InputError: It does not.
+        """
+
+    @classmethod
+    def tabulated(cls, content: Any, span: Callable[[], tuple[Epoch, float]]) -> Any:
+        """Table of which `profile` is made; by default the content of the file.
+
+        Args:
+            content: Result of `read_file`.
+            span: Epoch of the run, and the time after it that all runs need, s; raises InputError
+                if each run has an orbit of its own.
+        """
+        return content
+
     def reference(self, case: ReferenceCase) -> Reference:
         """See `ReferenceKind.reference`."""
         return Reference.of(self.profile(case.planned, "reference"))
@@ -180,12 +227,17 @@ class Mode:
         return self.attitude.meaning()
 
     def row(self, row: Mapping[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
-        """See `Kind.row`."""
-        return self.attitude.row(row, values)
+        """See `Kind.row`: the view that the mode waits for, as a number."""
+        completed = self.attitude.row(row, values)
+        if "until" in row:
+            completed["until"] = _number_of_view(row["until"], values)
+        return completed
 
     def check(self, place: str, scenario: Any) -> None:
         """See `Kind.check`."""
         self.attitude.check(place, scenario)
+        if scenario.orbit == "none" and scenario.values[f"{place}.until"] != 0.0:
+            raise InputError(f"key {place}.until: found it without [orbit], expected an orbit")
 
     def of(self, options: Options) -> Self:
         """See `Kind.of`."""
@@ -205,3 +257,26 @@ def _condition(options: Options) -> Condition:
     is_set = [value != UNTIL[name].default for name, value in zip(UNTIL, values, strict=True)]
     after = jnp.where(jnp.any(jnp.stack(is_set)), values[0], NEVER.after)
     return Condition(after, *values[1:])
+
+
+_VIEW = re.compile(r"\s*(end of\s+)?pass of\s+(\w+)\s*|\s*(eclipse|sunlight)\s*")
+
+
+def _number_of_view(text: Any, values: Mapping[str, float]) -> float:
+    """Number of a view, from 1: Sun, then stations; negative for its end.
+
+    Raises:
+        InputError: There is no such view.
+    """
+    stations = [key.split(".")[1] for key in values if re.fullmatch(r"station\.\w+\.latitude", key)]
+    match = _VIEW.fullmatch(text) if isinstance(text, str) else None
+    if match is not None and match[3] is not None:
+        return 1.0 if match[3] == "sunlight" else -1.0
+    if match is None or match[2] not in stations:
+        known = [f"pass of {name}" for name in stations]
+        raise InputError(
+            f"until: found {text!r}, expected one of eclipse, sunlight, "
+            f"{', '.join(known) or 'or the pass of a [[station]]'}, with `end of` for its end"
+        )
+    number = 2.0 + stations.index(match[2])
+    return -number if match[1] else number

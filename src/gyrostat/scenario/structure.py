@@ -24,6 +24,7 @@ class Structure(Components):
         dispersed: Keys whose values differ from run to run.
         limited: Measured fields whose rate of change is limited.
         signals: Error vectors that pointing requirements need; their numbers are not part of it.
+        waits_for_view: Whether a mode of the reference ends with an eclipse or with a pass.
     """
 
     turning_points: tuple[Event, ...]
@@ -31,6 +32,7 @@ class Structure(Components):
     dispersed: tuple[str, ...]
     limited: tuple[str, ...]
     signals: tuple[ErrorSignal, ...]
+    waits_for_view: bool
 
 
 def structure_of(scenario: Scenario) -> Structure:
@@ -52,6 +54,11 @@ def structure_of(scenario: Scenario) -> Structure:
         dispersed=scenario.dispersed,
         limited=tuple(limited),
         signals=signals_of(scenario.requirements),
+        waits_for_view=any(
+            scenario.values[f"{part.section}.{part.name}.until"] != 0.0
+            for part in scenario.parts
+            if part.section == "reference.mode"
+        ),
     )
 
 

@@ -5,7 +5,7 @@ import re
 from collections.abc import Collection, Iterator, Mapping
 from typing import Any
 
-from gyrostat.core.errors import InputError
+from gyrostat.core.errors import InputError, placed
 from gyrostat.scenario.kinds.registry import PARTS, component
 from gyrostat.scenario.metrics.kinds import RUN_METRICS
 from gyrostat.scenario.scenario import Part, Source
@@ -54,7 +54,8 @@ def completed(table: Table, kind: Any, values: Mapping[str, float]) -> Table:
         kind: Its kind.
         values: Full key -> value of the sections read before.
     """
-    return Table(table.path, table.prefix, kind.row(table.row, values))
+    with placed(f"{table.path}: key {table.prefix.rstrip('.')}"):
+        return Table(table.path, table.prefix, kind.row(table.row, values))
 
 
 def part_values(
@@ -78,7 +79,8 @@ def part_values(
         extra = USER_KEYS if "python" in row.row and part.section in USER_KINDS else ()
         row.known(("name", "kind", *extra, *component_kind.keys(), *component_kind.texts))
         prefix = f"{part.section}.{part.name}."
-        values |= completed(row, component_kind, before).numbers(component_kind.keys(), prefix)
+        known = {**before, **values}
+        values |= completed(row, component_kind, known).numbers(component_kind.keys(), prefix)
     return values
 
 

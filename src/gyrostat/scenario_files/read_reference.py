@@ -5,14 +5,13 @@ from typing import Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.toml_file import read_text
-from gyrostat.scenario.attitude_table import attitude_table
 from gyrostat.scenario.kinds.registry import PARTS
 from gyrostat.scenario.reference_kind import ERROR, POSITION_ERROR
 from gyrostat.scenario.scenario import Part, Source
 from gyrostat.scenario_files.tables import Table
 
 LARGEST_TABLE = 10_000_000
-"""Largest size of an attitude table, bytes."""
+"""Largest size of the file of a reference, bytes."""
 
 
 def position_error(table: Table, kind: Any, orbit: str) -> dict[str, float]:
@@ -69,7 +68,7 @@ def check_reference(
 def read_tables(
     kind: Any, parts: Sequence[tuple[Part, Table]], top: Table, duration: float
 ) -> tuple[Source, ...]:
-    """Read the attitude tables of a reference.
+    """Read the files of a reference and of its modes.
 
     Args:
         kind: Kind of the reference, a component.
@@ -78,27 +77,24 @@ def read_tables(
         duration: Duration of the run, s.
 
     Raises:
-        InputError: A file cannot be read, or is not a table of attitudes; or the table of a
+        InputError: A file cannot be read, or is not what its kind needs; or the file of a
             reference of one mode does not cover the run.
     """
     rows = {
-        f"{part.section}.{part.name}": row
+        f"{part.section}.{part.name}": (PARTS[part.section][part.kind].attitude, row)
         for part, row in parts
         if part.section == "reference.mode"
         and part.kind in PARTS[part.section]
         and PARTS[part.section][part.kind].texts
     }
     if kind.texts:
-        rows["reference"] = top.table("reference", None)
+        rows["reference"] = kind, top.table("reference", None)
     sources = []
-    for name, row in rows.items():
+    for name, (profile, row) in rows.items():
         path = row.path.parent / row.text("file", None)
-        text = read_text(path, "an attitude table", LARGEST_TABLE)
-        times = attitude_table(str(path), text).times
-        if kind.texts and not times[0] <= 0.0 <= duration <= times[-1]:
-            raise InputError(
-                f"{path}: found times from {times[0]:g} s to {times[-1]:g} s, expected them to "
-                f"cover the run, 0 s to {duration:g} s"
-            )
+        text = read_text(path, "the file of a reference", LARGEST_TABLE)
+        content = profile.read_file(str(path), text)
+        if name == "reference":
+            profile.check_cover(content, str(path), duration)
         sources.append(Source(name, text))
     return tuple(sources)

@@ -43,7 +43,7 @@ from gyrostat.wheel.friction_laws import law_texts
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", *KINDS),
-    *("guard", "star_tracker", "sensor", "actuator", "event", "dispersion"),
+    *("guard", "station", "star_tracker", "sensor", "actuator", "event", "dispersion"),
     *("metric", "metrics", "requirement", *WHEEL_PARTS),
 )
 DEFAULTS = {

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any, final
 from gyrostat.verbs.arguments import Say, silent
 
 if TYPE_CHECKING:
+    from gyrostat.runs.passes import Pass
     from gyrostat.runs.user.support import Support
     from gyrostat.scenario import Scenario
 
@@ -21,11 +22,13 @@ class CheckedScenario(dict[str, str]):
             an export to C.
         unlikely: Lines on numbers that are possible, but unlikely.
         warnings: Lines on windows in which the star tracker sees too rarely.
+        passes: Passes over ground stations and eclipses of the nominal run.
     """
 
     parts: "dict[str, Support]"
     unlikely: list[str]
     warnings: list[str]
+    passes: "list[Pass]"
 
 
 def check(
@@ -53,6 +56,7 @@ def check(
     """
     from gyrostat.campaigns.pointing.text import requirement_lines
     from gyrostat.core.user_modules import is_user_kind
+    from gyrostat.runs.passes import pass_lines, passes_of
     from gyrostat.runs.plans import designs_of
     from gyrostat.runs.tracker_forecast import tracker_lines
     from gyrostat.runs.user.trial import supports_of
@@ -80,6 +84,9 @@ def check(
         if "friction" in result.parts:
             say(f"  {result.parts['friction']}")
     for line in requirement_lines(definition):
+        say(line)
+    result.passes = passes_of(definition)
+    for line in pass_lines(definition, result.passes):
         say(line)
     lines, result.warnings = tracker_lines(definition)
     for line in (*lines, *result.warnings):

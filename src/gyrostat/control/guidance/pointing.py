@@ -50,8 +50,12 @@ class GroundTarget(Checked):
         return target - orbit.position(time), orbit.velocity(time)
 
 
-def _as_tree(aim: Any) -> Any:
-    """Aim as a tree of numbers, which a function is not."""
+def as_tree(aim: Any) -> Any:
+    """Aim as a tree of numbers, which a function is not.
+
+    Args:
+        aim: Function or callable tree.
+    """
     return aim if isinstance(aim, eqx.Module) else jax.tree_util.Partial(aim)
 
 
@@ -68,7 +72,7 @@ class Pointing(Checked):
     """
 
     orbit: OrbitEnvironment
-    aim: Aim = eqx.field(converter=_as_tree)
+    aim: Aim = eqx.field(converter=as_tree)
     body: Quaternion
 
     @classmethod

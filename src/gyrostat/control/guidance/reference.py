@@ -5,7 +5,6 @@ from functools import wraps
 from typing import Any, NamedTuple, Self, TypeVar, cast
 
 import equinox as eqx
-import numpy as np
 from jaxtyping import Array, Bool, Int
 
 from gyrostat.control.guidance.attitude_reference import (
@@ -14,6 +13,7 @@ from gyrostat.control.guidance.attitude_reference import (
     Profile,
     reference_at,
 )
+from gyrostat.control.guidance.condition import NEVER, Condition, is_in_view
 from gyrostat.control.guidance.slew import SlewLimits, Transition
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar
@@ -35,26 +35,6 @@ class Mode(NamedTuple):
     number: Int[Array, ""]
     start: Scalar
     transition: Transition | None = None
-
-
-class Condition(NamedTuple):
-    """Conditions under which a mode ends: all of them must hold. The defaults always hold.
-
-    Attributes:
-        after: Least time since the start of the mode, s.
-        rate_below: Upper limit of the body rate, rad/s.
-        momentum_above: Lower limit of the total momentum, N·m·s.
-        error_below: Upper limit of the pointing error, rad.
-    """
-
-    after: Scalar = 0.0
-    rate_below: Scalar = np.inf
-    momentum_above: Scalar = -1.0
-    error_below: Scalar = np.inf
-
-
-NEVER = Condition(after=np.inf)
-"""Condition that never holds."""
 
 
 Method = TypeVar("Method", bound=Callable[..., Any])
@@ -91,12 +71,15 @@ class Reference(Checked):
         until: Conditions under which the modes end, each (modes,).
         limits: Limits of the rotation from mode to mode; None for one mode.
         spacecraft: Spacecraft model for the total momentum; None: no condition on it.
+        views: Views along the orbit that modes wait for, each a callable time, s -> a number above
+            0 while it lasts.
     """
 
     modes: tuple[Callable[..., Any], ...]
     until: Condition
     limits: SlewLimits | None = None
     spacecraft: Spacecraft | None = None
+    views: tuple[Callable[[Scalar], Scalar], ...] = ()
 
     @classmethod
     def of(cls, profile: Profile) -> Self:
@@ -113,6 +96,7 @@ class Reference(Checked):
         *modes: tuple[Profile, Condition],
         limits: SlewLimits | None = None,
         spacecraft: Spacecraft | None = None,
+        views: Sequence[Callable[[Scalar], Scalar]] = (),
     ) -> Self:
         """Reference of several modes.
 
@@ -120,6 +104,7 @@ class Reference(Checked):
             modes: Attitude over time and end conditions of each mode.
             limits: Limits of the rotation from mode to mode; required for several modes.
             spacecraft: Spacecraft model; required for conditions on the momentum.
+            views: Views along the orbit, for conditions on them.
 
         Raises:
             InputError: There is no mode, or `limits` or `spacecraft` is required and None.
@@ -138,7 +123,7 @@ class Reference(Checked):
                 "spacecraft from which the momentum is computed"
             )
         until = Condition(*(jnp.asarray(each, dtype=float) for each in zip(*ends, strict=True)))
-        return cls(tuple(profile for profile, _ in modes), until, limits, spacecraft)
+        return cls(tuple(profile for profile, _ in modes), until, limits, spacecraft, tuple(views))
 
     def start(self) -> Mode:
         """Mode before the first sample: the first mode, from time 0."""
@@ -200,6 +185,12 @@ class Reference(Checked):
         elapsed = time - mode.start + 1e-9
         ends = (elapsed >= until.after) & (elapsed >= mode.transition.duration)
         ends &= mode.number < len(self.modes) - 1
+        if self.views:
+            ends = jax.lax.cond(
+                ends,
+                lambda: is_in_view(self.views, until.view, time),
+                lambda: jnp.zeros((), bool),
+            )
         if measurement is None:
             ends &= jnp.isinf(until.rate_below) & jnp.isinf(until.error_below)
             ends &= until.momentum_above < 0.0

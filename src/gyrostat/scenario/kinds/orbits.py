@@ -4,6 +4,7 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from functools import lru_cache
 from math import tau
+from typing import Any
 
 import numpy as np
 
@@ -16,6 +17,7 @@ from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.sensing import Values, options_of
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.orbit.tables import STEPS, OrbitAccuracy, orbit_environment
+from gyrostat.spacecraft.orbit.time_scales import Epoch
 
 PHASE = "orbit.phase"
 """Key of the start along the orbit, which runs that share tables may differ in."""
@@ -35,8 +37,30 @@ def planned_orbit(scenario: Scenario) -> OrbitEnvironment | None:
         return None
     if has_own_orbits(scenario.dispersed):
         return _tables_of(scenario, scenario.values, _own_step(scenario))[0]
-    share = 1.0 if PHASE in scenario.dispersed else scenario.values[PHASE] / tau
-    return _tables_of(scenario, {**scenario.values, PHASE: 0.0}, share=share)[0]
+    values = {**scenario.values, PHASE: 0.0}
+    return _tables_of(scenario, values, share=_shared_periods(scenario))[0]
+
+
+def shared_span(scenario: Scenario) -> tuple[Epoch, float]:
+    """Epoch of the tables that all runs share, and the time after it that the runs need, s.
+
+    Raises:
+        InputError: Each run has tables of its own.
+    """
+    own = [key for key in scenario.dispersed if key.startswith("orbit.") and key != PHASE]
+    if own:
+        raise InputError(
+            f"key dispersion: found {own[0]} beside the position of another spacecraft, expected "
+            "no element of the orbit but its phase"
+        )
+    orbit, epoch = _elements(scenario, scenario.values)
+    end = scenario.duration + _shared_periods(scenario) * orbit.period
+    return Epoch.of(epoch, float(scenario.values["orbit.ut1_utc"])), end
+
+
+def _shared_periods(scenario: Scenario) -> float:
+    """Largest phase of a run that shares tables with others, in periods."""
+    return 1.0 if PHASE in scenario.dispersed else scenario.values[PHASE] / tau
 
 
 def nominal_orbit(scenario: Scenario) -> OrbitEnvironment | None:
@@ -148,13 +172,7 @@ def _tables_of(
     moon: bool = False,
 ) -> tuple[OrbitEnvironment, OrbitAccuracy]:
     """Tables from the phase on, for a run and a share of a period more, and their accuracy."""
-    texts = {
-        text.path.removeprefix("orbit."): text.text
-        for text in scenario.texts
-        if text.path.startswith("orbit.")
-    }
-    orbit = KINDS["orbit"][scenario.orbit].of(options_of(values, "orbit")).elements(texts)
-    epoch = texts.get("epoch") or orbit.epoch
+    orbit, epoch = _elements(scenario, values)
     names = ("f107", "f107a", "ap", "ut1_utc")
     indices = {name: float(values[f"orbit.{name}"]) for name in names}
     return orbit_environment(
@@ -166,3 +184,14 @@ def _tables_of(
         moon=moon or heads_of(scenario.parts) > 0,
         **indices,
     )
+
+
+def _elements(scenario: Scenario, values: Mapping[str, float]) -> tuple[Any, str]:
+    """Orbit with given values, and its epoch, UTC."""
+    texts = {
+        text.path.removeprefix("orbit."): text.text
+        for text in scenario.texts
+        if text.path.startswith("orbit.")
+    }
+    orbit = KINDS["orbit"][scenario.orbit].of(options_of(values, "orbit")).elements(texts)
+    return orbit, texts.get("epoch") or orbit.epoch

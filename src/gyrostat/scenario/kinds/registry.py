@@ -47,7 +47,10 @@ KINDS: Mapping[str, dict[str, Any]] = {
 }
 """Section of a scenario file -> kinds of this package that it can name."""
 PARTS: Mapping[str, dict[str, Any]] = {
-    **{section: _kinds_of(section) for section in ("controller.band", "environment.torque")},
+    **{
+        section: _kinds_of(section)
+        for section in ("station", "controller.band", "environment.torque")
+    },
     "reference.mode": {
         name: Mode(kind)
         for name, kind in {**KINDS["reference"], **_kinds_of("reference.mode")}.items()

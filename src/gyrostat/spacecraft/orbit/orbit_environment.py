@@ -5,7 +5,7 @@ are only interpolated. Inertial axes are those of the GCRS.
 """
 
 from dataclasses import replace
-from typing import Annotated, NamedTuple, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 import numpy as np
 from jaxtyping import Array, Float
@@ -87,8 +87,6 @@ class OrbitEnvironment(Checked):
             InputError: There are fewer than four rows, a value is not finite, or a density is not
                 above 0.
         """
-        from scipy.interpolate import CubicSpline  # slow to import
-
         density = np.asarray(samples.density, dtype=float)
         if len(density) < 4:
             raise InputError(f"orbit tables: found {len(density)} rows, expected four or more")
@@ -104,9 +102,7 @@ class OrbitEnvironment(Checked):
             raise InputError(
                 f"orbit tables, row {row}: found a value that is not finite, expected finite ones"
             )
-        # over the share of the step, highest power first
-        pieces = CubicSpline(np.arange(len(rows)), rows).c
-        return cls(pieces[::-1].swapaxes(0, 1).copy(), step, period)
+        return cls(pieces_of(rows), step, period)
 
     def until(self, end: float) -> Self:
         """Environment without most of the rows after a time.
@@ -123,17 +119,9 @@ class OrbitEnvironment(Checked):
 
     def _at(self, time: Scalar, name: str) -> Array:
         """Channels of a value at a time, s."""
-        first, last = CHANNELS[name]
-        pieces = jnp.asarray(self.coefficients)
-        share = (self.offset + time) / self.step
-        # not `clip`, whose derivative at the ends would be half of the spline's
-        share = jnp.where(share < 0.0, 0.0, jnp.where(share > len(pieces), len(pieces), share))
-        row = jnp.clip(jnp.floor(share), 0.0, len(pieces) - 1.0)
-        share = share - row
-        start = (row.astype(int), 0, first)
-        piece = jax.lax.dynamic_slice(pieces, start, (1, 4, last - first))
-        constant, linear, square, cubic = piece[0]
-        return ((cubic * share + square) * share + linear) * share + constant
+        return interpolated(
+            jnp.asarray(self.coefficients), (self.offset + time) / self.step, *CHANNELS[name]
+        )
 
     def position(self, time: Scalar) -> Vector3:
         """Position from the centre of the Earth, GCRS, (3,), m, at a time, s."""
@@ -203,3 +191,36 @@ class OrbitEnvironment(Checked):
             ]
         )
         return to_inertial(self.earth(time), point)
+
+
+def pieces_of(rows: Float[np.ndarray, "rows channels"]) -> Any:
+    """Cubic pieces of a spline with not-a-knot ends, for `interpolated`, (rows - 1, 4, channels).
+
+    Args:
+        rows: Values at equidistant places, four rows or more.
+    """
+    from scipy.interpolate import CubicSpline  # slow to import
+
+    # over the share of the step, highest power first
+    return CubicSpline(np.arange(len(rows)), rows).c[::-1].swapaxes(0, 1).copy()
+
+
+def interpolated(
+    pieces: Float[Array, "pieces 4 channels"], share: Scalar, first: int, last: int
+) -> Array:
+    """Channels of a cubic spline at a place; beyond its ends, those of the end.
+
+    Args:
+        pieces: Result of `pieces_of`.
+        share: Place, in steps from the first row.
+        first: First channel.
+        last: Channel after the last one.
+    """
+    # not `clip`, whose derivative at the ends would be half of the spline's
+    share = jnp.where(share < 0.0, 0.0, jnp.where(share > len(pieces), len(pieces), share))
+    row = jnp.clip(jnp.floor(share), 0.0, len(pieces) - 1.0)
+    share = share - row
+    start = (row.astype(int), 0, first)
+    piece = jax.lax.dynamic_slice(pieces, start, (1, 4, last - first))
+    constant, linear, square, cubic = piece[0]
+    return ((cubic * share + square) * share + linear) * share + constant

@@ -24,4 +24,5 @@ class Sequence(Slewing):
             *case.modes,
             limits=self.limits(case),
             spacecraft=None if envelope is None else envelope.spacecraft,
+            views=case.planned.views,
         )

@@ -1,0 +1,133 @@
+"""Bases of the references that point a body axis to a target along an orbit."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from typing import TYPE_CHECKING, Annotated, Any
+
+from gyrostat.control.guidance import Mosaic, Pointing, Raster, Scanned, SecondAxis
+from gyrostat.control.guidance.targets import NORMAL, SUN, VELOCITY
+from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.scenario.component import ORBIT
+from gyrostat.scenario.reference_kind import PlannedReference, ProfileKind
+from gyrostat.scenario.schema import Key, positive, size, vector
+
+if TYPE_CHECKING:
+    from gyrostat.control.guidance import Aim
+    from gyrostat.scenario.scenario import Scenario
+
+SECOND = ("along", "to_sun", "normal")
+"""Body axes of which one is given: its part across `to_target` has a direction of its own."""
+
+
+@dataclass(frozen=True, eq=False)
+class AimedKind(ProfileKind):
+    """Pointing at a target along [orbit] (`gyrostat.control.guidance.Pointing`)."""
+
+    needs = frozenset({ORBIT})
+    to_target: Annotated[
+        Vector3, vector("1", "Body axis that points to the target.", (0.0, 0.0, 1.0))
+    ]
+    along: Annotated[
+        Vector3,
+        vector(
+            "1",
+            "Body axis whose part across `to_target` points along the velocity.",
+            (1.0, 0.0, 0.0),
+        ),
+    ]
+    to_sun: Annotated[
+        Vector3, vector("1", "In place of `along`: body axis whose part points to the Sun.")
+    ]
+    normal: Annotated[
+        Vector3,
+        vector("1", "In place of `along`: body axis whose part points along the orbit normal."),
+    ]
+
+    @classmethod
+    def row(cls, row: Mapping[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
+        """See `Kind.row`: another second axis replaces `along`."""
+        others = [name for name in SECOND[1:] if name in row]
+        return {**({"along": [0.0, 0.0, 0.0]} if others else {}), **row}
+
+    @classmethod
+    def check(cls, place: str, scenario: "Scenario") -> None:
+        """See `Kind.check`: there is one second axis."""
+        axes = [
+            name
+            for name in SECOND
+            if any(scenario.values[f"{place}.{name}.{axis}"] != 0.0 for axis in "xyz")
+        ]
+        if len(axes) != 1:
+            raise InputError(
+                f"key {place}: found {' and '.join(axes) or 'no second axis'}, expected one of "
+                f"{', '.join(SECOND)}"
+            )
+
+    def target(self, planned: PlannedReference, place: str) -> "Aim":
+        """Target whose second direction is the velocity.
+
+        Args:
+            planned: Part of the reference that is computed once.
+            place: Place of the reference or mode in the scenario.
+        """
+        raise NotImplementedError
+
+    def profile(self, planned: PlannedReference, place: str) -> Pointing:
+        """See `ProfileKind.profile`."""
+        axes = [jnp.asarray(getattr(self, name), dtype=float) for name in SECOND]
+        _, is_sun, is_normal = (jnp.any(axis != 0.0) for axis in axes)
+        choice = jnp.where(is_sun, SUN, jnp.where(is_normal, NORMAL, VELOCITY))
+        aim = SecondAxis(self.target(planned, place), choice)
+        return planned.pointing(self.scanned(aim), self.to_target, axes[0] + axes[1] + axes[2])
+
+    def scanned(self, aim: "Aim") -> "Aim":
+        """Target with the offsets of a pattern; without one, the target itself.
+
+        Args:
+            aim: Target.
+        """
+        return aim
+
+
+def whole(meaning: str) -> Key:
+    """Key of a number of one or more, which is rounded to a whole number."""
+    return Key("1", 1.0, meaning, 1.0, 1e6)
+
+
+@dataclass(frozen=True, eq=False)
+class MosaicKind(AimedKind):
+    """Mosaic of tiles about a target (`gyrostat.control.guidance.Mosaic`)."""
+
+    columns: Annotated[Scalar, whole("Tiles in a row, rounded.")]
+    rows: Annotated[Scalar, whole("Number of rows, rounded.")]
+    tile_width: Annotated[Scalar, size("angle", 0.0, "Distance between tiles along a row.")]
+    tile_height: Annotated[Scalar, size("angle", 0.0, "Distance between rows.")]
+    dwell: Annotated[Scalar, positive("time", None, "Time in each tile.")]
+    step_time: Annotated[Scalar, positive("time", None, "Time from one tile to the next.")]
+    begin: Annotated[Scalar, size("time", None, "Time of the run at which the first tile begins.")]
+
+    def scanned(self, aim: "Aim") -> "Aim":
+        """See `AimedKind.scanned`."""
+        counts = jnp.round(jnp.asarray(self.columns)), jnp.round(jnp.asarray(self.rows))
+        times = self.dwell, self.step_time, self.begin
+        return Scanned(aim, Mosaic(*counts, self.tile_width, self.tile_height, *times))
+
+
+@dataclass(frozen=True, eq=False)
+class RasterKind(AimedKind):
+    """Lines at a constant rate about a target (`gyrostat.control.guidance.Raster`)."""
+
+    length: Annotated[Scalar, positive("angle", None, "Length of a line.")]
+    spacing: Annotated[Scalar, size("angle", 0.0, "Distance between lines.")]
+    lines: Annotated[Scalar, whole("Number of lines, rounded.")]
+    line_time: Annotated[Scalar, positive("time", None, "Time of a line.")]
+    turn_time: Annotated[Scalar, positive("time", None, "Time between two lines.")]
+    begin: Annotated[Scalar, size("time", None, "Time of the run at which the first line begins.")]
+
+    def scanned(self, aim: "Aim") -> "Aim":
+        """See `AimedKind.scanned`."""
+        count = jnp.round(jnp.asarray(self.lines))
+        times = self.line_time, self.turn_time, self.begin
+        return Scanned(aim, Raster(self.length, self.spacing, count, *times))

@@ -1,0 +1,182 @@
+"""Targets, ground stations and passes in a scenario: read, refused in one line, and flown."""
+
+import shutil
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import gyrostat as gs
+from gyrostat.control.guidance import Mode
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.runs.passes import passes_of
+from gyrostat.runs.reference_path import nominal_setup
+from gyrostat.scenario_files.scenario_file import read_scenario
+from gyrostat.spacecraft.orbit import CircularElements
+from gyrostat.spacecraft.orbit.sun import sun_position
+from gyrostat.spacecraft.orbit.time_scales import Epoch
+
+erfa = pytest.importorskip("erfa", reason="the libraries of the extra orbit are not installed")
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
+EPOCH = "2026-11-22T10:00:00Z"
+HEAD = """
+[run]
+duration = "{duration} s"
+control_period = "1 s"
+[spacecraft]
+file = "cubesat.toml"
+[controller]
+kind = "three_axis"
+torque_time = "none"
+[orbit]
+kind = "circular"
+epoch = "2026-11-22T10:00:00Z"
+altitude = "500 km"
+inclination = "97.4 deg"
+ascending_node = "112 deg"
+[[station]]
+name = "north"
+latitude = "78d13m48s"
+longitude = "15.39 deg"
+[reference]
+kind = "{kind}"
+"""
+SEQUENCE = """rate = "0.5 deg/s"
+acceleration = 0.001
+[[reference.mode]]
+name = "vega"
+kind = "celestial"
+right_ascension = "18h36m56.3s"
+declination = "+38d47m01s"
+to_sun = [1, 0, 0]
+until = "pass of north"
+[[reference.mode]]
+name = "link"
+kind = "ground_mosaic"
+latitude = "78d13m48s"
+longitude = "15.39 deg"
+columns = 2
+tile_width = "1 deg"
+dwell = "20 s"
+step_time = "10 s"
+begin = "0 s"
+until = "end of pass of north"
+[[reference.mode]]
+name = "last"
+kind = "limb"
+tangent_height = "60 km"
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    for name in ("cubesat.toml", "cubesat_wheel.toml"):
+        shutil.copy(EXAMPLES / name, tmp_path)
+
+    def write(text, kind="sequence", duration=60):
+        path = tmp_path / "scenario.toml"
+        path.write_text(HEAD.format(kind=kind, duration=duration) + text, encoding="utf-8")
+        return path
+
+    return write
+
+
+def test_passes_are_those_of_a_search_without_tables(scenario):
+    """Elements, Earth rotation and vertical straight from the libraries, every second."""
+    found = passes_of(read_scenario(scenario(SEQUENCE, duration=6000)))
+    epoch = Epoch.of(EPOCH)
+    elements = CircularElements(500e3, np.radians(97.4), np.radians(112.0))
+    times = np.arange(0.0, 6000.0)
+    place = elements.trajectory(epoch, 6000.0).states(times).position
+    turned = erfa.c2t06a(*epoch.tt(times), *epoch.ut1_at(times), 0.0, 0.0)
+    north = (np.radians(15.39), np.radians(78.23))
+    station = erfa.gd2gc(1, *north, 0.0)
+    vertical = erfa.gd2gc(1, *north, 1.0) - station
+    sight = np.einsum("nij,nj->ni", turned, place) - station
+    elevation = np.degrees(np.arcsin(sight @ vertical / np.linalg.norm(sight, axis=1)))
+    seen = np.flatnonzero(elevation > 0.0)
+    (north_pass,) = (each for each in found if each.name == "north")
+    assert north_pass.begin == pytest.approx(times[seen[0]], abs=1.0)
+    assert north_pass.end == pytest.approx(times[seen[-1]], abs=1.0)
+    assert np.degrees(north_pass.highest) == pytest.approx(elevation.max(), abs=0.01)
+    # the shadow as a cylinder: some seconds from the middle of the penumbra
+    sun = sun_position(epoch, times)
+    sun = sun / np.linalg.norm(sun, axis=1)[:, None]
+    along = np.sum(place * sun, axis=1)
+    apart = np.linalg.norm(place - along[:, None] * sun, axis=1)
+    dark = np.diff(((along < 0.0) & (apart < 6378137.0)).astype(int), prepend=0, append=0)
+    eclipses = [(each.begin, each.end) for each in found if each.name == "eclipse"]
+    expected = np.column_stack([np.flatnonzero(dark > 0), np.flatnonzero(dark < 0)])
+    np.testing.assert_allclose(eclipses, expected, atol=10.0)
+
+
+def test_modes_wait_for_a_pass_and_for_its_end(scenario):
+    definition = read_scenario(scenario(SEQUENCE, duration=6000))
+    begin, end = next((p.begin, p.end) for p in passes_of(definition) if p.name == "north")
+    reference = nominal_setup(definition).reference
+
+    @jax.jit
+    def ends(number, time):
+        start = reference.start()
+        mode = Mode(number, jnp.zeros(()), start.transition)
+        return reference.step(mode, None, time).number > number
+
+    for number, time in ((0, begin), (1, end)):
+        assert not ends(number, time - 1.0)
+        assert ends(number, time + 1.0)
+
+
+def test_the_native_engine_flies_the_targets_of_the_reference(scenario):
+    """It is dark at the start, so that the first mode ends at once."""
+    path = scenario(SEQUENCE.replace("pass of north", "eclipse", 1), duration=120)
+    run = gs.simulate(path, engine="native")
+    setup = nominal_setup(read_scenario(path))
+    assert set(np.array(run["mode"])[1:]) == {1.0}
+
+    @jax.jit
+    def target(number, start, time):
+        reference = setup.reference
+        mode = reference.entered(reference.start(), number, start)
+        return reference.at(mode, time).attitude
+
+    for k in (20, 70, 110):
+        start = float(run["mode_start"][k])
+        expected = target(jnp.array(1), start, float(run["time"][k]))
+        np.testing.assert_allclose(run["target"][k], expected, atol=1e-9)
+
+
+def test_another_spacecraft_from_a_file_is_followed(scenario, tmp_path):
+    orbit = CircularElements(500e3, np.radians(97.4), np.radians(112.0))
+    times = np.arange(0.0, 400.0, 20.0)
+    states = orbit.trajectory(Epoch.of(EPOCH), 500.0).states(times + 20.0)
+    rows = np.column_stack([times, states.position, states.velocity])
+    lines = ["time,x,y,z,vx,vy,vz", *(",".join(map(repr, row)) for row in rows.tolist())]
+    (tmp_path / "other.csv").write_text("\n".join(lines), encoding="utf-8")
+    definition = read_scenario(scenario('file = "other.csv"', "spacecraft"))
+    reference = nominal_setup(definition).reference
+    at = reference.at(reference.start(), 33.0).attitude
+    boresight = Rotation.from_quat(np.array(at), scalar_first=True).apply([0.0, 0.0, 1.0])
+    both = orbit.trajectory(Epoch.of(EPOCH), 500.0).states(np.array([33.0, 53.0])).position
+    sight = both[1] - both[0]
+    np.testing.assert_allclose(boresight, sight / np.linalg.norm(sight), atol=1e-6)
+    with pytest.raises(InputError, match="key reference: file: found states from 0 s to 380 s"):
+        read_scenario(scenario('file = "other.csv"', "spacecraft", duration=900))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "words"),
+    [
+        ("pass of north", "pass of south", "'pass of south', expected .*pass of north"),
+        ("pass of north", "dawn", "until: found 'dawn'"),
+        ("to_sun = [1, 0, 0]", "to_sun = [1, 0, 0]\nnormal = [0, 1, 0]", "to_sun and normal"),
+        ("to_sun = [1, 0, 0]", "along = [0, 0, 0]", "found no second axis"),
+        ("+38d47m01s", "+98d47m01s", "declination"),
+        ('tangent_height = "60 km"', 'tangent_height = "-1 km"', "tangent_height"),
+    ],
+)
+def test_mistakes_are_one_line(scenario, old, new, words):
+    with pytest.raises(InputError, match=words):
+        read_scenario(scenario(SEQUENCE.replace(old, new, 1)))
