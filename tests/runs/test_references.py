@@ -130,7 +130,10 @@ def test_a_target_beside_a_reference_and_two_wheels_are_refused(written):
 
 def test_a_reference_given_in_python_is_validated_too(written):
     scenario = read_scenario(written(""))
-    for kind, message in (("slews", "without tables"), ("table", "found none, expected a CSV")):
+    for kind, message in (
+        ("slews", "without tables"),
+        ("table", "found none, expected the name of a file"),
+    ):
         with pytest.raises(InputError, match=message):
             scenario.replace(reference=kind)
 

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.sexagesimal import sexagesimal
 from gyrostat.core.unit_table import RPM, TABLE, Unit
 from gyrostat.core.validation import magnitude
 
@@ -203,8 +204,8 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
     Raises:
         InputError: Not a number, a magnitude outside the accepted range, or an unknown unit.
     """
-    if dimension == "angle" and (parts := _SEXAGESIMAL.fullmatch(text)):
-        return _sexagesimal(parts, where)
+    if dimension == "angle" and (angle := sexagesimal(text, where)) is not None:
+        return angle
     match = QUANTITY.fullmatch(text)
     if match is None:
         raise InputError(
@@ -214,25 +215,6 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
     unit = match[2].strip() or si_unit(dimension)
     value = find_unit(unit, dimension, f"{where} {text[:40]!r}").to_si(float(match[1]))
     return magnitude(where, value, si_unit(dimension), shown=repr(text[:40]))
-
-
-_SEXAGESIMAL = re.compile(
-    r"""\s*([+-]?)(\d{1,3})\s*([hd°])\s*(\d{1,2})\s*[m'′]\s*(?:(\d{1,2}(?:\.\d*)?)\s*(?:s|"|″|''))?\s*""",
-    re.ASCII,
-)
-
-
-def _sexagesimal(match: re.Match[str], where: str) -> float:
-    """Angle in hours or degrees, minutes and seconds: '18h36m56.3s', '-8°12'05"'; rad."""
-    sign, whole, unit, minutes, seconds = match.groups()
-    most = 24.0 if unit == "h" else 360.0
-    value = float(whole) + (float(minutes) + float(seconds or 0.0) / 60.0) / 60.0
-    if float(minutes) >= 60.0 or float(seconds or 0.0) >= 60.0 or value > most:
-        raise InputError(
-            f"{where}: found {match[0].strip()!r}, expected at most {most:g} {unit}, and minutes "
-            "and seconds below 60"
-        )
-    return math.radians(value * (15.0 if unit == "h" else 1.0)) * (-1.0 if sign == "-" else 1.0)
 
 
 def unit_of(text: str, dimension: str, where: str) -> Unit:
