@@ -284,6 +284,13 @@ One table for each ground station. `gyrostat check` lists its passes, and a mode
 can wait for one ([Targets](references.md#ground-stations-passes-and-eclipses)). The optional `name`
 is used in keys; by default it is `ground`.
 """
+KEEP_OUT_TEXT = """## [[keep_out]]
+
+One table for each instrument that must not see bright bodies. `gyrostat check` lists the times in
+which it does along the reference, `simulate` those of the run
+([Targets](references.md#keep-out-angles)). The optional `name` is used in keys; by default it is
+`instrument`.
+"""
 HEADS_TEXT = """## [[star_tracker]]
 
 One table for each head of the star tracker of the sensors `star_tracker_gyro` or `star_tracker`
@@ -567,6 +574,7 @@ def page():
         (TORQUES_TEXT, "environment.torque"),
         (HARMONICS_TEXT, "imbalance.harmonic"),
         (STATION_TEXT, "station"),
+        (KEEP_OUT_TEXT, "keep_out"),
         (HEADS_TEXT, "star_tracker"),
         (SENSOR_TEXT, "sensor"),
         (ACTUATOR_TEXT, "actuator"),

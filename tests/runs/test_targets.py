@@ -11,11 +11,12 @@ import gyrostat as gs
 from gyrostat.control.guidance import Mode
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.runs.keep_out_times import violations
 from gyrostat.runs.passes import passes_of
-from gyrostat.runs.reference_path import nominal_setup
+from gyrostat.runs.reference_path import nominal_setup, reference_path
 from gyrostat.scenario_files.scenario_file import read_scenario
 from gyrostat.spacecraft.orbit import CircularElements
-from gyrostat.spacecraft.orbit.sun import sun_position
+from gyrostat.spacecraft.orbit.sun import moon_position, sun_position
 from gyrostat.spacecraft.orbit.time_scales import Epoch
 
 erfa = pytest.importorskip("erfa", reason="the libraries of the extra orbit are not installed")
@@ -180,3 +181,50 @@ def test_another_spacecraft_from_a_file_is_followed(scenario, tmp_path):
 def test_mistakes_are_one_line(scenario, old, new, words):
     with pytest.raises(InputError, match=words):
         read_scenario(scenario(SEQUENCE.replace(old, new, 1)))
+
+
+KEEP_OUT = """
+[[keep_out]]
+name = "camera"
+boresight = [0, 0, 1]
+{} = "{} deg"
+"""
+
+
+@pytest.mark.parametrize("body", ["sun", "earth", "moon"])
+def test_a_body_that_is_too_near_is_listed_with_its_times(scenario, body):
+    """Along the line to a place on the ground, also through the Earth, or to the celestial pole."""
+    kind, text = "ground_target", 'latitude = "0 deg"\nlongitude = "0 deg"\n'
+    if body == "earth":
+        kind, text = "celestial", 'right_ascension = "0 deg"\ndeclination = "90 deg"\n'
+    epoch, times = Epoch.of(EPOCH), np.arange(0.0, 4001.0)
+    orbit = CircularElements(500e3, np.radians(97.4), np.radians(112.0))
+    place = orbit.trajectory(epoch, 4001.0).states(times).position
+    turned = erfa.c2t06a(*epoch.tt(times), *epoch.ut1_at(times), 0.0, 0.0)
+    sight = np.einsum("nji,j->ni", turned, erfa.gd2gc(1, 0.0, 0.0, 0.0)) - place
+    sight = np.tile([0.0, 0.0, 1.0], (len(times), 1)) if body == "earth" else sight
+    toward = {"sun": sun_position, "moon": moon_position}.get(body, lambda *_: 0.0)(epoch, times)
+    toward = toward - place
+    cosine = np.sum(sight * toward, axis=1)
+    cosine /= np.linalg.norm(sight, axis=1) * np.linalg.norm(toward, axis=1)
+    down = np.sum(-place * toward, axis=1)
+    down /= np.linalg.norm(place, axis=1) * np.linalg.norm(toward, axis=1)
+    radius = np.degrees(np.arcsin(6378137.0 / np.linalg.norm(place, axis=1)))
+    angle = np.degrees(np.arccos(cosine)) - (radius if body == "earth" else 0.0)
+    # the Sun is hidden when all of its disc is
+    disc = 0.2665 if body == "sun" else 0.0
+    hidden = np.degrees(np.arccos(np.clip(down, -1.0, 1.0))) < radius - disc
+    # more than the smallest angle that is not behind the Earth
+    seen = angle if body == "earth" else np.where(hidden, 180.0, angle)
+    limit = max(float(np.min(seen)) + 10.0, 20.0)
+    expected = seen < limit
+    path = scenario(text + KEEP_OUT.format(body, limit), kind, duration=4000)
+    found = violations(read_scenario(path), reference_path(read_scenario(path)))
+    assert {each.body for each in found} == {body}
+    listed = np.zeros(len(times), bool)
+    for each in found:
+        listed[round(each.begin) : round(each.end)] = True
+    assert np.count_nonzero(listed[:-1] != expected[:-1]) <= 3 * len(found)
+    assert 0 < np.count_nonzero(expected) < len(times)
+    warnings = gs.check(path).warnings
+    assert any(f"keep_out camera: found the {body.title()} too near" in line for line in warnings)

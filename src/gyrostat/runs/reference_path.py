@@ -1,5 +1,6 @@
 """Reference attitude over a run, as if it were followed exactly: no plant, no controller."""
 
+from collections.abc import Mapping
 from functools import lru_cache, partial
 from typing import Any, NamedTuple
 
@@ -106,21 +107,18 @@ def _in_windows(observers: tuple[WindowObserver, ...], time: Scalar, mode: Mode)
     return {each.window.name: each.contains(time, mode)[1] for each in observers}
 
 
-def flown_path(
-    scenario: Scenario, attitude: Any, rate: Any, modes: tuple[Any, Any] | None
-) -> ReferencePath:
+def flown_path(scenario: Scenario, history: Mapping[str, Any]) -> ReferencePath:
     """Path of a simulated run in place of the reference.
 
     Args:
         scenario: Scenario.
-        attitude: Attitude of each sample, (samples, 4), scalar first.
-        rate: Body rate, (samples, 3), rad/s.
-        modes: Number of the mode of the reference at each sample and time of its start, s; None
-            without a reference that moves.
+        history: Signals of the run by name, NumPy arrays: `attitude` (samples, 4), `rate`
+            (samples, 3), and of a reference that moves `mode` and `mode_start`, (samples,).
     """
+    attitude, rate = history["attitude"], history["rate"]
     period = scenario.values["run.control_period"]
     time: Any = period * np.arange(len(attitude))
-    number, start = (np.zeros(len(time)),) * 2 if modes is None else modes
+    number, start = (history.get(name, np.zeros(len(time))) for name in ("mode", "mode_start"))
     rows = Mode(jnp.asarray(number, dtype=int), jnp.asarray(start))
     found = jax.vmap(partial(_in_windows, _observers(scenario)))(time, rows)
     windows = jax.tree.map(np.asarray, found)

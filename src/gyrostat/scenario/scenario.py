@@ -25,6 +25,8 @@ INERTIA = ("xx", "yy", "zz", "xy", "xz", "yz")
 """Last parts of the keys of the body inertia."""
 AXES = ("x", "y", "z")
 """Last parts of the keys of a vector."""
+KEEP_OUT = "keep_out"
+"""Section of the instruments that keep angles to bright bodies."""
 
 
 @dataclass(frozen=True)

@@ -43,8 +43,8 @@ from gyrostat.wheel.friction_laws import law_texts
 
 SECTIONS = (
     *("name", "run", "spacecraft", "start", *KINDS),
-    *("guard", "station", "star_tracker", "sensor", "actuator", "event", "dispersion"),
-    *("metric", "metrics", "requirement", *WHEEL_PARTS),
+    *("guard", "station", "keep_out", "star_tracker", "sensor", "actuator", "event"),
+    *("dispersion", "metric", "metrics", "requirement", *WHEEL_PARTS),
 )
 DEFAULTS = {
     "compensator": "none",

@@ -167,9 +167,7 @@ def _path(definition: "Scenario", waits: bool, say: Say) -> "tuple[ReferencePath
             "expected a complete one"
         )
     assert flown.histories is not None
-    history = flown.histories.of_run(0).arrays()
-    modes = history["mode"].astype(int), history["mode_start"]
-    return flown_path(definition, history["attitude"], history["rate"], modes), "the nominal run"
+    return flown_path(definition, flown.histories.of_run(0).arrays()), "the nominal run"
 
 
 def _exclusion(

@@ -21,7 +21,8 @@ class CheckedScenario(dict[str, str]):
             or have the operation, file, line and text that keep it from the native engine or from
             an export to C.
         unlikely: Lines on numbers that are possible, but unlikely.
-        warnings: Lines on windows in which the star tracker sees too rarely.
+        warnings: Lines on windows in which the star tracker sees too rarely, and on times in which
+            an instrument does not keep its angles along the reference.
         passes: Passes over ground stations and eclipses of the nominal run.
     """
 
@@ -56,6 +57,7 @@ def check(
     """
     from gyrostat.campaigns.pointing.text import requirement_lines
     from gyrostat.core.user_modules import is_user_kind
+    from gyrostat.runs.keep_out_times import reference_violations
     from gyrostat.runs.passes import pass_lines, passes_of
     from gyrostat.runs.plans import designs_of
     from gyrostat.runs.tracker_forecast import tracker_lines
@@ -89,6 +91,7 @@ def check(
     for line in pass_lines(definition, result.passes):
         say(line)
     lines, result.warnings = tracker_lines(definition)
+    result.warnings += reference_violations(definition)
     for line in (*lines, *result.warnings):
         say(line)
     return result

@@ -91,6 +91,7 @@ def simulated(
     from gyrostat.campaigns.engine import fly
     from gyrostat.campaigns.execute import chosen_engine
     from gyrostat.runs.blind_windows import blind_windows
+    from gyrostat.runs.keep_out_times import flown_violations
     from gyrostat.runs.user.trial import say_bad_commands
 
     definition = scenario_of(scenario, force=force, changes=changes or {})
@@ -108,7 +109,10 @@ def simulated(
     values = {name: results.columns[name][0].item() for name in names}
     for line in blind_windows(definition, values):
         say(f"warning: {line}")
-    return replace(results.histories.of_run(0), attributes={"scenario": definition.name, **values})
+    history = results.histories.of_run(0)
+    for line in flown_violations(definition, history.arrays()):
+        say(line)
+    return replace(history, attributes={"scenario": definition.name, **values})
 
 
 def replay(

@@ -12,8 +12,8 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 from gyrostat.core.types import Matrix
 from gyrostat.scenario.kinds.registry import KINDS
-from gyrostat.scenario.metrics.tracker_view import heads_of
-from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.metrics.tracker_view import HEADS
+from gyrostat.scenario.scenario import KEEP_OUT, Scenario
 from gyrostat.scenario.sensing import Values, options_of
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.orbit.tables import STEPS, OrbitAccuracy, orbit_environment
@@ -181,7 +181,7 @@ def _tables_of(
         scenario.duration + share * orbit.period,
         start=float(values[PHASE]) / tau * orbit.period,
         step=step,
-        moon=moon or heads_of(scenario.parts) > 0,
+        moon=moon or any(part.section in (HEADS, KEEP_OUT) for part in scenario.parts),
         **indices,
     )
 

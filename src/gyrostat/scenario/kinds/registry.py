@@ -49,7 +49,7 @@ KINDS: Mapping[str, dict[str, Any]] = {
 PARTS: Mapping[str, dict[str, Any]] = {
     **{
         section: _kinds_of(section)
-        for section in ("station", "controller.band", "environment.torque")
+        for section in ("station", "keep_out", "controller.band", "environment.torque")
     },
     "reference.mode": {
         name: Mode(kind)

@@ -11,12 +11,11 @@ from gyrostat.core.checked import Checked, direction, limit, positive, signed, s
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
-from gyrostat.core.rotations import angle_between, from_rotation_vector, product, to_inertial
+from gyrostat.core.rotations import from_rotation_vector, product
 from gyrostat.spacecraft.attitude_sensors import whole_periods
-from gyrostat.spacecraft.orbit.earth import EARTH_RADIUS
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.rate_gyro import BodyMotion
-from gyrostat.spacecraft.torques.eclipse import sunlight
+from gyrostat.spacecraft.sensors.keep_out import KeepOut
 from gyrostat.wheel.array import listed, zeros
 
 
@@ -86,23 +85,9 @@ class StarTrackerHead(Checked):
             motion: Attitude and rate of the body.
             time: Time, s.
         """
-        position, sun = self.orbit.position(time), self.orbit.sun(time)
-        boresight = to_inertial(motion.attitude, jnp.asarray(self.boresight))
-        dark = sunlight(position, sun) <= 0.0
-        from_sun = angle_between(boresight, sun - position)
-        earth = jnp.arcsin(EARTH_RADIUS / jnp.sqrt(position @ position))
-        from_limb = angle_between(boresight, -position) - earth
-        near_moon = jnp.array(False)
-        if self.orbit.has_moon:
-            moon = self.orbit.moon(time) - position
-            near_moon = angle_between(boresight, moon) < self.moon_exclusion
-            near_moon &= angle_between(moon, -position) > earth
-        return Blinding(
-            jnp.logical_not(dark) & (from_sun < self.sun_exclusion),
-            from_limb < self.earth_exclusion,
-            near_moon,
-            motion.rate @ motion.rate > self.rate_limit**2,
-        )
+        angles = self.sun_exclusion, self.earth_exclusion, self.moon_exclusion
+        near = KeepOut(self.orbit, self.boresight, *angles)(motion.attitude, time)
+        return Blinding(*near, motion.rate @ motion.rate > self.rate_limit**2)
 
     def error(self, key: PRNGKeyArray) -> tuple[Vector3, Float[Array, "3 3"]]:
         """Error of a sample, a rotation vector in body axes, (3,), rad, and its information matrix.

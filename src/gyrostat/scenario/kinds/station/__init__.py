@@ -1,1 +1,1 @@
-"""Ground stations."""
+"""Kinds of [[station]]."""

@@ -1,0 +1,1 @@
+"""Kinds of [[keep_out]]."""
