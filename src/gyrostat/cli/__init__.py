@@ -17,6 +17,7 @@ from gyrostat.cli.campaign import campaign, check, replay, report, simulate, tun
 from gyrostat.cli.comparison import compare
 from gyrostat.cli.export import export
 from gyrostat.cli.feasibility import feasible
+from gyrostat.cli.gyro import allan
 from gyrostat.cli.lots import lot
 from gyrostat.cli.monitoring import monitor
 from gyrostat.cli.paper import reproduce
@@ -77,7 +78,8 @@ def _options(
 
 
 for _verb in (
-    *(identify, validate, compare, pool, lot, monitor, bench, feasible, recover),
+    *(identify, validate, compare, pool, lot, monitor, bench, allan),
+    *(feasible, recover),
     *(check, place, simulate, campaign, tune, replay, report, export, reproduce, cache),
 ):
     app.command(cls=Verb)(_keeping_programs(_verb))

@@ -12,11 +12,13 @@ from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
 from gyrostat.identification import Fit, Validation
 from gyrostat.identification.experiment.design import Design
+from gyrostat.identification.gyro.result import GyroNoise
 from gyrostat.identification.judge.fit_changes import Comparison
 from gyrostat.identification.lot.result import Lot
 from gyrostat.identification.pool.result import Pool
 from gyrostat.identification.torque_points import torque_points
 from gyrostat.monitoring.health import Health
+from gyrostat.reports.allan import allan_figure
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
 from gyrostat.reports.comparison import comparison_figure
 from gyrostat.reports.design import design_figure
@@ -88,6 +90,7 @@ def _(result: Validation) -> Figure:
 
 picture.register(Comparison, comparison_figure)
 picture.register(Design, design_figure)
+picture.register(GyroNoise, allan_figure)
 picture.register(Health, health_figure)
 picture.register(Lot, histograms)
 picture.register(Pool, over_conditions)

@@ -11,6 +11,7 @@ from gyrostat.verbs.campaigns import campaign
 from gyrostat.verbs.comparison import compare
 from gyrostat.verbs.exports import export
 from gyrostat.verbs.feasibility import feasible
+from gyrostat.verbs.gyro import allan
 from gyrostat.verbs.identification import identify
 from gyrostat.verbs.lots import lot
 from gyrostat.verbs.monitoring import monitor
@@ -24,6 +25,7 @@ from gyrostat.verbs.tuning import tune
 from gyrostat.verbs.wheels import bench, validate
 
 __all__ = [
+    "allan",
     "bench",
     "cache",
     "campaign",
