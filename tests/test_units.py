@@ -319,3 +319,9 @@ def test_a_message_names_each_unit_once(dimension):
         parse_quantity("fast", dimension, "here")
     named = str(refused.value).partition("with a unit: ")[2].split(", ")
     assert len(named) == len(set(named))
+
+
+def test_numbers_without_dimension_may_be_in_parts_per_million():
+    assert parse_quantity("-500 ppm", "1", "scale") == pytest.approx(-5e-4, rel=1e-15)
+    with pytest.raises(InputError, match="'ppm', expected a unit of speed"):
+        parse_quantity("500 ppm", "speed", "scale")

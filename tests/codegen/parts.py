@@ -272,6 +272,14 @@ def examples():
             ),
             GYROSTAT.start,
         ),
+        "TrackerGyroSensors, DataSheetGyro": sensor(
+            spacecraft.TrackerGyroSensors(
+                truth,
+                spacecraft.StarTracker(1e-4, 4),
+                spacecraft.DataSheetGyro(spacecraft.RateGyro(1e-5, 1e-7), 1e-7, 10.0),
+            ),
+            GYROSTAT.start,
+        ),
         "ReducedSensor": sensor(reduced_gyrostat.ReducedSensor(reduced), lambda: reduced_state),
         "EulerSensor": sensor(
             torque_driven.EulerSensor(), lambda: torque_driven.EulerState(*jnp.full(6, 0.1))

@@ -108,7 +108,7 @@ def batch():
             estimate = FILTER.predict(estimate, seen.rate, PERIOD)
             estimate = FILTER.correct(estimate, seen.attitude, seen.attitude_measured)
             turn = rotation_vector(error(attitude, estimate.attitude))
-            lacks = jnp.concatenate([turn, memory.bias - estimate.bias])
+            lacks = jnp.concatenate([turn, memory.gyro - estimate.bias])
             row = (lacks, estimate.covariance, estimate.surprise, seen.attitude_measured)
             return (memory, estimate), row
 

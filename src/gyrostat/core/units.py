@@ -32,6 +32,8 @@ __all__ = [
 
 SI_UNIT: dict[str, str] = {dimension: rows[0][0].symbol for dimension, rows in TABLE.items()}
 """Unit of each dimension, inside and in outputs (temperature: °C)."""
+PPM = ("1", Unit("ppm", 1e-6))
+"""Unit of numbers without dimension, such as scale factor errors of data sheets."""
 MOST_LISTED = 8
 """Largest number of units that an error message lists."""
 
@@ -90,6 +92,8 @@ _EXACT, _FOLDED = _spellings()
 def known_unit(text: str, dimension: str) -> Unit | None:
     """Unit of a dimension with the given spelling, or None; see `si_unit` for the dimension."""
     spelling = normalised(text)
+    if dimension == PPM[0] and spelling == PPM[1].symbol:
+        return PPM[1]
     if dimension not in TABLE:
         return Unit(dimension) if spelling == normalised(dimension) else None
     return _EXACT[dimension].get(spelling) or _FOLDED[dimension].get(spelling.casefold())

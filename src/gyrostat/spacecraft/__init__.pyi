@@ -8,6 +8,7 @@ from gyrostat.spacecraft.attitude_sensors import StarTracker as StarTracker
 from gyrostat.spacecraft.attitude_sensors import TrackerGyroMeasurement as TrackerGyroMeasurement
 from gyrostat.spacecraft.attitude_sensors import TrackerGyroSensors as TrackerGyroSensors
 from gyrostat.spacecraft.attitude_sensors import TrackerMeasurement as TrackerMeasurement
+from gyrostat.spacecraft.data_sheet_gyro import DataSheetGyro as DataSheetGyro
 from gyrostat.spacecraft.driven_gyrostat import DrivenGyrostat as DrivenGyrostat
 from gyrostat.spacecraft.environment import CircularOrbit as CircularOrbit
 from gyrostat.spacecraft.environment import GravityGradient as GravityGradient

@@ -11,7 +11,7 @@ from gyrostat.core.checked import Checked, size, within
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.named_tuples import with_fields
 from gyrostat.core.rotations import from_rotation_vector, product
-from gyrostat.spacecraft.rate_gyro import BodyMotion, RateGyro
+from gyrostat.spacecraft.rate_gyro import BodyMotion
 from gyrostat.spacecraft.spacecraft_sensor import SpacecraftSensor
 from gyrostat.wheel.array import listed
 
@@ -98,7 +98,7 @@ class _Memory(NamedTuple):
     samples: Scalar
     period: Scalar
     motion: BodyMotion
-    bias: Vector3 | None
+    gyro: Any
 
 
 class TrackerGyroSensors(Checked):
@@ -111,23 +111,24 @@ class TrackerGyroSensors(Checked):
     Attributes:
         truth: Source of the true state, with the tachometers.
         tracker: `StarTracker` or `StarTrackerHeads`.
-        gyro: Rate gyro; None for none.
+        gyro: `RateGyro` or `DataSheetGyro`; None for none.
     """
 
     truth: SpacecraftSensor
     tracker: Any
-    gyro: RateGyro | None = None
+    gyro: Any = None
 
     def start(self, state: Any, period: Scalar) -> _Memory:
         """Memory before the first sample, for a constant body rate before the start."""
         rate = self._rate(state)
         previous = product(state.attitude, from_rotation_vector(-period * rate))
+        motion = BodyMotion(previous, rate)
         return _Memory(
             self.truth.start(state, period),
             jnp.zeros(()),
             jnp.asarray(period, dtype=float),
-            BodyMotion(previous, rate),
-            None if self.gyro is None else jnp.asarray(self.gyro.bias, dtype=float),
+            motion,
+            None if self.gyro is None else self.gyro.start(motion),
         )
 
     def __call__(self, memory: _Memory, state: Any, key: PRNGKeyArray) -> tuple[_Memory, Any]:
@@ -138,13 +139,13 @@ class TrackerGyroSensors(Checked):
         attitude, sees = self.tracker(motion, memory.samples, memory.period, tracker_key)
         sampled, wheels = jnp.any(sees), (sample.wheel_speed, sample.wheel_measured)
         measurement: Any = TrackerMeasurement(attitude, sampled, *wheels)
-        bias = memory.bias
-        if self.gyro is not None and bias is not None:
-            rate, bias = self.gyro(memory.motion, motion, bias, memory.period, gyro_key)
+        gyro = memory.gyro
+        if self.gyro is not None:
+            rate, gyro = self.gyro(memory.motion, motion, gyro, memory.period, gyro_key)
             measurement = TrackerGyroMeasurement(attitude, sampled, rate, *wheels)
         if sees.ndim:
             measurement = with_fields("Heads", measurement, {"tracker_heads": sees}, {})
-        after = _Memory(truth, memory.samples + 1.0, memory.period, motion, bias)
+        after = _Memory(truth, memory.samples + 1.0, memory.period, motion, gyro)
         return after, measurement
 
     def _rate(self, state: Any) -> Vector3:

@@ -96,6 +96,10 @@ class RateGyro(Checked):
     rate_limit: Annotated[Scalar, limit("gyro rate limit", "rad/s")] = np.inf
     coning_compensation: Annotated[Scalar, share("gyro coning compensation")] = 0.0
 
+    def start(self, motion: BodyMotion) -> Vector3:
+        """Memory before the first sample: the bias, (3,), rad/s."""
+        return jnp.asarray(self.bias, dtype=float)
+
     def __call__(
         self, before: BodyMotion, now: BodyMotion, bias: Vector3, period: Scalar, key: PRNGKeyArray
     ) -> tuple[Vector3, Vector3]:
@@ -111,13 +115,31 @@ class RateGyro(Checked):
         Returns:
             The measured mean rate, (3,), rad/s, and the bias at this sample, (3,), rad/s.
         """
-        white, walk = jax.random.normal(key, (2, 3))
-        after = bias + self.bias_walk * jnp.sqrt(period) * walk
-        sigma = jnp.sqrt(self.angle_walk**2 / period + self.bias_walk**2 * period / 12.0)
+        mounted = self.in_gyro_axes(self.mean_rate(before, now, period))
+        rate, after = self.with_errors(mounted, bias, period, key)
+        return self.limited(rate), after
+
+    def mean_rate(self, before: BodyMotion, now: BodyMotion, period: Scalar) -> Vector3:
+        """Mean body rate over a period after compensation for coning, (3,), rad/s."""
         turn = rotation_vector(error(now.attitude, before.attitude))
         angle = integrated_rate(turn, before.rate, now.rate, period)
         angle = angle + self.coning_compensation * (turn - angle)
-        mounted = to_body(from_rotation_vector(jnp.asarray(self.misalignment)), angle / period)
-        rate = (1.0 + jnp.asarray(self.scale_factor)) * mounted
-        rate = rate + 0.5 * (bias + after) + sigma * white
-        return jnp.clip(rate, -self.rate_limit, self.rate_limit), after
+        return angle / period
+
+    def in_gyro_axes(self, rate: Vector3) -> Vector3:
+        """Body rate in gyro axes, (3,), rad/s."""
+        return to_body(from_rotation_vector(jnp.asarray(self.misalignment)), rate)
+
+    def with_errors(
+        self, rate: Vector3, bias: Vector3, period: Scalar, key: PRNGKeyArray
+    ) -> tuple[Vector3, Vector3]:
+        """Rate in gyro axes with scale factor error, bias and noise; and the bias afterwards."""
+        white, walk = jax.random.normal(key, (2, 3))
+        after = bias + self.bias_walk * jnp.sqrt(period) * walk
+        sigma = jnp.sqrt(self.angle_walk**2 / period + self.bias_walk**2 * period / 12.0)
+        scaled = (1.0 + jnp.asarray(self.scale_factor)) * rate
+        return scaled + 0.5 * (bias + after) + sigma * white, after
+
+    def limited(self, rate: Vector3) -> Vector3:
+        """Rate within the limit, (3,), rad/s."""
+        return jnp.clip(rate, -self.rate_limit, self.rate_limit)

@@ -204,8 +204,8 @@ def transformed(rate: Vector, interval: float) -> Transformed:
     count = rate.size
     time = (np.arange(count) - 0.5 * (count - 1.0)) * interval
     slope = float(time @ rate / (time @ time))
-    mean = float(np.mean(rate))
-    coefficients = _cosine_transform(rate - mean - slope * time)
+    centred = np.asarray(rate - np.mean(rate) - slope * time, dtype=np.float64)
+    coefficients = _cosine_transform(centred)
     lowest = min(LOWEST, count - 1)
     number = np.arange(1.0, count)
     bins = int(_BINS * np.log2(count / lowest)) + 2

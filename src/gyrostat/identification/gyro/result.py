@@ -78,42 +78,36 @@ class GyroNoise(Pictured):
     def sensors(self) -> str:
         """Section [sensors] of a scenario with a gyro of this noise.
 
-        A scenario has one value of each walk for all axes: the largest of the axes that determine
-        it. A walk that no axis determines is 0, or the upper limit where the scenario needs one.
+        A scenario has one value for all axes: the largest of the axes that determine it. What no
+        axis determines is left out, but the angle random walk, which the scenario needs, is then
+        its upper limit.
         """
         lines = [
             f"# gyro noise from {self.name}",
             "[sensors]",
-            'kind = "star_tracker_gyro"',
+            'kind = "star_tracker_data_sheet_gyro"',
             'attitude_sigma = "10 arcsec"  # replace by that of your star tracker',
-            self._key("angle_walk", required=True),
-            self._key("bias_walk"),
+            self._key("angle_walk", "angle_walk", required=True),
+            self._key("bias_walk", "bias_walk"),
+            self._key("bias_instability", "bias_instability"),
+            self._key("angle_resolution", "quantisation", factor=np.sqrt(12.0)),
         ]
-        return "\n".join([*lines, *self._not_modelled()]) + "\n"
+        ramp = self._largest("rate_ramp")
+        if ramp is not None:
+            lines.append(f"# rate ramp, which has no key: {ramp.sheet(ramp.value)}")
+        return "\n".join(lines) + "\n"
 
     def _largest(self, name: str) -> Estimate | None:
         known = [each.parameters[name] for each in self.axes if each.parameters[name].observable]
         return max(known, key=lambda estimate: abs(estimate.value), default=None)
 
-    def _bound(self, name: str) -> str:
-        estimates = [each.parameters[name] for each in self.axes]
-        return estimates[0].sheet(max(each.largest for each in estimates))
-
-    def _key(self, name: str, *, required: bool = False) -> str:
-        """Line of a key."""
+    def _key(self, key: str, name: str, *, required: bool = False, factor: float = 1.0) -> str:
+        """Line of a key of the section, from a parameter and a factor on it."""
         largest = self._largest(name)
         if largest is not None:
-            return f'{name} = "{largest.sheet(largest.value)}"'
+            return f'{key} = "{largest.sheet(factor * largest.value)}"'
+        estimates = [each.parameters[name] for each in self.axes]
+        bound = estimates[0].sheet(factor * max(each.largest for each in estimates))
         if required:
-            return f'{name} = "{self._bound(name)}"  # upper limit: not observable in the record'
-        return f"# {name}: not observable in the record, at most {self._bound(name)}"
-
-    def _not_modelled(self) -> list[str]:
-        """Comments on what the section has no key for."""
-        lines = []
-        for name in ("bias_instability", "quantisation", "rate_ramp"):
-            largest = self._largest(name)
-            if largest is not None:
-                title = PARAMETERS[name].title
-                lines.append(f"# {title}, which has no key: {largest.sheet(largest.value)}")
-        return lines
+            return f'{key} = "{bound}"  # upper limit: not observable in the record'
+        return f"# {key}: not observable in the record, at most {bound}"
