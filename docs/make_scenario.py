@@ -589,7 +589,8 @@ def page():
         "`target` is a quaternion, scalar first. `sensor` is a measured field: `attitude`, `rate` "
         "or `wheel_speed`. Name an `axis` (`x`, `y`, `z`) of `rate` or a `wheel` of `wheel_speed` "
         "to affect only this element. A sensor may have several faults. `magnitude` of a spike is "
-        "in the unit of the field.",
+        "in the unit of the field, `slope` of a drift in that per second. A time is random where "
+        "a `[[dispersion]]` has the key `event.NAME.time`.",
         "",
         OWN_EVENT,
     ]

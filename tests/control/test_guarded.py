@@ -255,6 +255,12 @@ def test_faults_of_sensors_hit_their_samples_alone():
     hit = measured(SensorFault("wheel_speed", "spike", 1.0, magnitude=9.0, element=1))
     np.testing.assert_array_equal(hit[:, 0], truth)
     np.testing.assert_array_equal(hit[:, 1], truth + 9.0 * (truth >= 2))
+    drifted = measured(SensorFault("rate", "drift", 1.0, 3.0, slope=0.2))
+    expected = truth + 0.2 * np.array([0, 0, 0.0, 0.5, 1.0, 1.5, 0, 0])
+    np.testing.assert_allclose(drifted, expected, rtol=1e-15)
+    scaled = measured(SensorFault("wheel_speed", "scale", 1.0, 2.0, factor=-1.5, element=2))
+    np.testing.assert_array_equal(scaled[:, 1], truth)
+    np.testing.assert_array_equal(scaled[:, 2], [0, 1, -3.0, -4.5, 4, 5, 6, 7])
     some = np.isnan(measured(SensorFault("rate", "dropout", 0.0, share=0.5), 40))
     assert 8 <= some.sum() <= 32
 
@@ -266,6 +272,8 @@ def test_faults_of_sensors_hit_their_samples_alone():
         SensorFault("rate", "stuck", 2.0, 1.0),
         SensorFault("rate", "dropout", 0.0, share=1.1),
         SensorFault("rate", "spike", 0.0, magnitude=np.inf),
+        SensorFault("rate", "drift", 0.0, slope=np.nan),
+        SensorFault("rate", "scale", 0.0, factor=np.inf),
     ],
 )
 def test_faults_that_cannot_happen_are_refused(fault):

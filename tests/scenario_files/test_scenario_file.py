@@ -451,6 +451,23 @@ def test_the_sigma_of_a_dispersion_has_units_of_gyros(gyro_units, key, sigma, in
     assert found.parameters[0][0] == pytest.approx(math.radians(in_degrees), rel=1e-14)
 
 
+def test_faults_of_a_gyro_are_read_with_random_times_and_refused_for_an_attitude(gyro_units):
+    fault = '[[event]]\nkind = "sensor_{}"\nsensor = "{}"\ntime = "9 s"\n{}\n[metrics]\n'
+    late = (
+        '[[dispersion]]\nkey = "event.3.time"\ndistribution = "uniform"\nlow = 0.0\nhigh = 20.0\n'
+    )
+    drift = fault.format("drift", "rate", 'axis = "y"\nslope = 2e-6')
+    found = gyro_units(("[metrics]\n", f"{late}{drift}"))
+    assert found.values["event.3.slope"] == 2e-6
+    assert {each.name: each.element for each in found.events}["3"] == 1
+    assert ("event.3.time",) in [each.keys for each in found.dispersions]
+    scale = fault.format("scale", "wheel_speed", 'wheel = "b"\nfactor = -1.0')
+    assert gyro_units(("[metrics]\n", scale)).values["event.3.factor"] == -1.0
+    for kind, number in (("drift", "slope = 1.0"), ("scale", "factor = 2.0")):
+        with pytest.raises(InputError, match="'attitude', expected one of rate, wheel_speed"):
+            gyro_units(("[metrics]\n", fault.format(kind, "attitude", number)))
+
+
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [

@@ -67,6 +67,11 @@ class EventKind:
         return {"time": EVENT_TIME, **cls.keys()}
 
     @classmethod
+    def suits(cls, field: Measured) -> bool:
+        """Whether it can affect a measured field, see `gyrostat.scenario.schema.MEASURED`."""
+        return True
+
+    @classmethod
     def optional(cls, law: "Law") -> Collection[str]:
         """Numbers that an event need not have, and that have no default."""
         return ()

@@ -78,7 +78,8 @@ def _event(
     fields: Mapping[str, Measured],
 ) -> Event:
     kind = EVENTS[row.one_of("kind", EVENTS)]
-    sensor = row.one_of("sensor", fields) if kind.affects == "sensor" else None
+    suited = [name for name, field in fields.items() if kind.suits(field)]
+    sensor = row.one_of("sensor", suited) if kind.affects == "sensor" else None
     keys_of_kind = (kind.affects,)
     if sensor is not None:
         keys_of_kind = ("sensor", *{"rate": ("axis",), "wheel_speed": ("wheel",)}.get(sensor, ()))

@@ -1,4 +1,4 @@
-"""Sensor faults: dropouts, spikes and stuck values."""
+"""Sensor faults: dropouts, spikes, stuck values, drifts and wrong scales."""
 
 from typing import Any, NamedTuple
 
@@ -11,8 +11,10 @@ from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 
-DROPOUT, SPIKE, STUCK = "dropout", "spike", "stuck"
-KINDS = (DROPOUT, SPIKE, STUCK)
+DROPOUT, SPIKE, STUCK, DRIFT, SCALE = "dropout", "spike", "stuck", "drift", "scale"
+KINDS = (DROPOUT, SPIKE, STUCK, DRIFT, SCALE)
+RANDOM = (DROPOUT, SPIKE)
+"""Kinds that affect each sample with a probability."""
 
 
 class SensorFault(Checked):
@@ -21,12 +23,15 @@ class SensorFault(Checked):
     Attributes:
         field: Name of the field.
         kind: "dropout": samples are missing, NaN; "spike": `magnitude` is added; "stuck": the
-            sensor repeats its last value before the fault.
+            sensor repeats its last value before the fault; "drift": an offset grows by `slope`
+            from zero; "scale": the value is multiplied by `factor`.
         time: Start of the fault, s.
         until: End of the fault, s; infinite: permanent.
         magnitude: Size of a spike, in the unit of the field.
-        share: Probability that a sample during the fault is affected, 0 to 1; a stuck sensor is
-            stuck throughout.
+        share: Probability that a sample of a dropout or spike is affected, 0 to 1; the other faults
+            affect all samples.
+        slope: Growth of the offset of a drift, in the unit of the field per second.
+        factor: Factor of a wrong scale.
         element: Index of the affected element, from 0; None for all.
     """
 
@@ -36,6 +41,8 @@ class SensorFault(Checked):
     until: Scalar = np.inf
     magnitude: Scalar = 0.0
     share: Scalar = 1.0
+    slope: Scalar = 0.0
+    factor: Scalar = 1.0
     element: int | None = eqx.field(static=True, default=None)
 
     def check_own(self) -> None:
@@ -43,7 +50,7 @@ class SensorFault(Checked):
 
         Raises:
             InputError: An unknown kind, an end that is not after the start, a share outside 0 to 1,
-                or a magnitude that is not finite.
+                or a magnitude, slope or factor that is not finite.
         """
         if self.kind not in KINDS:
             raise InputError(f"sensor fault: found kind {self.kind!r}, expected {', '.join(KINDS)}")
@@ -55,11 +62,12 @@ class SensorFault(Checked):
             )
         if not np.all((share >= 0.0) & (share <= 1.0)):
             raise InputError(f"sensor fault of {self.field}: found share {share}, expected 0 to 1")
-        if not np.all(np.isfinite(np.asarray(self.magnitude, float))):
-            raise InputError(
-                f"sensor fault of {self.field}: found magnitude {self.magnitude}, expected a "
-                "finite number"
-            )
+        for name in ("magnitude", "slope", "factor"):
+            value = getattr(self, name)
+            if not np.all(np.isfinite(np.asarray(value, float))):
+                raise InputError(
+                    f"sensor fault of {self.field}: found {name} {value}, expected a finite number"
+                )
 
     def __call__(self, value: Any, before: Any, time: Scalar, key: PRNGKeyArray) -> Any:
         """Measured value with the fault.
@@ -72,9 +80,15 @@ class SensorFault(Checked):
         """
         # tolerance, because a multiple of the period has a rounding error
         acts = (self.time <= time + 1e-9) & (time + 1e-9 < self.until)
-        if self.kind != STUCK:
+        if self.kind in RANDOM:
             acts &= jax.random.uniform(key) < self.share
-        wrong = {DROPOUT: jnp.nan, SPIKE: value + self.magnitude, STUCK: before}[self.kind]
+        wrong = {
+            DROPOUT: lambda: jnp.nan,
+            SPIKE: lambda: value + self.magnitude,
+            STUCK: lambda: before,
+            DRIFT: lambda: value + self.slope * (time - self.time),
+            SCALE: lambda: self.factor * value,
+        }[self.kind]()
         hit = jnp.ones(jnp.shape(value), bool)
         if self.element is not None:
             hit = jnp.arange(len(value)) == self.element

@@ -204,7 +204,7 @@ def transformed(rate: Vector, interval: float) -> Transformed:
     count = rate.size
     time = (np.arange(count) - 0.5 * (count - 1.0)) * interval
     slope = float(time @ rate / (time @ time))
-    centred = np.asarray(rate - np.mean(rate) - slope * time, dtype=np.float64)
+    centred: Any = rate - np.mean(rate) - slope * time
     coefficients = _cosine_transform(centred)
     lowest = min(LOWEST, count - 1)
     number = np.arange(1.0, count)

@@ -14,7 +14,10 @@ if TYPE_CHECKING:
 
 @dataclass(frozen=True, eq=False)
 class SensorSpike(SensorFailure):
-    """`magnitude` is added to samples of the measured field `sensor`, in the unit of the field."""
+    """`magnitude` is added to samples of the measured field `sensor`, in the unit of the field.
+
+    With the default `share` of 1 it is a step of the bias.
+    """
 
     name = "sensor_spike"
     fault = "spike"
