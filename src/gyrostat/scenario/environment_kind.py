@@ -18,7 +18,10 @@ class EnvironmentKind(Kind):
     """
 
     torque_names: ClassVar[tuple[str, ...]] = ()
-    external_torque: Annotated[Vector3, vector("torque", "Constant external torque, in body axes.")]
+    external_torque: Annotated[
+        Vector3,
+        vector("torque", "Constant external torque, in body axes.", source="external torque"),
+    ]
 
     def torques(self) -> tuple[TorqueModel, ...]:
         """Torques beside the constant one, in the order of their names."""

@@ -33,6 +33,7 @@ ERROR = Key(
     None,
     "Error of the position, GCRS, from which the controller computes the reference.",
     shape=(3,),
+    source="position error",
 )
 TARGET = Key("1", None, "Attitude, a quaternion, scalar first.", shape=(4,))
 UNTIL: dict[str, Key] = {

@@ -34,6 +34,10 @@ class Key:
         shape: Shape of an array; () for a number.
         unlimited: Whether the value may be infinite, the text "none" in a file. It always may be
             if that is the default.
+        source: Source of pointing error that the number is a size of, such as "noise"; numbers of
+            one place with the same source are switched off together. Empty: of none.
+        without: Value without this source; None: a millionth of the value, whose effect in mean
+            square is 1e-12 of that of the value.
     """
 
     dimension: str
@@ -44,6 +48,8 @@ class Key:
     positive: bool = False
     shape: tuple[int, ...] = ()
     unlimited: bool = False
+    source: str = ""
+    without: float | None = None
 
     @property
     def unit(self) -> str:
@@ -82,19 +88,25 @@ class Key:
         return f"{bound}{'' if self.most == inf else f', at most {self.most:g}'}{unit}"
 
 
-def positive(dimension: str, default: float | None, meaning: str, most: float = inf) -> Key:
+def positive(
+    dimension: str, default: float | None, meaning: str, most: float = inf, source: str = ""
+) -> Key:
     """Key with values above 0."""
-    return Key(dimension, default, meaning, 0.0, most, positive=True)
+    return Key(dimension, default, meaning, 0.0, most, positive=True, source=source)
 
 
-def size(dimension: str, default: float | None, meaning: str, most: float = inf) -> Key:
+def size(
+    dimension: str, default: float | None, meaning: str, most: float = inf, source: str = ""
+) -> Key:
     """Key with values of 0 or more."""
-    return Key(dimension, default, meaning, 0.0, most)
+    return Key(dimension, default, meaning, 0.0, most, source=source)
 
 
-def vector(dimension: str, meaning: str, default: float | tuple[float, ...] = 0.0) -> Key:
+def vector(
+    dimension: str, meaning: str, default: float | tuple[float, ...] = 0.0, source: str = ""
+) -> Key:
     """Key of a vector in body axes, (3,), zero by default."""
-    return Key(dimension, default, meaning, shape=(3,))
+    return Key(dimension, default, meaning, shape=(3,), source=source)
 
 
 RUN: dict[str, Key] = {
@@ -145,12 +157,21 @@ BODY = {"mass": positive("mass", None, "Mass with the wheels."), "centre_of_mass
 """Keys of the body that a spacecraft file may have."""
 
 
+FRICTION = "friction"
+"""Source of pointing error whose numbers are the friction torques of a wheel."""
+
+
 def friction_keys(law: "Law") -> dict[str, Key]:
     """Keys of the parameters of a friction law."""
     meaning = "Friction parameter."
-    return {
+    keys = {
         name: Key(dimension, None, meaning)
         if name in law.signed()
         else (positive if dimension in ("speed", "stiffness") else size)(dimension, None, meaning)
         for name, dimension in law.dimensions().items()
+    }
+    # a torque is proportional to all of its coefficients together, bristles included
+    return {
+        name: replace(key, source=FRICTION) if key.unit.startswith("N·m") else key
+        for name, key in keys.items()
     }

@@ -6,7 +6,7 @@ from typing import Annotated, ClassVar
 from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.jax64 import jnp
 from gyrostat.scenario.component import Context, Kind
-from gyrostat.scenario.schema import MEASURED, size
+from gyrostat.scenario.schema import MEASURED, Key, size
 from gyrostat.spacecraft import Spacecraft
 from gyrostat.wheel import WheelTachometer
 
@@ -33,13 +33,19 @@ class SensorsKind(Kind):
 
     estimator: ClassVar[str]
     measured: ClassVar[tuple[str, ...]] = tuple(MEASURED)
-    speed_sigma: Annotated[Scalar, size("speed", 0.0, "Standard deviation of a tachometer sample.")]
+    speed_sigma: Annotated[
+        Scalar,
+        size("speed", 0.0, "Standard deviation of a tachometer sample.", source="tachometer noise"),
+    ]
     tachometer_pulses: Annotated[
         Scalar,
-        size(
+        Key(
             "1",
             0.0,
             "Pulses per revolution, counted over a control period; 0: no quantisation.",
+            least=0.0,
+            source="tachometer pulses",
+            without=0.0,
         ),
     ]
     tachometer_lag: Annotated[
@@ -53,6 +59,7 @@ class SensorsKind(Kind):
             0.0,
             "Older form of `speed_sigma`: `speed_sigma` times the nominal rotor inertia; both add "
             "in quadrature.",
+            source="tachometer noise",
         ),
     ]
 

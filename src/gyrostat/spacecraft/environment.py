@@ -89,15 +89,17 @@ class GravityGradient(Checked):
 
     Attributes:
         orbit: Orbit of the spacecraft.
+        scale: Factor on the torque.
     """
 
     orbit: CircularOrbit | OrbitEnvironment
+    scale: Annotated[Scalar, size("scale of the gravity gradient", "1")] = 1.0
 
     def __call__(self, spacecraft: Spacecraft, attitude: Quaternion, time: Scalar) -> Vector3:
         """Torque in body axes, (3,), N·m; see the module."""
         zenith = to_body(attitude, self.orbit.zenith(time))
         pull = jnp.cross(zenith, spacecraft.inertia_locked() @ zenith)
-        return 3.0 * self.orbit.gradient(time) * pull
+        return 3.0 * self.scale * self.orbit.gradient(time) * pull
 
 
 class HarmonicTorque(Checked):

@@ -225,8 +225,8 @@ def _has_body(scenario: Scenario, name: str) -> bool:
     return any(key.startswith(f"body.{name}") for key in scenario.values)
 
 
-def numbers_of(scenario: Scenario) -> dict[str, Key]:
-    """Full key -> schema entry, for every number of a scenario with these components."""
+def sections_of(scenario: Scenario) -> dict[str, Mapping[str, Key]]:
+    """Place of each section with numbers -> name of each number -> its schema entry."""
     friction = law_of(scenario.friction, scenario.sources)
     fields = measured(scenario.sensors, scenario.parts, scenario.sources)
 
@@ -251,9 +251,14 @@ def numbers_of(scenario: Scenario) -> dict[str, Key]:
     }
     if f"{POSITION_ERROR}.x" in scenario.values:
         sections["reference"] = {**sections["reference"], "position_error": ERROR}
+    return sections
+
+
+def numbers_of(scenario: Scenario) -> dict[str, Key]:
+    """Full key -> schema entry, for every number of a scenario with these components."""
     return {
         end: entry
-        for section, keys in sections.items()
+        for section, keys in sections_of(scenario).items()
         for name, entry in keys.items()
         for end in entry.ends(f"{section}.{name}")
     }

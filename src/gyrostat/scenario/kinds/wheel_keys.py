@@ -16,8 +16,12 @@ WHEEL_PARTS: dict[str, tuple[str, dict[str, Key]]] = {
         "Static and dynamic imbalance of the wheels, which causes jitter "
         "(`gyrostat.spacecraft.ImbalancedGyrostat`). Omit the section for balanced wheels.",
         {
-            "static_imbalance": size("imbalance", 0.0, "Mass of the rotor times its eccentricity."),
-            "dynamic_imbalance": size("inertia", 0.0, "Product of inertia of the rotor."),
+            "static_imbalance": size(
+                "imbalance", 0.0, "Mass of the rotor times its eccentricity.", source="imbalance"
+            ),
+            "dynamic_imbalance": size(
+                "inertia", 0.0, "Product of inertia of the rotor.", source="imbalance"
+            ),
             "position": vector("length", "Position of the wheel relative to the centre of mass."),
             "angle": Key("angle", 0.0, "Initial angle of the rotor."),
         },
@@ -52,7 +56,12 @@ WHEEL_PARTS: dict[str, tuple[str, dict[str, Key]]] = {
             "motor_constant": positive("motor_constant", None, "Torque per current of the motor."),
             "time_constant": size("time", 0.0, "Time constant of the current loop; 0: no lag."),
             "current_limit": positive("current", inf, "Largest current."),
-            "current_quantum": size("current", 0.0, "Step of the commanded current; 0: none."),
+            "current_quantum": size(
+                "current",
+                0.0,
+                "Step of the commanded current; 0: none.",
+                source="quantisation of the command",
+            ),
             "bus_voltage": positive("V", inf, "Bus voltage, which limits the current."),
             "resistance": size("Ω", 0.0, "Resistance of the winding."),
         },

@@ -34,7 +34,10 @@ class TorqueRodsKind(Kind):
         ),
     ]
     misalignment: Annotated[
-        Vector3, vector("angle", "Rotation vector from body axes to those of the rods.")
+        Vector3,
+        vector(
+            "angle", "Rotation vector from body axes to those of the rods.", source="misalignment"
+        ),
     ]
 
     def make(self, context: Context) -> TorqueRods:

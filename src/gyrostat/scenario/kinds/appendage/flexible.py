@@ -15,6 +15,12 @@ class Flexible(AppendageKind):
     name = "flexible"
     participation: Annotated[
         Vector3,
-        vector("√kg·m", "Angular momentum about the centre of mass per modal rate, body axes."),
+        vector(
+            "√kg·m",
+            "Angular momentum about the centre of mass per modal rate, body axes.",
+            source="vibration",
+        ),
     ]
-    translation: Annotated[Vector3, vector("√kg", "Linear momentum per modal rate, body axes.")]
+    translation: Annotated[
+        Vector3, vector("√kg", "Linear momentum per modal rate, body axes.", source="vibration")
+    ]

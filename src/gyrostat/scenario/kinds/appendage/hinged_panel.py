@@ -14,7 +14,7 @@ class HingedPanel(AppendageKind):
     """Rigid panel on a hinge with a spring (`gyrostat.spacecraft.hinged_panel`)."""
 
     name = "hinged_panel"
-    mass: Annotated[Scalar, positive("mass", None, "Mass of the panel.")]
+    mass: Annotated[Scalar, positive("mass", None, "Mass of the panel.", source="vibration")]
     hinge: Annotated[Vector3, vector("length", "Position of the hinge, body axes.")]
     centre: Annotated[Vector3, vector("length", "Centre of mass of the panel, body axes.")]
     axis: Annotated[Vector3, vector("1", "Direction of the hinge line, of any length.")]
@@ -22,5 +22,5 @@ class HingedPanel(AppendageKind):
     @classmethod
     def keys(cls) -> dict[str, Key]:
         """See `Kind.keys`; with the components of the inertia."""
-        inertia = Key("inertia", None, "Inertia about its centre of mass.")
+        inertia = Key("inertia", None, "Inertia about its centre of mass.", source="vibration")
         return super().keys() | {f"inertia.{end}": inertia for end in INERTIA}

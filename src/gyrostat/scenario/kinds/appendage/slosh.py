@@ -13,6 +13,6 @@ class Slosh(AppendageKind):
     """Propellant as a mass on a spring along a line (`gyrostat.spacecraft.spring_mass`)."""
 
     name = "slosh"
-    mass: Annotated[Scalar, positive("mass", None, "Mass that moves.")]
+    mass: Annotated[Scalar, positive("mass", None, "Mass that moves.", source="slosh")]
     position: Annotated[Vector3, vector("length", "Position of the mass at rest, body axes.")]
     direction: Annotated[Vector3, vector("1", "Direction of its motion, of any length.")]

@@ -3,12 +3,12 @@
 from dataclasses import dataclass
 from typing import Annotated
 
-from gyrostat.core.arrays import Vector3
+from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.errors import InputError
 from gyrostat.scenario.circular_orbit import HasOrbit
 from gyrostat.scenario.environment_kind import EnvironmentKind
 from gyrostat.scenario.scenario import Scenario
-from gyrostat.scenario.schema import vector
+from gyrostat.scenario.schema import size, vector
 from gyrostat.spacecraft import GravityGradient, HarmonicTorque, TorqueModel
 
 
@@ -21,13 +21,24 @@ class CircularEnvironment(HasOrbit, EnvironmentKind):
 
     name = "orbit"
     torque_names = ("gravity_gradient", "harmonic")
+    gravity_gradient: Annotated[
+        Scalar, size("1", 1.0, "Factor on the gravity gradient torque.", source="gravity gradient")
+    ]
     cosine_torque: Annotated[
         Vector3,
-        vector("torque", "Amplitude of the torque cos(orbital rate × time), in body axes."),
+        vector(
+            "torque",
+            "Amplitude of the torque cos(orbital rate × time), in body axes.",
+            source="torque of the orbital period",
+        ),
     ]
     sine_torque: Annotated[
         Vector3,
-        vector("torque", "Amplitude of the torque sin(orbital rate × time), in body axes."),
+        vector(
+            "torque",
+            "Amplitude of the torque sin(orbital rate × time), in body axes.",
+            source="torque of the orbital period",
+        ),
     ]
 
     @classmethod
@@ -45,4 +56,4 @@ class CircularEnvironment(HasOrbit, EnvironmentKind):
         harmonic = HarmonicTorque(
             orbit.rate, cosine=self.cosine_torque[None], sine=self.sine_torque[None]
         )
-        return GravityGradient(orbit), harmonic
+        return GravityGradient(orbit, self.gravity_gradient), harmonic

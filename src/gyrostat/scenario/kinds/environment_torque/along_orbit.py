@@ -18,7 +18,9 @@ class ResidualDipoleKind(Kind):
 
     name = "residual_dipole"
     needs = frozenset({ORBIT})
-    dipole: Annotated[Vector3, vector("magnetic_dipole", "Residual dipole moment, in body axes.")]
+    dipole: Annotated[
+        Vector3, vector("magnetic_dipole", "Residual dipole moment, in body axes.", source="torque")
+    ]
 
     def make(self, context: Context) -> ResidualDipole:
         """Torque."""
@@ -33,7 +35,7 @@ class Aerodynamic(Kind):
     name = "aerodynamic"
     needs = frozenset({ORBIT, SURFACES})
     drag_coefficient: Annotated[Scalar, positive("1", 2.2, "Drag coefficient of every facet.")]
-    density_scale: Annotated[Scalar, size("1", 1.0, "Factor on the air density.")]
+    density_scale: Annotated[Scalar, size("1", 1.0, "Factor on the air density.", source="torque")]
 
     def make(self, context: Context) -> AerodynamicTorque:
         """Torque."""
@@ -50,7 +52,7 @@ class SolarPressure(Kind):
 
     name = "solar_pressure"
     needs = frozenset({ORBIT, SURFACES})
-    scale: Annotated[Scalar, size("1", 1.0, "Factor on the pressure.")]
+    scale: Annotated[Scalar, size("1", 1.0, "Factor on the pressure.", source="torque")]
 
     def make(self, context: Context) -> SolarPressureTorque:
         """Torque."""

@@ -14,7 +14,7 @@ class Constant(Kind):
     """Constant torque in body axes."""
 
     name = "constant"
-    torque: Annotated[Vector3, vector("torque", "Torque, in body axes.")]
+    torque: Annotated[Vector3, vector("torque", "Torque, in body axes.", source="torque")]
 
     def make(self, context: Context) -> HarmonicTorque:
         """Torque."""
@@ -29,8 +29,12 @@ class Harmonic(Kind):
     rate: Annotated[
         Scalar, positive("speed", None, "Angular frequency, such as that of the orbit.")
     ]
-    cosine: Annotated[Vector3, vector("torque", "Amplitude of cos(rate × time), in body axes.")]
-    sine: Annotated[Vector3, vector("torque", "Amplitude of sin(rate × time), in body axes.")]
+    cosine: Annotated[
+        Vector3, vector("torque", "Amplitude of cos(rate × time), in body axes.", source="torque")
+    ]
+    sine: Annotated[
+        Vector3, vector("torque", "Amplitude of sin(rate × time), in body axes.", source="torque")
+    ]
 
     def make(self, context: Context) -> HarmonicTorque:
         """Torque."""

@@ -1,9 +1,12 @@
 """Gravity gradient torque."""
 
 from dataclasses import dataclass
+from typing import Annotated
 
+from gyrostat.core.arrays import Scalar
 from gyrostat.scenario.circular_orbit import EitherOrbit
 from gyrostat.scenario.component import Context
+from gyrostat.scenario.schema import size
 from gyrostat.spacecraft import GravityGradient
 
 
@@ -15,7 +18,8 @@ class GravityGradientKind(EitherOrbit):
     """
 
     name = "gravity_gradient"
+    scale: Annotated[Scalar, size("1", 1.0, "Factor on the torque.", source="torque")]
 
     def make(self, context: Context) -> GravityGradient:
         """Torque."""
-        return GravityGradient(context.orbit or self.circular())
+        return GravityGradient(context.orbit or self.circular(), self.scale)

@@ -20,11 +20,23 @@ class Harmonic(Kind):
     number: Annotated[
         Scalar, positive("1", None, "Multiple of the wheel speed; any positive number.")
     ]
-    force: Annotated[Scalar, size("imbalance", 0.0, "Radial force over the squared wheel speed.")]
-    torque: Annotated[
-        Scalar, size("inertia", 0.0, "Torque across the axis over the squared wheel speed.")
+    force: Annotated[
+        Scalar,
+        size("imbalance", 0.0, "Radial force over the squared wheel speed.", source="harmonic"),
     ]
-    axial: Annotated[Scalar, size("imbalance", 0.0, "Axial force over the squared wheel speed.")]
+    torque: Annotated[
+        Scalar,
+        size(
+            "inertia",
+            0.0,
+            "Torque across the axis over the squared wheel speed.",
+            source="harmonic",
+        ),
+    ]
+    axial: Annotated[
+        Scalar,
+        size("imbalance", 0.0, "Axial force over the squared wheel speed.", source="harmonic"),
+    ]
     phase: Annotated[Scalar, Key("angle", 0.0, "Phase at the rotor angle 0.")]
 
     def make(self, context: Context) -> WheelHarmonics:

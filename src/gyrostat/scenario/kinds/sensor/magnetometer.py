@@ -17,10 +17,14 @@ class MagnetometerKind(SampledKind):
     sensor = Magnetometer
     unit = "T"
     sigma: Annotated[
-        Scalar, size("flux_density", 0.0, "Standard deviation of the noise of each axis.")
+        Scalar,
+        size("flux_density", 0.0, "Standard deviation of the noise of each axis.", source="noise"),
     ]
-    bias: Annotated[Vector3, vector("flux_density", "Bias, in body axes.")]
-    scale_factor: Annotated[Vector3, vector("1", "Scale factor error of each axis.")]
+    bias: Annotated[Vector3, vector("flux_density", "Bias, in body axes.", source="bias")]
+    scale_factor: Annotated[
+        Vector3, vector("1", "Scale factor error of each axis.", source="scale factor")
+    ]
     misalignment: Annotated[
-        Vector3, vector("angle", "Rotation vector from body to magnetometer axes.")
+        Vector3,
+        vector("angle", "Rotation vector from body to magnetometer axes.", source="misalignment"),
     ]

@@ -19,7 +19,7 @@ class PaddleAngleKind(Kind):
     name = "paddle_angle"
     unit = "rad"
     needs = frozenset({PADDLE})
-    sigma: Annotated[Scalar, size("angle", 0.0, "Standard deviation of the noise.")]
+    sigma: Annotated[Scalar, size("angle", 0.0, "Standard deviation of the noise.", source="noise")]
 
     def make(self, context: Context) -> PaddleAngle:
         """Sensor."""

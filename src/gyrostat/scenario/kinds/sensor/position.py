@@ -16,5 +16,7 @@ class Position(SampledKind):
     name = "position"
     sensor = PositionSensor
     unit = "m"
-    sigma: Annotated[Scalar, size("length", 0.0, "Standard deviation of the noise of each axis.")]
-    bias: Annotated[Vector3, vector("length", "Bias, GCRS.")]
+    sigma: Annotated[
+        Scalar, size("length", 0.0, "Standard deviation of the noise of each axis.", source="noise")
+    ]
+    bias: Annotated[Vector3, vector("length", "Bias, GCRS.", source="bias")]

@@ -21,8 +21,13 @@ class SunSensorKind(SampledKind):
 
     name = "sun_sensor"
     sensor = SunSensor
-    sigma: Annotated[Scalar, size("angle", 0.0, "Standard deviation of the error about each axis.")]
-    misalignment: Annotated[Vector3, vector("angle", "Rotation vector from body to sensor axes.")]
+    sigma: Annotated[
+        Scalar,
+        size("angle", 0.0, "Standard deviation of the error about each axis.", source="noise"),
+    ]
+    misalignment: Annotated[
+        Vector3, vector("angle", "Rotation vector from body to sensor axes.", source="misalignment")
+    ]
     boresight: Annotated[
         Vector3, vector("1", "Boresight in body axes, of any length.", (0.0, 0.0, 1.0))
     ]
@@ -40,8 +45,16 @@ class CoarseSunSensorsKind(SampledKind):
 
     name = "coarse_sun_sensors"
     sensor = CoarseSunSensors
-    sigma: Annotated[Scalar, size("1", 0.0, "Standard deviation of the noise of each cell.")]
+    sigma: Annotated[
+        Scalar, size("1", 0.0, "Standard deviation of the noise of each cell.", source="noise")
+    ]
     scale_factor: Annotated[
         Float[Array, "6"],
-        Key("1", 0.0, "Relative error of the current of each cell.", shape=(len(FACES),)),
+        Key(
+            "1",
+            0.0,
+            "Relative error of the current of each cell.",
+            shape=(len(FACES),),
+            source="scale factor",
+        ),
     ]

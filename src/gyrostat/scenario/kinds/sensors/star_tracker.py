@@ -25,7 +25,12 @@ class StarTrackerKind(SensorsKind):
     measured = ("attitude", "wheel_speed")
     attitude_sigma: Annotated[
         Scalar,
-        positive("angle", None, "Standard deviation of the star tracker about each body axis."),
+        positive(
+            "angle",
+            None,
+            "Standard deviation of the star tracker about each body axis.",
+            source="star tracker noise",
+        ),
     ]
     tracker_periods: Annotated[
         Scalar,
@@ -58,10 +63,14 @@ class StarTrackerGyro(StarTrackerKind):
     estimator = "kalman"
     measured = SensorsKind.measured
     angle_walk: Annotated[
-        Scalar, positive("angle_random_walk", None, "Angle random walk of the gyro.")
+        Scalar,
+        positive("angle_random_walk", None, "Angle random walk of the gyro.", source="gyro noise"),
     ]
-    bias_walk: Annotated[Scalar, size("rate_random_walk", 0.0, "Random walk of the gyro bias.")]
-    bias: Annotated[Vector3, vector("speed", "Initial bias of the gyro.")]
+    bias_walk: Annotated[
+        Scalar,
+        size("rate_random_walk", 0.0, "Random walk of the gyro bias.", source="gyro bias walk"),
+    ]
+    bias: Annotated[Vector3, vector("speed", "Initial bias of the gyro.", source="gyro bias")]
     scale_factor: Annotated[
         Vector3,
         Key(
@@ -71,9 +80,13 @@ class StarTrackerGyro(StarTrackerKind):
             least=-1.0,
             positive=True,
             shape=(3,),
+            source="gyro scale factor",
         ),
     ]
-    misalignment: Annotated[Vector3, vector("angle", "Rotation vector from body to gyro axes.")]
+    misalignment: Annotated[
+        Vector3,
+        vector("angle", "Rotation vector from body to gyro axes.", source="gyro misalignment"),
+    ]
     rate_limit: Annotated[Scalar, positive("speed", inf, "Largest rate that a gyro axis measures.")]
     coning_compensation: Annotated[
         Scalar,

@@ -21,10 +21,22 @@ class WhiteNoise(SensorsKind):
     provides = frozenset({GYRO})
     estimator = "none"
     attitude_sigma: Annotated[
-        Scalar, size("angle", 0.0, "Standard deviation of the attitude about each body axis.")
+        Scalar,
+        size(
+            "angle",
+            0.0,
+            "Standard deviation of the attitude about each body axis.",
+            source="attitude noise",
+        ),
     ]
     rate_sigma: Annotated[
-        Scalar, size("speed", 0.0, "Standard deviation of each component of the body rate.")
+        Scalar,
+        size(
+            "speed",
+            0.0,
+            "Standard deviation of each component of the body rate.",
+            source="rate noise",
+        ),
     ]
 
     def make(self, context: Context) -> SpacecraftSensor:

@@ -21,15 +21,23 @@ class Head(Kind):
     needs = frozenset({ORBIT, STAR_TRACKER})
     across_sigma: Annotated[
         Scalar,
-        positive("angle", None, "Standard deviation about each axis across the boresight."),
+        positive(
+            "angle",
+            None,
+            "Standard deviation about each axis across the boresight.",
+            source="noise",
+        ),
     ]
     about_sigma: Annotated[
-        Scalar, positive("angle", None, "Standard deviation about the boresight.")
+        Scalar, positive("angle", None, "Standard deviation about the boresight.", source="noise")
     ]
     boresight: Annotated[
         Vector3, vector("1", "Boresight in body axes, of any length.", (0.0, 0.0, 1.0))
     ]
-    misalignment: Annotated[Vector3, vector("angle", "Constant rotation of the measured attitude.")]
+    misalignment: Annotated[
+        Vector3,
+        vector("angle", "Constant rotation of the measured attitude.", source="misalignment"),
+    ]
     sun_exclusion: Annotated[
         Scalar, size("angle", 0.0, "Smallest angle between boresight and Sun.")
     ]
