@@ -27,6 +27,7 @@ from gyrostat.spacecraft import read_spacecraft as read_spacecraft
 from gyrostat.telemetry import read_record as read_record
 from gyrostat.verbs import allan as allan
 from gyrostat.verbs import bench as bench
+from gyrostat.verbs import budget as budget
 from gyrostat.verbs import cache as cache
 from gyrostat.verbs import campaign as campaign
 from gyrostat.verbs import check as check

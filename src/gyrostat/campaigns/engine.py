@@ -102,6 +102,8 @@ def fly_given(
 ) -> Flown:
     """Simulate runs with given values and noise, by the native engine.
 
+    The columns have the moments of the pointing indices too.
+
     Args:
         scenario: Scenario; its dispersed values are replaced.
         runs: Numbers of the runs, (n,), increasing; they only name the runs.
@@ -112,7 +114,7 @@ def fly_given(
     parts = keys.shape[1] if keys.ndim == 2 else 0
     ready = make_ready(scenario, "native", parts)
     numbers = np.asarray(runs, dtype=np.int64)
-    return _simulate(ready, numbers, np.arange(len(runs)), values, keys, keep)
+    return _simulate(ready, numbers, np.arange(len(runs)), values, keys, keep, moments=True)
 
 
 def _runs_at_a_time(ready: Ready) -> int:
@@ -180,6 +182,7 @@ def _simulate(
     keep: Sequence[int],
     *,
     lists: bool = False,
+    moments: bool = False,
 ) -> Flown:
     """Simulate runs with given values and noise.
 
@@ -191,6 +194,7 @@ def _simulate(
         keys: Random keys of their noise.
         keep: Numbers of the runs whose histories are requested.
         lists: Whether to return columns with several numbers for each run.
+        moments: Whether to return mean square, mean and size of each pointing index.
     """
     scenario = ready.scenario
     is_kept = np.isin(runs, keep)
@@ -198,7 +202,7 @@ def _simulate(
     drawn = Drawn(values, own_orbits(scenario, values))
     arguments = (ready.nominal, drawn, ready.plans, keys)
     samples = len(ready.runner.starts) * ready.runner.length
-    budget = PointingBudget(scenario, len(values), samples, LANES)
+    budget = PointingBudget(scenario, len(values), samples, LANES, moments=moments)
     last, errors, records = _observe(ready, runs, arguments, record_indices, budget)
     observations: Any = jax.tree.map(np.asarray, last)
     period = scenario.values["run.control_period"]
@@ -211,6 +215,8 @@ def _simulate(
     }
     metrics = concluded(scenario, observations, errors, budget.metrics())
     columns |= {name: entry[picked] for name, entry in metrics.items()}
+    if moments:
+        columns |= {name: entry[picked] for name, entry in budget.moments().items()}
     if lists:
         columns |= budget.lists(runs, observations.status[picked], picked)
     if not records:

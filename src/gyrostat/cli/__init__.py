@@ -15,6 +15,7 @@ from gyrostat.cli.arguments import say
 from gyrostat.cli.cache import cache
 from gyrostat.cli.campaign import campaign, check, replay, report, simulate, tune
 from gyrostat.cli.comparison import compare
+from gyrostat.cli.error_budget import budget
 from gyrostat.cli.export import export
 from gyrostat.cli.feasibility import feasible
 from gyrostat.cli.gyro import allan
@@ -81,6 +82,8 @@ for _verb in (
     *(identify, validate, compare, pool, lot, monitor, bench, allan),
     *(feasible, recover),
     *(check, place, simulate, campaign, tune, replay, report, export, reproduce, cache),
+    *(identify, validate, compare, pool, lot, monitor, bench, feasible, recover),
+    *(check, place, simulate, campaign, budget, tune, replay, report, export, reproduce, cache),
 ):
     app.command(cls=Verb)(_keeping_programs(_verb))
 app.command("holdable", cls=Verb, help="Old name of `feasible`.")(_keeping_programs(feasible))

@@ -9,13 +9,12 @@ import typer
 
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json, say
-from gyrostat.cli.options import ForceModel, Json, Out
+from gyrostat.cli.options import ForceModel, Json, Out, Verify, Workers
+from gyrostat.cli.progress import Progress
 from gyrostat.core.instructions import limit_process, recorded
 from gyrostat.verbs.single_runs import replayed, simulated
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     from gyrostat.simulation.labelled import Labelled
 
 Device = Annotated[str, typer.Option(help="cpu, or gpu if JAX finds one.")]
@@ -28,16 +27,6 @@ CampaignEngine = Annotated[
         help="native (compiled C), jax, opencl or cuda (an accelerator with double precision), or "
         "auto: native if there is a C compiler."
     ),
-]
-Workers = Annotated[
-    int | None,
-    typer.Option(
-        min=1, max=1024, help="Processes [default: one per core, threads for a small campaign]."
-    ),
-]
-Verify = Annotated[
-    bool,
-    typer.Option("--verify", help="Compile the program again and compare it with the stored one."),
 ]
 Scheduler = Annotated[str | None, typer.Option(help="Address of a Dask scheduler with workers.")]
 
@@ -153,7 +142,7 @@ def campaign(
     """Simulate a scenario many times with dispersed values; run again to resume after a stop."""
     options = locals()
     limit_process(instructions)
-    with _Progress() as on_progress:
+    with Progress() as on_progress:
         dataset = call(verbs.campaign, options, on_progress=on_progress, command=command_line())
     if dataset.attrs.get("doubts"):
         raise typer.Exit(1)
@@ -180,7 +169,7 @@ def tune(
 ) -> None:
     """Search for the best values of free keys, and verify them in fresh runs."""
     options = {**locals(), "subject_to": subject_to or ()}
-    with _Progress() as on_progress:
+    with Progress() as on_progress:
         content = call(verbs.tune, options, on_progress=on_progress, command=command_line())
     if json_output:
         print_json(out / "report.json")
@@ -221,52 +210,3 @@ def report(
     if check and unmet:
         say("check: " + ", ".join(f"{r['name']}: {r['verdict']}" for r in unmet))
         raise typer.Exit(1)
-
-
-class _Progress:
-    """Progress of a campaign (runs done, rate, time left): a bar in a terminal, otherwise lines."""
-
-    def __enter__(self) -> "Callable[[int, int], None]":
-        from rich.console import Console
-        from rich.progress import (
-            BarColumn,
-            MofNCompleteColumn,
-            Progress,
-            TaskID,
-            TextColumn,
-            TimeRemainingColumn,
-        )
-
-        console = Console(stderr=True)
-        self._bar = Progress(
-            TextColumn("runs"),
-            BarColumn(),
-            MofNCompleteColumn(),
-            TextColumn("{task.fields[rate]}"),
-            TimeRemainingColumn(),
-            console=console,
-            disable=not console.is_terminal,
-        )
-        self._bar.__enter__()
-        self._task: TaskID | None = None
-        return self._update
-
-    def _update(self, complete_runs: int, total: int) -> None:
-        import time
-
-        now = time.monotonic()
-        if self._task is None:
-            self._start_time, self._start_runs, self._last_report = now, complete_runs, now
-            self._task = self._bar.add_task("runs", total=total, completed=complete_runs, rate="")
-            return
-        rate = (complete_runs - self._start_runs) / max(now - self._start_time, 1e-9)
-        self._bar.update(self._task, completed=complete_runs, rate=f"{rate:.1f} per second")
-        if self._bar.disable and (now - self._last_report > 10.0 or complete_runs == total):
-            self._last_report = now
-            remaining = (total - complete_runs) / max(rate, 1e-9)
-            say(f"{complete_runs} of {total} runs, {rate:.1f} per second, {remaining:.0f} s left")
-
-    def __exit__(self, kind: type[BaseException] | None, *details: object) -> None:
-        self._bar.__exit__(kind, *details)  # pyright: ignore[reportArgumentType]
-        if kind is KeyboardInterrupt:
-            say("stopped: completed blocks are kept; run the same command again to resume")

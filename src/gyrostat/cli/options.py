@@ -18,6 +18,16 @@ ForceModel = Annotated[
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print only the result, as JSON.")]
+Workers = Annotated[
+    int | None,
+    typer.Option(
+        min=1, max=1024, help="Processes [default: one per core, threads for a small campaign]."
+    ),
+]
+Verify = Annotated[
+    bool,
+    typer.Option("--verify", help="Compile the program again and compare it with the stored one."),
+]
 
 SpeedScale = Annotated[str | None, typer.Option(help="True divided by measured speed.")]
 Clock = Annotated[str | None, typer.Option(help="True divided by recorded time.")]

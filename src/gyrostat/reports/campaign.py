@@ -63,14 +63,17 @@ def _page_of(campaign: Campaign) -> "Callable[[Path, str], tuple[dict[str, Any],
     """Function of folder and command that gives report.json, page and lines for a terminal."""
     if campaign.search is None:
         return _campaign_page
+    from gyrostat.reports.error_budget import budget_page
     from gyrostat.reports.rare import rare_page
     from gyrostat.reports.tuning import tuning_page
     from gyrostat.reports.worst_case import worst_page
+    from gyrostat.search.error_budget import BUDGET
     from gyrostat.search.rare import RARE
     from gyrostat.search.tuning import FREE
     from gyrostat.search.worst_case import WORST_CASE
 
-    return {RARE: rare_page, WORST_CASE: worst_page, FREE: tuning_page}[next(iter(campaign.search))]
+    pages = {RARE: rare_page, WORST_CASE: worst_page, FREE: tuning_page, BUDGET: budget_page}
+    return pages[next(iter(campaign.search))]
 
 
 def _campaign_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[str]]:

@@ -23,9 +23,11 @@ from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
 from gyrostat.reports.comparison import comparison_figure
 from gyrostat.reports.design import design_figure
 from gyrostat.reports.drawing import literal, panels, png
+from gyrostat.reports.error_budget import budget_figure
 from gyrostat.reports.health_picture import health_figure
 from gyrostat.reports.lot import histograms
 from gyrostat.reports.pool import over_conditions
+from gyrostat.search.budget_result import ErrorBudget
 from gyrostat.telemetry import Record
 
 HEIGHT = 2.1
@@ -91,6 +93,7 @@ def _(result: Validation) -> Figure:
 picture.register(Comparison, comparison_figure)
 picture.register(Design, design_figure)
 picture.register(GyroNoise, allan_figure)
+picture.register(ErrorBudget, budget_figure)
 picture.register(Health, health_figure)
 picture.register(Lot, histograms)
 picture.register(Pool, over_conditions)

@@ -20,6 +20,7 @@ from gyrostat.core.types import Vector
 from gyrostat.core.validation import check_seed
 from gyrostat.runs.fingerprint import FLAGS, engine_record, refuse_other
 from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.structure import structure_of
 from gyrostat.search.flights import PIECE, Columns, Flights, Piece, together
 from gyrostat.search.moves import Answers, Moves
 
@@ -72,6 +73,7 @@ def run_search(
     *,
     on_progress: Callable[[int, int], None] | None = None,
     say: Callable[[str], None] = lambda text: None,
+    variants: Sequence[Scenario] = (),
 ) -> Path:
     """Carry out a search and store every run, or resume an interrupted search.
 
@@ -82,6 +84,7 @@ def run_search(
         options: Options.
         on_progress: Called with the number of finished runs and the largest number of runs.
         say: Called with each message for the user.
+        variants: See `gyrostat.search.flights.Flights`.
 
     Returns:
         Path of the table of all runs.
@@ -92,7 +95,8 @@ def run_search(
     """
     check_seed(options.seed)
     question.searches(options.runs, options.seed)  # before compiling
-    prepare(scenario, parts=parts_of(scenario), verify=options.verify)
+    for variant in {structure_of(each): each for each in (*variants, scenario)}.values():
+        prepare(variant, parts=parts_of(variant), verify=options.verify)
     record = engine_record("cpu", FLAGS["cpu"], "native")
     description = scenario.text(), scenario.digest(), options.seed, options.runs, PIECE, record
     store = Store(out, say)
@@ -101,7 +105,8 @@ def run_search(
         refuse_other(campaign.engine, str(out))
         store.check(campaign)
         with kept_open(threads(options.workers or usable_cores())) as pool:
-            count = _fly(store, scenario, campaign, question, pool, on_progress)
+            flown = scenario, campaign, question, pool, on_progress
+            count = _fly(store, *flown, variants)
             store.merge(campaign, count)
             numbers = sorted(_worst(store, question, options.worst) - store.histories(campaign))
             replay(store, campaign, numbers, pool, fly_job=work_here)
@@ -115,6 +120,7 @@ def _fly(
     question: Question,
     pool: Opener,
     on_progress: Callable[[int, int], None] | None,
+    variants: Sequence[Scenario],
 ) -> int:
     """Carry out a search; returns the number of its blocks."""
     blocks, damaged = store.blocks(campaign)
@@ -138,7 +144,12 @@ def _fly(
             on_progress(runs, campaign.runs)
 
     flights = Flights(
-        scenario, campaign, question.response, found=load, store=keep, opener=pool, on_progress=tell
+        *(scenario, campaign, question.response),
+        found=load,
+        store=keep,
+        opener=pool,
+        on_progress=tell,
+        variants=variants,
     )
     together(question.searches(campaign.runs, campaign.seed), flights.fly)
     return count

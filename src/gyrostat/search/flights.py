@@ -5,6 +5,7 @@ interruption it starts again, and finds the results of stored pieces instead of 
 """
 
 import contextlib
+import itertools
 import os
 from collections import defaultdict
 from collections.abc import Callable, Generator, Mapping, Sequence
@@ -37,11 +38,13 @@ class Piece(NamedTuple):
         number: Number of the piece.
         runs: Numbers of the flights, (n,).
         values: Dispersed values, (n, keys).
+        variant: Index of their scenario.
     """
 
     number: int
     runs: NDArray[np.int64]
     values: Matrix
+    variant: int = 0
 
 
 class Flights:
@@ -55,6 +58,8 @@ class Flights:
         store: Called with the number of a simulated piece and its columns.
         opener: Opens the executor, threads of this process; None if every piece is stored.
         on_progress: Called with the number of finished flights.
+        variants: Scenarios that flights can have instead, with the same dispersed keys; the first
+            is `scenario`.
 
     Attributes:
         count: Number of flights.
@@ -71,11 +76,14 @@ class Flights:
         store: Callable[[int, Columns], None] = lambda number, columns: None,
         opener: Opener | None = None,
         on_progress: Callable[[int], None] = lambda count: None,
+        variants: Sequence[Scenario] = (),
     ):
         self.count = self.refused = self._pieces = 0
         self._scenario, self._campaign, self._response = scenario, campaign, response
         self._found, self._store, self._opener = found, store, opener
         self._on_progress = on_progress
+        self._variants = variants or (scenario,)
+        self._variant_of = np.zeros(0, np.int64)
         self._parents, self._shares = np.zeros(0, np.int64), np.zeros(0)
 
     def fly(self, moves: Sequence[Moves]) -> list[Answers]:
@@ -99,7 +107,10 @@ class Flights:
     def _register(self, moves: Moves) -> tuple[NDArray[np.int64], Matrix, Matrix]:
         """Numbers, standard normal numbers and values of requested flights."""
         scenario, first = self._scenario, self.count
-        if moves.normal is None:
+        if moves.values is not None:
+            numbers, values = first + np.arange(moves.size), moves.values
+            normal, fine = np.full(values.shape, np.nan), np.ones(moves.size, bool)
+        elif moves.normal is None:
             numbers = first + np.arange(moves.size)
             share = shares(scenario, self._campaign.seed, numbers)
             normal, values = ndtri(share), values_at(scenario, share)
@@ -114,15 +125,21 @@ class Flights:
         self.refused += int(np.sum(~fine))
         self._parents = np.concatenate([self._parents, moves.parents[fine]])
         self._shares = np.concatenate([self._shares, np.full(int(np.sum(fine)), moves.share)])
+        variants = np.zeros(moves.size, np.int64) if moves.variants is None else moves.variants
+        self._variant_of = np.concatenate([self._variant_of, variants[fine]])
         return numbers, normal, values
 
     def _fly(self, numbers: NDArray[np.int64], values: Matrix) -> Vector:
         """Responses of numbered flights."""
         pieces, size = [], min(PIECE, max(LANES, SAMPLES // (self._scenario.count + 1)))
-        for first in range(0, len(numbers), size):
-            part = slice(first, first + size)
-            pieces.append(Piece(self._pieces, numbers[part], values[part]))
-            self._pieces += 1
+        variants = self._variant_of[numbers]
+        edges = [0, *(np.flatnonzero(np.diff(variants)) + 1).tolist(), len(numbers)]
+        for start, end in itertools.pairwise(edges):
+            for first in range(start, end, size):
+                part = slice(first, min(first + size, end))
+                variant = int(variants[first])
+                pieces.append(Piece(self._pieces, numbers[part], values[part], variant))
+                self._pieces += 1
         tables = {piece.number: self._found(piece) for piece in pieces}
         pending = [piece for piece in pieces if tables[piece.number] is None]
         progress = self.count - sum(len(piece.runs) for piece in pending)
@@ -163,7 +180,7 @@ class Flights:
 
     def _simulate(self, piece: Piece) -> Columns:
         """Simulate a piece: columns of its runs."""
-        scenario, seed = self._scenario, self._campaign.seed
+        scenario, seed = self._variants[piece.variant], self._campaign.seed
         keys = noise_of(piece.runs, self._parents, self._shares, seed, parts_of(scenario))
         columns = fly_given(scenario, piece.runs, piece.values, keys).columns
         return {**columns, **self._noise_columns(piece)}

@@ -20,12 +20,17 @@ class Moves(NamedTuple):
         parents: Flight whose noise each flight takes over, (n,); `FIRST`: none.
         share: Expected share of the parts of a flight whose noise is drawn again.
         size: Number of flights.
+        values: Dispersed values themselves, (n, keys), SI, in place of `normal`; not validated.
+        variants: Scenario of each flight, (n,), an index into the variants of the search; None: the
+            first.
     """
 
     normal: Matrix | None
     parents: NDArray[np.int64]
     share: float
     size: int
+    values: Matrix | None = None
+    variants: NDArray[np.int64] | None = None
 
 
 class Answers(NamedTuple):
@@ -34,7 +39,8 @@ class Answers(NamedTuple):
     Attributes:
         numbers: Numbers of the flights, (n,); `FIRST` for one that was not flown because its values
             are not allowed.
-        normal: Standard normal numbers of the dispersions, (n, keys).
+        normal: Standard normal numbers of the dispersions, (n, keys); NaN for flights with given
+            values.
         response: Response, (n,), or several responses, (n, responses); minus infinity for a flight
             that was not flown.
     """

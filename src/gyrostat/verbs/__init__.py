@@ -9,6 +9,7 @@ from gyrostat.verbs.cache import cache
 from gyrostat.verbs.campaign_report import report
 from gyrostat.verbs.campaigns import campaign
 from gyrostat.verbs.comparison import compare
+from gyrostat.verbs.error_budget import budget
 from gyrostat.verbs.exports import export
 from gyrostat.verbs.feasibility import feasible
 from gyrostat.verbs.gyro import allan
@@ -27,6 +28,7 @@ from gyrostat.verbs.wheels import bench, validate
 __all__ = [
     "allan",
     "bench",
+    "budget",
     "cache",
     "campaign",
     "check",

@@ -154,10 +154,15 @@ def replayed(folder: "str | Path | xr.Dataset", run: int, *, say: Say, command: 
     from gyrostat.runs.fingerprint import refuse_other
     from gyrostat.runs.user.packages import other_packages
     from gyrostat.scenario.scenario import Scenario
+    from gyrostat.search.error_budget import BUDGET
 
     path = Path(folder if isinstance(folder, str | Path) else folder.attrs["folder"])
     store = Store(path, say)
     campaign = store.known()
+    if campaign.search is not None and BUDGET in campaign.search:
+        raise InputError(
+            f"{path}: found an error budget, expected a campaign: its runs differ by sources"
+        )
     runs = campaign.runs if campaign.search is None else store.read_table().num_rows
     if run not in range(runs):
         raise InputError(f"run: found {run}, expected 0 to {runs - 1}")

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.campaigns.pointing.collected import Collected, Profile
+from gyrostat.campaigns.pointing.collected import Collected, Moments, Profile
 from gyrostat.campaigns.pointing.indices import Part
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.scenario.requirement import signals_of
@@ -27,6 +27,11 @@ def counts_name(metric: str) -> str:
     return f"{metric}.shares"
 
 
+def size_name(metric: str) -> str:
+    """Column with the size at the level of the index of a requirement in each run."""
+    return f"{metric}.size"
+
+
 class PointingBudget:
     """Values of all pointing requirements in a group of runs, and profiles of errors over time.
 
@@ -35,9 +40,12 @@ class PointingBudget:
         runs: Number of runs.
         samples: Number of samples that arrive of each run, at least those of a run.
         group: Number of runs of the whole group, see `collectors`.
+        moments: Whether `moments` is asked for.
     """
 
-    def __init__(self, scenario: Scenario, runs: int, samples: int, group: int):
+    def __init__(
+        self, scenario: Scenario, runs: int, samples: int, group: int, *, moments: bool = False
+    ):
         period = scenario.values["run.control_period"]
         windows = ["", *(window.name for window in scenario.windows)]
         signals = signals_of(scenario.requirements)
@@ -58,6 +66,8 @@ class PointingBudget:
                 masks=len(places),
                 length=scenario.count + 1,
             )
+            if moments:
+                collected.moments = Moments(runs)
             self._entries.append((each, signals.index(each.signal), places, collected))
 
     def add(self, counted: Sequence[Matrix], vectors: Sequence[NDArray[np.float64]]) -> None:
@@ -85,6 +95,15 @@ class PointingBudget:
     def metrics(self) -> dict[str, Vector]:
         """Metric of each requirement, (runs,); NaN for a run without values."""
         return {each.metric: collected.metric() for each, *_, collected in self._entries}
+
+    def moments(self) -> dict[str, Vector]:
+        """Columns with mean square, mean and size at the level of each index, (runs,)."""
+        columns = {}
+        for each, *_, collected in self._entries:
+            assert collected.moments is not None, "they were not asked for"
+            columns |= collected.moments.columns(each.metric)
+            columns[size_name(each.metric)] = collected.size()
+        return columns
 
     def lists(
         self, run: NDArray[np.int64], status: NDArray[np.int8], picked: NDArray[np.int64]

@@ -15,6 +15,7 @@ from gyrostat.campaigns.pointing.indices import (
     WindowIndex,
     differences,
 )
+from gyrostat.campaigns.pointing.statistics import size_at
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.runs.metrics.percentiles import Collector, collectors
 from gyrostat.scenario.requirement import Requirement
@@ -65,6 +66,43 @@ def instants(samples: int) -> NDArray[np.int64]:
     return np.unique(np.linspace(0, samples - 1, INSTANTS).round().astype(int))
 
 
+class Moments:
+    """Mean and mean square of an index over the time of each run.
+
+    Args:
+        runs: Number of runs.
+    """
+
+    def __init__(self, runs: int):
+        self._count, self._square = np.zeros(runs), np.zeros(runs)
+        self._sum: Matrix = np.zeros((runs, 1))
+
+    def add(self, part: Part) -> None:
+        """Take values of an index."""
+        if part.vectors is None or part.sizes.shape[1] == 0:
+            return
+        is_defined = part.sizes < np.inf
+        self._count += np.sum(is_defined, axis=1)
+        self._square += np.sum(part.sizes**2, axis=1, where=is_defined)
+        self._sum = self._sum + np.sum(part.vectors, axis=1, where=is_defined[..., None])
+
+    def columns(self, metric: str) -> dict[str, Vector]:
+        """Mean square, rad², and each part of the mean, rad, (runs,); NaN without values."""
+        count = np.where(self._count > 0.0, self._count, np.nan)
+        names = mean_square_name(metric), *mean_names(metric, self._sum.shape[1])
+        return dict(zip(names, (self._square / count, *(self._sum.T / count)), strict=True))
+
+
+def mean_square_name(metric: str) -> str:
+    """Column with the mean square of the index of a requirement."""
+    return f"{metric}.mean_square"
+
+
+def mean_names(metric: str, parts: int) -> tuple[str, ...]:
+    """Columns with the parts of the mean of the index of a requirement."""
+    return tuple(f"{metric}.mean.{part}" for part in range(parts))
+
+
 class Collected:
     """Values of the index of a requirement in several runs.
 
@@ -104,6 +142,7 @@ class Collected:
             if not self._repeated
         ]
         self.profile = Profile(runs, length or samples)
+        self.moments: Moments | None = None
         self._largest = np.full(runs, -np.inf)
         self._counted = counted_sizes(requirement.value)
         self._counts = np.zeros((runs, len(self._counted) + 2))
@@ -128,6 +167,8 @@ class Collected:
         if sizes.shape[1] == 0:
             return
         self.profile.add(part)
+        if self.moments is not None:
+            self.moments.add(part)
         finite = sizes < np.inf
         self._largest = np.maximum(
             self._largest, np.max(sizes, axis=1, where=finite, initial=-np.inf)
@@ -161,6 +202,19 @@ class Collected:
         if self._sizes is not None:
             return self._sizes.percentile(round(100.0 * self._requirement.level, 10))
         return np.where(np.isfinite(self._largest), self._largest, np.nan)
+
+    def size(self) -> Vector:
+        """Size that is not exceeded at the level in each run, rad, (runs,); NaN without values.
+
+        Temporal and mixed: in this share of the time; ensemble: at all times.
+        """
+        if self._requirement.interpretation != "mixed":
+            return self.metric()
+        counts = self.counts()
+        sizes = self._counted * self._requirement.value
+        with np.errstate(invalid="ignore"):
+            shares = counts[:, :-1] / counts[:, -1:]
+        return np.array([size_at(self._requirement.level, row, sizes) for row in shares])
 
     def counts(self) -> Matrix:
         """Number of values not above each of `counted_sizes`, and of all, (runs, sizes + 1)."""

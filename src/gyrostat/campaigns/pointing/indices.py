@@ -36,10 +36,13 @@ class Part(NamedTuple):
     Attributes:
         first: Index of the first sample; negative before the run.
         sizes: Sizes of the index, rad, (runs, samples); infinite where it is not defined.
+        vectors: The index itself, rad, (runs, samples, parts), of any value where it is not
+            defined; None for a part that has sizes only.
     """
 
     first: int
     sizes: Matrix
+    vectors: NDArray[np.float64] | None = None
 
 
 def component(
@@ -86,7 +89,7 @@ class WindowIndex:
         count, window = inside.shape[1], self._window
         first, self._next = self._next, self._next + count
         if self._delay:
-            return Part(first - window, self._within(count))
+            return _part(first - window, *self._within(count))
         value, age = self._means.mean(0, count), self._means.age(0, count)
         least = window
         if self._operation == "absolute":
@@ -97,15 +100,19 @@ class WindowIndex:
         elif self._operation == "relative":
             back = window // 2 if self._instant == "centre" else 0
             value = self._means.error(back, count) - value
-        return Part(first, np.where(age >= least, _length(value), np.inf))
+        return _part(first, value, age >= least)
 
     def finish(self) -> Part:
         """Return the values that remain after the last sample."""
         shape = (self._runs, self._delay)
         return self.add(np.zeros((*shape, 3)), np.zeros(shape, bool))
 
-    def _within(self, count: int) -> Matrix:
-        """Errors relative to the mean over the consecutive window with them, a window later."""
+    def _within(self, count: int) -> tuple[NDArray[np.float64], Inside]:
+        """Errors relative to the mean over the consecutive window with them, a window later.
+
+        Returns:
+            The errors, and whether their window is complete.
+        """
         means, window = self._means, self._window
         age = means.age(window, count)
         # samples from each one to the end of its window
@@ -114,8 +121,7 @@ class WindowIndex:
         span = count + window
         rows = np.arange(len(age))[:, None]
         value = means.error(window, count) - means.mean(0, span)[rows, ends]
-        is_complete = (age >= 0) & (means.age(0, span)[rows, ends] == age + ahead)
-        return np.where(is_complete, _length(value), np.inf)
+        return value, (age >= 0) & (means.age(0, span)[rows, ends] == age + ahead)
 
 
 class ReproducibilityIndex:
@@ -146,11 +152,17 @@ class ReproducibilityIndex:
 
 def differences(means: list[list[NDArray[np.float64]]]) -> Part:
     """Sizes of the differences of all pairs of means of each run."""
-    pairs = [[float(_length(b - a)) for a, b in combinations(each, 2)] for each in means]
-    sizes = np.full((len(pairs), max(map(len, pairs))), np.inf)
-    for row, row_pairs in zip(sizes, pairs, strict=True):
-        row[: len(row_pairs)] = row_pairs
-    return Part(0, sizes)
+    pairs = [[b - a for a, b in combinations(each, 2)] for each in means]
+    parts = max((len(mean) for each in means for mean in each), default=1)
+    vectors = np.full((len(pairs), max(map(len, pairs)), parts), np.inf)
+    for row, row_pairs in zip(vectors, pairs, strict=True):
+        if row_pairs:
+            row[: len(row_pairs)] = row_pairs
+    return _part(0, vectors, np.isfinite(vectors[..., 0]))
+
+
+def _part(first: int, vectors: NDArray[np.float64], is_defined: Inside) -> Part:
+    return Part(first, np.where(is_defined, _length(vectors), np.inf), vectors)
 
 
 def _length(vectors: NDArray[np.float64]) -> NDArray[np.float64]:

@@ -1,0 +1,189 @@
+"""Result of a budget of the pointing error by source."""
+
+from dataclasses import dataclass
+from typing import NamedTuple
+
+import numpy as np
+
+from gyrostat.campaigns.summary import Estimate
+from gyrostat.core.pictured import Pictured
+from gyrostat.core.text import aligned, plain
+from gyrostat.scenario.requirement import Requirement
+from gyrostat.search.contributions import (
+    Contributions,
+)
+from gyrostat.search.error_budget import FEWEST
+
+ARCSEC = float(np.degrees(3600.0))
+"""Arcseconds per radian."""
+BIAS, LAG, REST = "bias (mean error)", "controller lag (all sources off)", "interactions"
+"""Lines of a budget that are no sources."""
+
+
+class Line(NamedTuple):
+    """Line of a budget.
+
+    Attributes:
+        name: Name of the source, or one of `BIAS`, `LAG` and `REST`.
+        mean_square: Contribution to the mean square, rad².
+        share: The same relative to the whole.
+        alone: What the source adds alone, rad²; None for a line that is no source.
+        missing: What is missing without it, rad²; None for a line that is no source.
+    """
+
+    name: str
+    mean_square: Estimate
+    share: Estimate
+    alone: Estimate | None = None
+    missing: Estimate | None = None
+
+
+class Missing(NamedTuple):
+    """What is missing of a metric without a source or a property of the loop.
+
+    Attributes:
+        metric: Metric in words.
+        unit: SI unit.
+        whole: Metric with all sources.
+        without: Source or property -> whole minus the metric without it.
+    """
+
+    metric: str
+    unit: str
+    whole: Estimate
+    without: dict[str, Estimate]
+
+
+class IndexBudget(NamedTuple):
+    """Budget of one pointing index.
+
+    Attributes:
+        requirement: Requirement with the index.
+        split: Its mean square, split.
+        properties: Property of the loop -> mean square that is missing without it, rad².
+        size: What is missing of its size at the level.
+    """
+
+    requirement: Requirement
+    split: Contributions
+    properties: dict[str, Estimate]
+    size: Missing
+
+    def lines(self) -> list[Line]:
+        """Lines that sum up to the whole: bias, lag, sources by size, interactions."""
+        split = self.split
+        bias, lag, rest = split.shares
+        sources = sorted(split.sources, key=lambda each: -each.mean_square.value)
+        return [
+            Line(BIAS, split.bias, bias),
+            Line(LAG, split.lag, lag),
+            *(Line(e.name, e.mean_square, e.share, e.alone, e.missing) for e in sources),
+            Line(REST, split.interaction, rest),
+        ]
+
+    @property
+    def title(self) -> str:
+        """Index, axis and window in words."""
+        each = self.requirement
+        window = f" over {each.window:g} s" if each.window else ""
+        stability = f", {each.stability:g} s apart" if each.stability else ""
+        return f"{each.index}{window}{stability}, {each.axis.replace('_', ' ')}"
+
+
+@dataclass(frozen=True, eq=False)
+class ErrorBudget(Pictured):
+    """Budget of the pointing error by source.
+
+    Attributes:
+        scenario: Name of the scenario.
+        runs: Number of runs with each set of sources.
+        valid: Number of runs that ended with every set; the others are left out.
+        failed: Set of sources -> number of runs that did not end with it.
+        sets: Number of sets of sources.
+        seed: Seed of the draws.
+        indices: Budget of each pointing index.
+        metrics: What is missing of further metrics.
+        not_switched: Places of parts that have no key that switches them off.
+    """
+
+    scenario: str
+    runs: int
+    valid: int
+    failed: dict[str, int]
+    sets: int
+    seed: int
+    indices: tuple[IndexBudget, ...]
+    metrics: tuple[Missing, ...]
+    not_switched: tuple[str, ...]
+
+    def doubts(self) -> list[str]:
+        """Why there is no result; empty if there is one."""
+        if self.valid < FEWEST:
+            return [f"{self.valid} of {self.runs} runs ended with every set of sources"]
+        return [
+            f"no run has values of {each.requirement.index}"
+            for each in self.indices
+            if not np.isfinite(each.split.whole.value)
+        ]
+
+    def remarks(self) -> list[str]:
+        """What a reader must know beside the numbers."""
+        remarks = [
+            f"{count} of {self.runs} runs did not end {name}; they are left out everywhere"
+            for name, count in self.failed.items()
+        ]
+        if self.not_switched:
+            remarks.append(
+                f"not switched, in every line: {', '.join(self.not_switched)} (no key of these "
+                "parts is declared as a source)"
+            )
+        return remarks
+
+    def text_lines(self) -> list[str]:
+        """The budget as lines for a terminal."""
+        lines = [
+            f"{self.scenario}: {self.valid} runs with each of {self.sets} sets of sources, seed "
+            f"{self.seed}; arcsec are roots of mean squares"
+        ]
+        for index in self.indices:
+            lines += ["", f"{index.title}: {rms_text(index.split.whole)} arcsec"]
+            rows = [
+                (
+                    line.name,
+                    rms_text(line.mean_square),
+                    square_text(line.mean_square.value),
+                    percent_text(line.share),
+                )
+                for line in index.lines()
+            ]
+            lines += [f"  {row}" for row in aligned(rows, ("source", "arcsec", "arcsec²", "share"))]
+            for name, estimate in index.properties.items():
+                text = f"{rms_text(estimate)} arcsec less without {name}"
+                lines.append(f"  beside: {text}")
+        return [*lines, *(f"  {text}" for text in (*self.remarks(), *self.doubts()))]
+
+    def __str__(self) -> str:
+        """The lines for a terminal."""
+        return "\n".join(self.text_lines())
+
+
+def root(mean_square: float) -> float:
+    """Root of a mean square, arcsec, with the sign of the mean square."""
+    return float(np.sign(mean_square) * np.sqrt(np.abs(mean_square)) * ARCSEC)
+
+
+def rms_text(estimate: Estimate) -> str:
+    """Root of a mean square with its interval, arcsec."""
+    value, low, high = (plain(root(each), 3) for each in estimate)
+    return f"{value} ({low} to {high})"
+
+
+def square_text(mean_square: float) -> str:
+    """Mean square, arcsec²."""
+    return plain(mean_square * ARCSEC**2, 3)
+
+
+def percent_text(share: Estimate) -> str:
+    """Share with its interval, percent."""
+    value, low, high = (f"{100.0 * each:.1f}" for each in share)
+    return f"{value} % ({low} to {high})"

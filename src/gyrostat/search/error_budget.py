@@ -1,0 +1,228 @@
+"""Budget of the pointing error by source: runs with sources switched off and on alone."""
+
+from collections.abc import Generator, Iterable, Mapping, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
+from typing import Any, NamedTuple, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.campaigns.draws import check_draws, draw
+from gyrostat.campaigns.pointing.campaign import size_name
+from gyrostat.campaigns.pointing.collected import mean_names, mean_square_name
+from gyrostat.campaigns.pointing.indices import component
+from gyrostat.core.errors import InputError
+from gyrostat.core.types import Matrix
+from gyrostat.scenario.error_sources import (
+    MILLIONTH,
+    ErrorSource,
+    error_sources,
+    values_without,
+    with_switches,
+)
+from gyrostat.scenario.requirement import Requirement
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.search.condition import known_metric
+from gyrostat.search.contributions import Sets
+from gyrostat.search.flights import Columns
+from gyrostat.search.moves import FIRST, Answers, Moves
+
+BUDGET = "budget"
+"""Key of the options of a budget in campaign.json."""
+FEWEST = 16
+"""Fewest runs with each set of sources."""
+DISPERSED, DELAY = "dispersed parameters", "delay of the command"
+"""Properties of the loop that are no component: dispersions, and the delay of the command."""
+
+
+class SourceSet(NamedTuple):
+    """Sources with which the same runs are simulated.
+
+    Attributes:
+        off: Sources that are switched off, in the order of the scenario.
+        property: Name of the property of the loop that is taken away; empty: none.
+    """
+
+    off: tuple[ErrorSource, ...]
+    property: str = ""
+
+
+@dataclass(frozen=True, eq=False)
+class BudgetQuestion:
+    """Budget of a scenario; see `gyrostat.search.execute.Question`.
+
+    Attributes:
+        base: Scenario with the pointing requirements whose indices are split.
+        runs: Number of runs with each set of sources.
+        metrics: Metrics of which the part that is missing without each source is given.
+    """
+
+    base: Scenario
+    runs: int
+    metrics: tuple[str, ...] = ()
+
+    @classmethod
+    def of(cls, scenario: Scenario, runs: int, metrics: Iterable[str] = ()) -> Self:
+        """Create the question from its options.
+
+        Args:
+            scenario: Scenario. Without a pointing requirement, the absolute error of the whole
+                run is split.
+            runs: See `BudgetQuestion`.
+            metrics: See `BudgetQuestion`.
+
+        Raises:
+            InputError: There are too few runs, the scenario has no source of pointing error, or
+                there is no such metric.
+        """
+        if runs < FEWEST:
+            raise InputError(f"--runs: found {runs}, expected at least {FEWEST} with budget")
+        if not scenario.requirements:
+            # the required value is only the middle of the sizes that are counted
+            ape = Requirement("ape", "APE", np.radians(0.01), 0.95)
+            scenario = replace(scenario, requirements=(ape,))
+        names = tuple(known_metric(name, scenario, "--metric") for name in metrics)
+        question = cls(scenario, runs, names)
+        if not question.sources:
+            raise InputError(
+                f"{scenario.name}: found no source of pointing error, expected noise, friction or "
+                "torques with values above 0"
+            )
+        return question
+
+    @cached_property
+    def _all(self) -> tuple[ErrorSource, ...]:
+        return error_sources(self.base)
+
+    @cached_property
+    def sources(self) -> tuple[ErrorSource, ...]:
+        """Sources of error, whose contributions add up."""
+        return tuple(source for source in self._all if not source.is_property)
+
+    @cached_property
+    def properties(self) -> tuple[str, ...]:
+        """Properties of the loop, which change the error of the sources."""
+        names = [source.name for source in self._all if source.is_property]
+        names += [DISPERSED] if self.base.dispersions else []
+        return (*names, *([DELAY] if self.base.command_delay else []))
+
+    @cached_property
+    def scenario(self) -> Scenario:
+        """Scenario of the runs: every number that is switched is drawn."""
+        return with_switches(self.base, self._all)
+
+    @cached_property
+    def sets(self) -> tuple[SourceSet, ...]:
+        """Sets of sources: all, none, each alone, all but each, and all without each property."""
+        sources = self.sources
+        sets = [SourceSet(()), SourceSet(sources)]
+        sets += [SourceSet(tuple(o for o in sources if o is not each)) for each in sources]
+        sets += [SourceSet((each,)) for each in sources]
+        sets += [
+            SourceSet(tuple(o for o in self._all if o.name == name), name)
+            for name in self.properties
+        ]
+        return tuple(dict.fromkeys(sets))
+
+    @property
+    def places(self) -> Sets:
+        """Places of the sets of each source."""
+        sources = self.sources
+        return Sets(
+            tuple(source.name for source in sources),
+            tuple(
+                self.sets.index(SourceSet(tuple(o for o in sources if o is not each)))
+                for each in sources
+            ),
+            tuple(self.sets.index(SourceSet((each,))) for each in sources),
+        )
+
+    def options(self) -> dict[str, Any]:
+        """Options that campaign.json stores."""
+        return {
+            BUDGET: self.runs,
+            "dispersions": len(self.base.dispersions),
+            "metrics": [*self.metrics],
+        }
+
+    @classmethod
+    def stored(cls, scenario: Scenario, options: Mapping[str, Any]) -> Self:
+        """Question of a stored search, from its scenario and options."""
+        dispersions = scenario.dispersions[: options["dispersions"]]
+        return cls(
+            replace(scenario, dispersions=dispersions),
+            options[BUDGET],
+            tuple(options["metrics"]),
+        )
+
+    @property
+    def variants(self) -> list[Scenario]:
+        """Scenarios of the runs, which differ by known friction and by the delay."""
+        return [self._variant(*key) for key in self._variant_keys]
+
+    @cached_property
+    def _variant_keys(self) -> list[tuple[frozenset[str], bool]]:
+        return [*dict.fromkeys(map(_variant_key, self.sets))]
+
+    def _variant(self, off: frozenset[str], no_delay: bool) -> Scenario:
+        scenario = self.scenario
+        values = {key: MILLIONTH * scenario.values[key] for key in off}
+        scenario = replace(scenario, values={**scenario.values, **values})
+        return replace(scenario, command_delay=0) if no_delay else scenario
+
+    def columns(self) -> dict[str, list[str]]:
+        """Requirement or metric -> its columns in the response of a run."""
+        columns = {each.metric: moment_columns(each) for each in self.base.requirements}
+        return columns | {f"metric {name}": [name] for name in self.metrics}
+
+    def response(self, columns: Columns) -> Matrix:
+        """Moments of the indices and metrics of runs, (runs, columns); NaN for incomplete runs."""
+        names = [name for group in self.columns().values() for name in group]
+        values = np.stack([columns[name] for name in names], axis=1)
+        return np.where((columns["status"] != 0)[:, None], np.nan, values)
+
+    def searches(
+        self, runs: int, seed: int
+    ) -> Sequence[Generator[Moves, Answers, NDArray[np.float64]]]:
+        """The one search, which gives the responses, (sets, runs, columns); raises `InputError`."""
+        if self.base.dispersions:
+            check_draws(self.base, seed, self.runs)
+        return [self._fly(seed)]
+
+    def _fly(self, seed: int) -> Generator[Moves, Answers, NDArray[np.float64]]:
+        base, scenario, count = self.base, self.scenario, self.runs
+        drawn, _ = draw(base, seed, np.arange(count))
+        nominal = [scenario.values[key] for key in scenario.dispersed]
+        whole = np.tile(nominal, (count, 1))
+        typical = whole.copy()
+        whole[:, : drawn.shape[1]] = drawn
+        names = scenario.dispersed
+
+        def values(each: SourceSet) -> Matrix:
+            return values_without(names, typical if each.property == DISPERSED else whole, each.off)
+
+        first = yield Moves(None, np.full(count, FIRST), 1.0, count, values=whole)
+        others = self.sets[1:]
+        variants = [self._variant_keys.index(_variant_key(each)) for each in others]
+        rest = yield Moves(
+            None,
+            np.tile(first.numbers, len(others)),  # the noise of the first ones
+            0.0,
+            count * len(others),
+            values=np.concatenate([values(each) for each in others]),
+            variants=np.repeat(variants, count),
+        )
+        return np.concatenate([first.response, rest.response]).reshape(len(self.sets), count, -1)
+
+
+def _variant_key(each: SourceSet) -> tuple[frozenset[str], bool]:
+    keys = {key for source in each.off if source.is_known for key in source.keys}
+    return frozenset(keys), each.property == DELAY
+
+
+def moment_columns(requirement: Requirement) -> list[str]:
+    """Columns of the index of a requirement: mean square, parts of the mean, size."""
+    metric = requirement.metric
+    parts = component(requirement, np.zeros((1, 1, 3))).shape[-1]
+    return [mean_square_name(metric), *mean_names(metric, parts), size_name(metric)]

@@ -1,0 +1,402 @@
+"""Budget of the pointing error by source, against a linear loop that is solved by hand."""
+
+import itertools
+import json
+import shutil
+from dataclasses import replace
+from math import factorial
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gyrostat as gs
+from gyrostat.campaigns.draws import draw
+from gyrostat.campaigns.noise import noise_of
+from gyrostat.core.errors import InputError
+from gyrostat.scenario.error_sources import error_sources, never_switched, values_without
+from gyrostat.search.budget_result import LAG, REST
+from gyrostat.search.contributions import Sets, contributions, statistic_without
+from gyrostat.search.error_budget import BudgetQuestion
+from gyrostat.search.found_budget import budget_of
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
+PERIOD, AFTER, COUNT = 0.25, 40.0, 400
+INERTIA, KP, KD = np.array([0.06, 0.12, 0.14]), 0.02, 0.08
+TILT, RATE = np.radians(0.003), np.radians(0.002)
+TORQUE, SPREAD, WAVE, WAVE_RATE = 2e-7, 1e-7, 3e-7, 0.4
+LINEAR = f"""
+name = "linear"
+[run]
+duration = "{COUNT * PERIOD} s"
+control_period = "{PERIOD} s"
+[spacecraft]
+file = "body.toml"
+[controller]
+python = "own_controller.py:AttitudePD"
+kp = {KP}
+kd = {KD}
+[sensors]
+attitude_sigma = {TILT}
+rate_sigma = {RATE}
+[environment]
+external_torque = [{TORQUE}, 0.0, 0.0]
+[[environment.torque]]
+name = "wave"
+kind = "harmonic"
+rate = {WAVE_RATE}
+cosine = [{WAVE}, 0.0, 0.0]
+[metrics]
+after = "{AFTER} s"
+[[dispersion]]
+key = "environment.external_torque.x"
+distribution = "normal"
+sigma = {SPREAD}
+[[requirement]]
+index = "APE"
+level = 0.95
+value = "20 arcsec"
+axis = "x"
+[[requirement]]
+index = "RPE"
+level = 0.95
+value = "20 arcsec"
+axis = "x"
+window = "2 s"
+instant = "end"
+[[requirement]]
+index = "PDE"
+level = 0.9
+value = "20 arcsec"
+axis = "y"
+window = "1 s"
+stability = "5 s"
+interpretation = "ensemble"
+"""
+WHEELS = "\n".join(
+    f'[[wheel]]\nname = "{name}"\naxis = {axis}\ntorque_limit = 1.0\nmomentum_limit = 1.0\n'
+    'model = "wheel.toml"\n'
+    for name, axis in (("x", [1.0, 0, 0]), ("y", [0, 1.0, 0]), ("z", [0, 0, 1.0]))
+)
+WHEEL = """
+[wheel]
+inertia = 2e-5
+motor_constant = 0.005
+[friction]
+model = "viscous-coulomb"
+viscous = 0.0
+coulomb = 0.0
+"""
+
+
+@pytest.fixture(scope="module")
+def folder(tmp_path_factory):
+    """The linear scenario with what it names."""
+    folder = tmp_path_factory.mktemp("linear")
+    (folder / "linear.toml").write_text(LINEAR)
+    (folder / "body.toml").write_text(f"[body]\ninertia = {INERTIA.tolist()}\n{WHEELS}")
+    (folder / "wheel.toml").write_text(WHEEL)
+    shutil.copy(EXAMPLES / "own_controller.py", folder)
+    return folder
+
+
+@pytest.fixture(scope="module")
+def flown(folder, tmp_path_factory):
+    """Its budget, with the folder of the runs."""
+    out = tmp_path_factory.mktemp("budget") / "runs"
+    return gs.budget(folder / "linear.toml", out, runs=256, seed=3, metric="error_max"), out
+
+
+def impulse_response(inertia, gain):
+    """Attitude after a disturbed measurement: torque -gain in one period."""
+    step = np.array([[1.0, PERIOD], [0.0, 1.0]])
+    push = np.array([PERIOD**2 / 2.0, PERIOD]) / inertia
+    closed = step - np.outer(push, [KP, KD])
+    state, response = -gain * push, [0.0]
+    for _ in range(COUNT):
+        response.append(state[0])
+        state = closed @ state
+    return np.array(response)
+
+
+def kernel(index):
+    """Weights of the present and past errors in an index."""
+    weights = np.zeros(40)
+    if index == "APE":
+        weights[0] = 1.0
+        return weights
+    window = {"RPE": 8, "PDE": 4}[index]
+    mean = np.r_[0.5, np.ones(window - 1), 0.5] / window
+    if index == "RPE":
+        weights[0] = 1.0
+        weights[: window + 1] -= mean
+        return weights
+    weights[: window + 1] += mean
+    weights[20 : 20 + window + 1] -= mean
+    return weights
+
+
+def noise_variance(index, axis, gain, sigma):
+    """Variance of an index from white noise of the measurement, rad²."""
+    response = impulse_response(INERTIA[axis], gain)
+    return sigma**2 * np.sum(np.convolve(response, kernel(index)) ** 2)
+
+
+def wave_response():
+    """Attitude under the torque that varies as a cosine, from rest, at the samples."""
+    fine = 200
+    time = PERIOD / fine
+    state, angles, control = np.zeros(2), [0.0], 0.0
+    for k in range(COUNT):
+        control = -KP * state[0] - KD * state[1]
+        for j in range(fine):
+            middle = (k * fine + j + 0.5) * time
+            turn = (control + WAVE * np.cos(WAVE_RATE * middle)) / INERTIA[0]
+            state = state + np.array([state[1] * time + turn * time**2 / 2.0, turn * time])
+        angles.append(state[0])
+    return np.array(angles)
+
+
+def wave_variance(index):
+    """Variance of an index over time under the cosine."""
+    weights = kernel(index)
+    values = np.convolve(wave_response(), weights)[: COUNT + 1]
+    last = np.flatnonzero(weights)[-1]
+    return np.var(values[round(AFTER / PERIOD) + last :])
+
+
+def analytic(index, axis):
+    """Variance from each source, rad²."""
+    truth = {
+        "attitude noise": noise_variance(index, axis, KP, TILT),
+        "rate noise": noise_variance(index, axis, KD, RATE),
+        "external torque": 0.0,
+        "torque, environment.torque.wave": 0.0,
+    }
+    if axis == 0:
+        truth["torque, environment.torque.wave"] = wave_variance(index)
+        # a constant torque turns by itself over the gain
+        truth["external torque"] = (SPREAD / KP) ** 2 if index == "APE" else 0.0
+    return truth
+
+
+@pytest.mark.parametrize(("place", "index", "axis"), [(0, "APE", 0), (1, "RPE", 0), (2, "PDE", 1)])
+def test_contributions_agree_with_the_linear_loop(flown, place, index, axis):
+    split, truth = flown[0].indices[place].split, analytic(index, axis)
+    assert {each.name for each in split.sources} == set(truth)
+    floor = 1e-4 * split.whole.value  # the loop is linear to its small angles
+    for each in (*split.sources, split.interaction):
+        expected = truth.get(getattr(each, "name", ""), 0.0)
+        estimate = getattr(each, "mean_square", each)
+        # 2 times the half width of the interval of 95 %: four standard deviations
+        assert abs(estimate.value - expected) <= (estimate.high - estimate.low) + floor
+    constant = (TORQUE / KP) ** 2 if (index, axis) == ("APE", 0) else 0.0
+    total = constant + sum(truth.values())
+    assert abs(split.whole.value - total) <= (split.whole.high - split.whole.low) + floor
+    assert abs(split.bias.value - constant) <= (split.bias.high - split.bias.low) + floor
+
+
+def test_noise_is_estimated_within_a_few_percent(flown):
+    split, truth = flown[0].indices[0].split, analytic("APE", 0)
+    noise = {each.name: each.mean_square for each in split.sources}
+    assert noise["attitude noise"].value == pytest.approx(truth["attitude noise"], rel=0.06)
+    assert noise["rate noise"].value == pytest.approx(truth["rate noise"], rel=0.06)
+
+
+def test_lines_add_up_to_the_whole(flown):
+    for index in flown[0].indices:
+        total = sum(line.mean_square.value for line in index.lines())
+        assert total == pytest.approx(index.split.whole.value, rel=1e-12)
+        assert sum(line.share.value for line in index.lines()) == pytest.approx(1.0, rel=1e-12)
+
+
+def test_bias_belongs_to_the_constant_torque(flown):
+    split = flown[0].indices[0].split
+    bias = {each.name: each.bias[0] for each in split.sources}
+    torque = bias["external torque"]
+    assert abs(torque.value - TORQUE / KP) <= torque.high - torque.low
+    assert split.lag_mean[0].value == pytest.approx(0.0, abs=1e-5 * TORQUE / KP)
+    total = sum(each.value for each in bias.values()) + split.lag_mean[0].value
+    assert total == pytest.approx(split.mean[0].value, rel=1e-6)
+
+
+def test_draws_and_noise_stay_the_same_when_a_source_is_off(flown):
+    """The mean error of every run is the sum of those of its sources alone."""
+    import pyarrow.parquet as pq
+
+    table = pq.read_table(flown[1] / "runs.parquet")
+    mean = table["requirement.ape.mean.0"].to_numpy().reshape(-1, 256)
+    whole, none, alone = mean[0], mean[1], mean[2:6]
+    scale = np.std(alone, axis=1).max()
+    np.testing.assert_allclose(whole, np.sum(alone, axis=0) - 3.0 * none, atol=1e-4 * scale)
+    assert np.max(np.abs(none)) < 1e-5 * scale
+    without = mean[6:10]
+    np.testing.assert_allclose(whole - without, alone - none, atol=1e-4 * scale)
+    assert np.min(np.max(np.abs(alone), axis=1)) > 1e-3 * scale
+
+
+def test_runs_with_all_sources_have_the_draws_of_the_campaign(folder, flown):
+    import pyarrow.parquet as pq
+
+    scenario = gs.read_scenario(folder / "linear.toml")
+    values, keys = draw(scenario, 3, np.arange(4))
+    table = pq.read_table(flown[1] / "runs.parquet")
+    np.testing.assert_array_equal(table[scenario.dispersed[0]].to_numpy()[:4], values[:, 0])
+    parents, replaced = (table[name].to_numpy() for name in ("parent", "replaced"))
+    runs = np.array([3, 256 + 3, 9 * 256 + 3])  # the same run with three sets of sources
+    np.testing.assert_array_equal(noise_of(runs, parents, replaced, 3, 5), np.tile(keys[3], (3, 5)))
+
+
+def test_files_text_and_picture(flown, folder):
+    result, out = flown
+    content = json.loads((out / "report.json").read_text())
+    assert content["kind"] == "budget"
+    assert [each["index"] for each in content["indices"]] == ["APE", "RPE", "PDE"]
+    page = (out / "report.html").read_text()
+    assert "attitude noise" in page
+    assert "These numbers do not add up" in page
+    assert "attitude noise" in str(result)
+    assert "<img" in result._repr_html_()
+    assert "error_max" in {each.metric for each in result.metrics}
+    with pytest.raises(InputError, match="error budget"):
+        gs.replay(out, 0)
+    again = gs.report(out)
+    assert again["indices"] == content["indices"]
+    # a second call finds all runs
+    same = gs.budget(folder / "linear.toml", out, runs=256, seed=3, metric="error_max")
+    assert str(same) == str(result)
+
+
+def test_mistakes_are_refused_in_one_line(folder, tmp_path):
+    path = folder / "linear.toml"
+    with pytest.raises(InputError, match=r"error_mx.*expected one of"):
+        gs.budget(path, tmp_path / "a", metric="error_mx")
+    with pytest.raises(InputError, match="runs: found 4, expected at least 16"):
+        gs.budget(path, tmp_path / "a", runs=4)
+    quiet = {
+        "sensors.attitude_sigma": 0.0,
+        "sensors.rate_sigma": 0.0,
+        "environment.external_torque.x": 0.0,
+        "environment.torque.wave.cosine.x": 0.0,
+    }
+    scenario = replace(gs.read_scenario(path), dispersions=()).replace(**quiet)
+    with pytest.raises(InputError, match="found no source of pointing error"):
+        gs.budget(scenario, tmp_path / "a")
+    assert not (tmp_path / "a").exists()
+
+
+def test_sources_are_the_numbers_that_differ_from_none():
+    scenario = gs.read_scenario(EXAMPLES / "zero_crossing_model.toml")
+    sources = {each.name: each for each in error_sources(scenario)}
+    assert "friction, wheel.a" in sources
+    assert sources["friction, wheel.a"].is_known
+    assert "wheel.a.stribeck_speed" not in sources["friction, wheel.a"].keys
+    assert not any("imbalance" in name for name in sources)
+    assert never_switched(scenario) == []
+    quiet = scenario.replace(**{"sensors.attitude_sigma": 0.0})
+    assert "attitude noise" not in {each.name for each in error_sources(quiet)}
+
+
+def test_switched_values_keep_those_of_other_keys():
+    scenario = gs.read_scenario(EXAMPLES / "zero_crossing_model.toml")
+    friction = next(e for e in error_sources(scenario) if e.name == "friction, wheel.a")
+    names = ["wheel.a.coulomb", "wheel.b.coulomb", "wheel.a.viscous", "wheel.a.static"]
+    values = np.array([[2.0, 3.0, 4.0, 5.0]])
+    np.testing.assert_allclose(
+        values_without(names, values, [friction]), [[2e-6, 3.0, 4e-6, 5e-6]], rtol=1e-15
+    )
+    np.testing.assert_array_equal(values, [[2.0, 3.0, 4.0, 5.0]])
+
+
+def game(rng, players, runs=50):
+    """Errors of every set of sources of a bilinear system: mean square, mean, and the sources."""
+    parts = rng.normal(size=(players, runs, 30)) + rng.normal(size=(players, 1, 1))
+    return parts, 0.1 * rng.normal(size=(1, 30))
+
+
+def moments(parts, lag, which):
+    error = lag + np.sum(parts[[*which]], axis=0) if which else lag + np.zeros_like(parts[0])
+    return np.mean(error**2, axis=1), np.mean(error, axis=1)
+
+
+def test_contributions_are_shapley_values_of_a_linear_system():
+    parts, lag = game(np.random.default_rng(1), 4)
+    every = range(4)
+    order = [tuple(every), (), *((k,) for k in every)]
+    order += [tuple(j for j in every if j != k) for k in every]
+    square, mean = (
+        np.array(each) for each in zip(*(moments(parts, lag, s) for s in order), strict=True)
+    )
+    sets = Sets(tuple("abcd"), tuple(range(2, 6)), tuple(range(6, 10)))
+    split = contributions(sets, square, mean[..., None])
+
+    def variance(which):
+        square, mean = moments(parts, lag, which)
+        pairs = np.sum(mean) ** 2 - np.sum(mean**2)
+        return np.mean(square) - pairs / (len(mean) * (len(mean) - 1))
+
+    for k, each in enumerate(split.sources):
+        others = [j for j in every if j != k]
+        shapley = 0.0
+        for size in range(4):
+            weight = factorial(size) * factorial(3 - size) / factorial(4)
+            for chosen in itertools.combinations(others, size):
+                shapley += weight * (variance((*chosen, k)) - variance(chosen))
+        assert each.mean_square.value == pytest.approx(shapley, rel=1e-9)
+    assert split.interaction.value == pytest.approx(0.0, abs=1e-9)
+
+
+def test_intervals_cover_the_truth():
+    rng, covered = np.random.default_rng(2), []
+    sets = Sets(("a", "b"), (2, 3), (3, 2))
+    for _ in range(400):
+        parts = np.stack([rng.normal(size=(40, 20)), 0.5 * rng.normal(size=(40, 20)) + 0.3])
+        order = [(0, 1), (), (0,), (1,)]
+        square, mean = (
+            np.array(each)
+            for each in zip(*(moments(parts, np.zeros((1, 20)), s) for s in order), strict=True)
+        )
+        split = contributions(sets, square, mean[..., None])
+        first, second = (each.mean_square for each in split.sources)
+        covered.append(
+            (
+                first.low < 1.0 < first.high,
+                second.low < 0.25 < second.high,
+                split.bias.low < 0.09 < split.bias.high,
+                split.whole.low < 1.34 < split.whole.high,
+            )
+        )
+    share = np.mean(covered, axis=0)
+    assert np.all((share > 0.91) & (share < 0.985))
+
+
+def test_a_percentile_is_the_whole_minus_that_without_a_source():
+    values = np.stack([np.arange(100.0), np.arange(100.0) / 2.0])
+    whole, missing = statistic_without(values, 0.9, seed=0)
+    assert whole.value == 89.0
+    assert missing.value == 44.5
+    assert missing.low < missing.value < missing.high
+    assert statistic_without(values, None, seed=0)[1].value == pytest.approx(24.75)
+
+
+def test_runs_that_fail_are_left_out_and_counted(folder):
+    scenario = gs.read_scenario(folder / "linear.toml")
+    question = BudgetQuestion.of(scenario, 40)
+    rng = np.random.default_rng(0)
+    columns = [name for group in question.columns().values() for name in group]
+    response = rng.normal(size=(len(question.sets), 40, len(columns))) ** 2
+    response[1, 3] = np.nan  # all sources off
+    response[2, [3, 5]] = np.nan  # the first source alone
+    result = budget_of(question, response, 0)
+    assert result.valid == 38
+    assert result.failed == {
+        "with all sources off": 1,
+        f"with {question.sources[0].name} alone": 2,
+    }
+    assert any("2 of 40 runs did not end" in text for text in result.remarks())
+    assert result.doubts() == []
+    response[0, :30] = np.nan
+    assert budget_of(question, response, 0).doubts() == [
+        "10 of 40 runs ended with every set of sources"
+    ]
+    assert {LAG, REST} <= {line.name for line in result.indices[0].lines()}
