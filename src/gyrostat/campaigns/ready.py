@@ -1,14 +1,14 @@
 """Scenario that is ready to be simulated: its designs and the program of an engine."""
 
 from collections.abc import Callable, Iterator, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from functools import lru_cache
 from typing import Any
 
 import numpy as np
 
 from gyrostat.campaigns.accelerated import AcceleratedProgram, accelerated_program
-from gyrostat.campaigns.native import Program, program_of
+from gyrostat.campaigns.native import Program, program_name, program_of
 from gyrostat.codegen.jax_versions import require_supported
 from gyrostat.codegen.simd.compiler import require_compiler
 from gyrostat.core.engines import ACCELERATED
@@ -62,6 +62,22 @@ def _begin(structure: Structure) -> Callable[..., Any]:
     return jax.jit(jax.vmap(lambda *arguments: make(*arguments).begin(), axes))
 
 
+@dataclass(frozen=True)
+class _Wanted:
+    """Program of the native engine, which its name identifies within a process."""
+
+    name: str
+    structure: Structure = field(compare=False)
+    plans: Plans = field(compare=False)
+    parts: int = field(compare=False)
+
+
+@lru_cache(maxsize=8)
+def _program(wanted: _Wanted) -> Program:
+    """Program that scenarios share which differ in numbers only; one with user parts is traced."""
+    return program_of(wanted.structure, wanted.plans, parts=wanted.parts)
+
+
 @lru_cache(maxsize=8)
 def make_ready(scenario: Scenario, engine: str, parts: int = 0) -> Ready:
     """Make all that a scenario needs to be simulated, once in this process.
@@ -77,7 +93,8 @@ def make_ready(scenario: Scenario, engine: str, parts: int = 0) -> Ready:
     structure, plans = structure_of(scenario), plans_of(scenario)
     program = None
     if engine == "native":
-        program = program_of(structure, plans, parts=parts)
+        name = program_name(structure, plans, parts)
+        program = _program(_Wanted(name, structure, plans, parts))
     elif engine in ACCELERATED:
         program = accelerated_program(structure, plans, engine)
     nominal = np.array([*scenario.values.values()])
