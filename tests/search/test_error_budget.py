@@ -346,6 +346,79 @@ def test_contributions_are_shapley_values_of_a_linear_system():
     assert split.interaction.value == pytest.approx(0.0, abs=1e-9)
 
 
+def test_orders_share_out_all_interactions():
+    """Three sources of which two only act together, and all three together add again."""
+    rng, players = np.random.default_rng(4), range(3)
+    subsets = [tuple(s) for k in range(4) for s in itertools.combinations(players, k)]
+    order = [subsets[-1], (), *(s for s in subsets if 0 < len(s) < 3)]
+    worth = {s: len(s) + 5.0 * (0 in s and 1 in s) + 7.0 * (len(s) == 3) for s in order}
+    square = np.array([worth[s] * np.ones(30) for s in order]) + 1e-3 * rng.normal(size=30)
+    places = {s: order.index(s) for s in order}
+    chains = []
+    for chain in [(0, 1, 2), (2, 1, 0), (1, 0, 2), (2, 0, 1), (0, 2, 1), (1, 2, 0)]:
+        prefixes = [places[tuple(sorted(chain[:k]))] for k in range(4)]
+        chains.append((chain, tuple(prefixes)))
+    alone, without = (2, 3, 4), (places[(1, 2)], places[(0, 2)], places[(0, 1)])
+    means = np.zeros((*square.shape, 1))
+    every = contributions(Sets(("a", "b", "c"), alone, without, tuple(chains), True), square, means)
+    expected = [1.0 + 2.5 + 7.0 / 3.0, 1.0 + 2.5 + 7.0 / 3.0, 1.0 + 7.0 / 3.0]
+    values = [each.mean_square.value for each in every.sources]
+    np.testing.assert_allclose(values, expected, rtol=1e-9)
+    assert every.interaction.value == pytest.approx(0.0, abs=1e-9)
+    picked = rng.integers(3, size=12)
+    random = tuple(each for k in picked for each in chains[2 * k : 2 * k + 2])
+    some = contributions(Sets(("a", "b", "c"), alone, without, random), square, means)
+    for each, truth in zip(some.sources, expected, strict=True):
+        assert each.mean_square.low <= truth <= each.mean_square.high
+    single = contributions(Sets(("a", "b", "c"), alone, without), square, means)
+    # 7 belongs to all three together; half of it is taken for each
+    assert single.interaction.value == pytest.approx(7.0 - 3.0 * 3.5, rel=1e-9)
+
+
+def test_orders_are_simulated_and_known_again(folder):
+    scenario = gs.read_scenario(folder / "linear.toml")
+    question = BudgetQuestion.of(scenario, 16, orders=32)
+    assert question.places.is_every_order  # 24 orders of four sources
+    assert len(question.places.orders) == 24
+    # 16 subsets of the sources, and the dispersions at their nominal values
+    assert len(question.sets) == 17
+    again = BudgetQuestion.stored(question.scenario, question.options())
+    named = [[each.name for each in s.off] for s in question.sets]
+    assert [[each.name for each in s.off] for s in again.sets] == named
+    few = BudgetQuestion.of(scenario, 16, orders=8)
+    assert not few.places.is_every_order
+    for order, places in few.places.orders:
+        assert sorted(order) == [0, 1, 2, 3]
+        assert (places[0], places[-1]) == (1, 0)
+    with pytest.raises(InputError, match="orders: found 3, expected 0 or an even number"):
+        BudgetQuestion.of(scenario, 16, orders=3)
+
+
+def test_parts_of_a_user_name_their_source(folder):
+    (folder / "torque.py").write_text(
+        "import gyrostat as gs\nfrom typing import Annotated\nimport equinox as eqx\n"
+        "import jax.numpy as jnp\n"
+        "class Push(eqx.Module):\n"
+        "    size: Annotated[float, gs.Key('N·m', source='push')]\n"
+        "    def __call__(self, spacecraft, attitude, time):\n"
+        "        return self.size * jnp.ones(3)\n"
+        "class Silent(eqx.Module):\n"
+        "    size: Annotated[float, gs.Key('N·m')]\n"
+        "    def __call__(self, spacecraft, attitude, time):\n"
+        "        return self.size * jnp.ones(3)\n"
+    )
+    more = "".join(
+        f'[[environment.torque]]\nname = "{name.lower()}"\npython = "torque.py:{name}"\n'
+        "size = 1e-7\n"
+        for name in ("Push", "Silent")
+    )
+    (folder / "user.toml").write_text(LINEAR + more)
+    scenario = gs.read_scenario(folder / "user.toml")
+    names = {each.name: dict(each.keys) for each in error_sources(scenario)}
+    assert names["push, environment.torque.push"] == {"environment.torque.push.size": None}
+    assert never_switched(scenario) == ["environment.torque.silent"]
+
+
 def test_intervals_cover_the_truth():
     rng, covered = np.random.default_rng(2), []
     sets = Sets(("a", "b"), (2, 3), (3, 2))

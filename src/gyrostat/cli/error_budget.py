@@ -25,6 +25,14 @@ def budget(
             "be repeated."
         ),
     ] = None,
+    orders: Annotated[
+        int,
+        typer.Option(
+            min=0,
+            help="Number of orders in which sources are switched on one after the other, even, "
+            "for Shapley values; 0: each alone.",
+        ),
+    ] = 0,
     workers: Workers = None,
     force: ForceModel = False,
     verify: Verify = False,

@@ -67,6 +67,7 @@ def budget_content(result: ErrorBudget) -> dict[str, Any]:
         "runs": result.runs,
         "valid": result.valid,
         "sets": result.sets,
+        "orders": result.orders,
         "failed": result.failed,
         "not_switched": [*result.not_switched],
         "doubts": result.doubts(),

@@ -20,6 +20,10 @@ BIAS, LAG, REST = "bias (mean error)", "controller lag (all sources off)", "inte
 """Lines of a budget that are no sources."""
 
 
+LARGE = 0.1
+"""Share of the interactions in the whole from which contributions are rough."""
+
+
 class Line(NamedTuple):
     """Line of a budget.
 
@@ -62,12 +66,14 @@ class IndexBudget(NamedTuple):
         split: Its mean square, split.
         properties: Property of the loop -> mean square that is missing without it, rad².
         size: What is missing of its size at the level.
+        is_shapley: Whether the contributions are means over orders, so that nothing is left over.
     """
 
     requirement: Requirement
     split: Contributions
     properties: dict[str, Estimate]
     size: Missing
+    is_shapley: bool = False
 
     def lines(self) -> list[Line]:
         """Lines that sum up to the whole: bias, lag, sources by size, interactions."""
@@ -78,7 +84,7 @@ class IndexBudget(NamedTuple):
             Line(BIAS, split.bias, bias),
             Line(LAG, split.lag, lag),
             *(Line(e.name, e.mean_square, e.share, e.alone, e.missing) for e in sources),
-            Line(REST, split.interaction, rest),
+            *([] if self.is_shapley else [Line(REST, split.interaction, rest)]),
         ]
 
     @property
@@ -104,6 +110,8 @@ class ErrorBudget(Pictured):
         indices: Budget of each pointing index.
         metrics: What is missing of further metrics.
         not_switched: Places of parts that have no key that switches them off.
+        orders: Number of orders in which the sources were switched on; 0: each alone.
+        is_every_order: Whether these are all orders.
     """
 
     scenario: str
@@ -115,6 +123,8 @@ class ErrorBudget(Pictured):
     indices: tuple[IndexBudget, ...]
     metrics: tuple[Missing, ...]
     not_switched: tuple[str, ...]
+    orders: int = 0
+    is_every_order: bool = False
 
     def doubts(self) -> list[str]:
         """Why there is no result; empty if there is one."""
@@ -131,6 +141,16 @@ class ErrorBudget(Pictured):
         remarks = [
             f"{count} of {self.runs} runs did not end {name}; they are left out everywhere"
             for name, count in self.failed.items()
+        ]
+        if self.orders:
+            which = "all" if self.is_every_order else "random"
+            remarks.append(f"contributions are Shapley values from {self.orders} {which} orders")
+        remarks += [
+            f"{each.title}: interactions of three and more sources are "
+            f"{100.0 * each.split.shares[2].value:.0f} % of the whole, so that contributions are "
+            f"rough: `--orders 32` shares the interactions out among the sources"
+            for each in self.indices
+            if not each.is_shapley and abs(each.split.shares[2].value) > LARGE
         ]
         if self.not_switched:
             remarks.append(

@@ -11,6 +11,11 @@ Shapley value of the source: the product of two sources is halved between them (
 value for n-person games", 1953). What the contributions leave over of v(all) - v(none) are the
 interactions of three and more sources. The square of the mean error is split off before.
 
+With orders, in which the sources are switched on one after the other, c_i is the mean of what the
+source adds in each: the Shapley value of any system, if all orders are taken or a random sample,
+here of orders and their reverses (J. Castro, D. Gómez, J. Tejada, "Polynomial calculation of the
+Shapley value based on sampling", 2009). Nothing is left over then.
+
 All sets have the same runs, so that intervals are from the differences of each run: jackknife, with
 the distribution of Student (B. Efron, C. Stein, "The jackknife estimate of variance", 1981).
 """
@@ -82,11 +87,17 @@ class Sets(NamedTuple):
         names: Names of the sources.
         alone: Place of the set in which each source is on alone.
         without: Place of the set in which each source is off alone.
+        orders: Orders in which the sources are switched on, each with the places of the sets from
+            none to all; an order and its reverse follow each other. Empty: contributions are from
+            `alone` and `without`.
+        is_every_order: Whether these are all orders.
     """
 
     names: tuple[str, ...]
     alone: tuple[int, ...]
     without: tuple[int, ...]
+    orders: tuple[tuple[tuple[int, ...], tuple[int, ...]], ...] = ()
+    is_every_order: bool = False
 
 
 def contributions(sets: Sets, mean_square: Matrix, means: NDArray[np.float64]) -> Contributions:
@@ -101,25 +112,29 @@ def contributions(sets: Sets, mean_square: Matrix, means: NDArray[np.float64]) -
     variance = square - bias
     alone = variance[:, [*sets.alone]] - variance[:, [NONE]]
     missing = variance[:, [WHOLE]] - variance[:, [*sets.without]]
-    parts = 0.5 * (alone + missing)
+    pairs = _weights(sets, len(mean_square))
+    weights = np.mean(pairs, axis=0)
+    parts = variance @ weights.T
+    spread = np.zeros(len(weights))
+    if len(pairs) > 1 and not sets.is_every_order:
+        spread = np.std(pairs @ variance[0], axis=0, ddof=1) / np.sqrt(len(pairs))
+        spread *= _student(len(pairs) - 1)
     rest = variance[:, WHOLE] - variance[:, NONE] - np.sum(parts, axis=1)
     whole = square[:, WHOLE]
     other = np.stack([bias[:, WHOLE], variance[:, NONE], rest], axis=1)
-    mean_parts = 0.5 * (
-        mean[:, [*sets.alone]] - mean[:, [NONE]] + mean[:, [WHOLE]] - mean[:, [*sets.without]]
-    )
+    mean_parts = np.einsum("ks,rsp->rkp", weights, mean)
     with np.errstate(invalid="ignore", divide="ignore"):
         shares, other_shares = parts / whole[:, None], other / whole[:, None]
     first, second, third = (_estimate(column) for column in other_shares.T)
     return Contributions(
-        _estimate(whole),
-        _estimate(other[:, 0]),
-        _estimate(other[:, 1]),
+        _positive(_estimate(whole)),
+        _positive(_estimate(other[:, 0])),
+        _positive(_estimate(other[:, 1])),
         tuple(
             Contribution(
                 name,
-                _estimate(parts[:, k]),
-                _estimate(shares[:, k]),
+                _estimate(parts[:, k], spread[k]),
+                _estimate(shares[:, k], spread[k] / whole[0] if whole[0] > 0.0 else 0.0),
                 _estimate(alone[:, k]),
                 _estimate(missing[:, k]),
                 tuple(_estimate(column) for column in mean_parts[:, k].T),
@@ -131,6 +146,29 @@ def contributions(sets: Sets, mean_square: Matrix, means: NDArray[np.float64]) -
         tuple(_estimate(column) for column in mean[:, WHOLE].T),
         tuple(_estimate(column) for column in mean[:, NONE].T),
     )
+
+
+def _weights(sets: Sets, count: int) -> NDArray[np.float64]:
+    """Weights of the sets in the contribution of each source, (pairs, sources, sets).
+
+    The contribution of a source is the mean over the pairs, which are samples of the orders.
+    """
+    sources = len(sets.names)
+    if not sets.orders:
+        weights = np.zeros((1, sources, count))
+        for k in range(sources):
+            for place, sign in (
+                *((sets.alone[k], 0.5), (NONE, -0.5)),
+                *((WHOLE, 0.5), (sets.without[k], -0.5)),
+            ):
+                weights[0, k, place] += sign
+        return weights
+    weights = np.zeros((len(sets.orders), sources, count))
+    for row, (order, places) in zip(weights, sets.orders, strict=True):
+        for source, before, after in zip(order, places[:-1], places[1:], strict=True):
+            row[source, after] += 1.0
+            row[source, before] -= 1.0
+    return weights.reshape(len(sets.orders) // 2, 2, sources, count).mean(axis=1)
 
 
 def missing_without(mean_square: Matrix, places: Sequence[int]) -> list[Estimate]:
@@ -188,13 +226,28 @@ def _squared_mean(means: NDArray[np.float64]) -> Matrix:
     return np.concatenate([one[:, None], others], axis=1).T
 
 
-def _estimate(values: Vector) -> Estimate:
-    """Estimate from the values of all runs and of all but one, (1 + runs,)."""
-    from scipy.special import stdtrit  # slow to import
+def _positive(estimate: Estimate) -> Estimate:
+    """Estimate of what is not negative: no interval below zero."""
+    return estimate._replace(low=min(max(estimate.low, 0.0), estimate.value))
 
+
+def _estimate(values: Vector, spread: float = 0.0) -> Estimate:
+    """Estimate from the values of all runs and of all but one, (1 + runs,).
+
+    Args:
+        values: Values.
+        spread: Half of the interval that is due to the choice of the orders.
+    """
     runs = len(values) - 1
     others = values[1:]
     sigma = np.sqrt((runs - 1) / runs * np.sum((others - np.mean(others)) ** 2))
-    half = float(stdtrit(runs - 1, 0.5 * (1.0 + CONFIDENCE)) * sigma)
+    half = float(np.hypot(_student(runs - 1) * sigma, spread))
     value = float(values[0])
     return Estimate(value, value - half, value + half)
+
+
+def _student(freedom: int) -> float:
+    """Half of the interval of a mean in standard deviations."""
+    from scipy.special import stdtrit  # slow to import
+
+    return float(stdtrit(freedom, 0.5 * (1.0 + CONFIDENCE)))

@@ -3,6 +3,8 @@
 from collections.abc import Generator, Iterable, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from itertools import permutations
+from math import factorial
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -30,6 +32,8 @@ from gyrostat.search.moves import FIRST, Answers, Moves
 
 BUDGET = "budget"
 """Key of the options of a budget in campaign.json."""
+FEWEST_ORDERS, MOST_ORDERS = 8, 1024
+"""Smallest and largest number of orders in which the sources are switched on."""
 FEWEST = 16
 """Fewest runs with each set of sources."""
 DISPERSED, DELAY = "dispersed parameters", "delay of the command"
@@ -56,14 +60,19 @@ class BudgetQuestion:
         base: Scenario with the pointing requirements whose indices are split.
         runs: Number of runs with each set of sources.
         metrics: Metrics of which the part that is missing without each source is given.
+        orders: Number of orders in which the sources are switched on, even; 0: each source is
+            switched on and off alone.
     """
 
     base: Scenario
     runs: int
     metrics: tuple[str, ...] = ()
+    orders: int = 0
 
     @classmethod
-    def of(cls, scenario: Scenario, runs: int, metrics: Iterable[str] = ()) -> Self:
+    def of(
+        cls, scenario: Scenario, runs: int, metrics: Iterable[str] = (), orders: int = 0
+    ) -> Self:
         """Create the question from its options.
 
         Args:
@@ -71,6 +80,7 @@ class BudgetQuestion:
                 run is split.
             runs: See `BudgetQuestion`.
             metrics: See `BudgetQuestion`.
+            orders: See `BudgetQuestion`.
 
         Raises:
             InputError: There are too few runs, the scenario has no source of pointing error, or
@@ -78,12 +88,17 @@ class BudgetQuestion:
         """
         if runs < FEWEST:
             raise InputError(f"--runs: found {runs}, expected at least {FEWEST} with budget")
+        if orders != 0 and orders not in range(FEWEST_ORDERS, MOST_ORDERS + 1, 2):
+            raise InputError(
+                f"--orders: found {orders}, expected 0 or an even number from {FEWEST_ORDERS} to "
+                f"{MOST_ORDERS}"
+            )
         if not scenario.requirements:
             # the required value is only the middle of the sizes that are counted
             ape = Requirement("ape", "APE", np.radians(0.01), 0.95)
             scenario = replace(scenario, requirements=(ape,))
         names = tuple(known_metric(name, scenario, "--metric") for name in metrics)
-        question = cls(scenario, runs, names)
+        question = cls(scenario, runs, names, orders)
         if not question.sources:
             raise InputError(
                 f"{scenario.name}: found no source of pointing error, expected noise, friction or "
@@ -119,6 +134,7 @@ class BudgetQuestion:
         sets = [SourceSet(()), SourceSet(sources)]
         sets += [SourceSet(tuple(o for o in sources if o is not each)) for each in sources]
         sets += [SourceSet((each,)) for each in sources]
+        sets += [each for order in self._orders for each in self._prefixes(order)]
         sets += [
             SourceSet(tuple(o for o in self._all if o.name == name), name)
             for name in self.properties
@@ -136,7 +152,33 @@ class BudgetQuestion:
                 for each in sources
             ),
             tuple(self.sets.index(SourceSet((each,))) for each in sources),
+            tuple(
+                (order, tuple(self.sets.index(each) for each in self._prefixes(order)))
+                for order in self._orders
+            ),
+            factorial(len(sources)) <= self.orders,
         )
+
+    @cached_property
+    def _orders(self) -> list[tuple[int, ...]]:
+        """Orders in which the sources are switched on, each followed by its reverse."""
+        numbers = range(len(self.sources))
+        if len(numbers) < 2 or factorial(len(numbers)) <= self.orders:
+            every = [*permutations(numbers)] if self.orders else []
+            pairs = {min(order, order[::-1]): None for order in every}
+        else:
+            random = np.random.default_rng(0)
+            pairs = [
+                tuple(random.permutation(len(numbers)).tolist()) for _ in range(self.orders // 2)
+            ]
+        return [each for order in pairs for each in (order, order[::-1])]
+
+    def _prefixes(self, order: tuple[int, ...]) -> list[SourceSet]:
+        """Sets from none to all when the sources are switched on in an order."""
+        return [
+            SourceSet(tuple(s for k, s in enumerate(self.sources) if k not in order[:count]))
+            for count in range(len(order) + 1)
+        ]
 
     def options(self) -> dict[str, Any]:
         """Options that campaign.json stores."""
@@ -144,6 +186,7 @@ class BudgetQuestion:
             BUDGET: self.runs,
             "dispersions": len(self.base.dispersions),
             "metrics": [*self.metrics],
+            "orders": self.orders,
         }
 
     @classmethod
@@ -154,6 +197,7 @@ class BudgetQuestion:
             replace(scenario, dispersions=dispersions),
             options[BUDGET],
             tuple(options["metrics"]),
+            options["orders"],
         )
 
     @property

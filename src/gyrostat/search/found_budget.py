@@ -67,6 +67,8 @@ def budget_of(question: BudgetQuestion, response: NDArray[np.float64], seed: int
         indices=tuple(indices),
         metrics=tuple(metrics),
         not_switched=tuple(never_switched(question.base)),
+        orders=len(question.places.orders),
+        is_every_order=question.places.is_every_order,
     )
 
 
@@ -79,7 +81,7 @@ def set_name(question: BudgetQuestion, place: int) -> str:
         return "with all sources off"
     if len(each.off) == len(sources) - 1 and len(sources) > 1:
         return f"with {next(s.name for s in sources if s not in each.off)} alone"
-    return f"without {each.off[0].name}" if each.off else "with all sources"
+    return f"without {', '.join(s.name for s in each.off)}" if each.off else "with all sources"
 
 
 def _groups(
@@ -112,6 +114,7 @@ def _index_budget(
         contributions(question.places, square, means),
         dict(zip(question.properties, missing_without(square, places), strict=True)),
         _missing(question, what, "rad", size, level, seed),
+        bool(question.orders),
     )
 
 

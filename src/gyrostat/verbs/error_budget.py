@@ -19,6 +19,7 @@ def budget(
     runs: int = 128,
     seed: int = 0,
     metric: str | Iterable[str] = (),
+    orders: int = 0,
     workers: int | None = None,
     force: bool = False,
     verify: bool = False,
@@ -39,6 +40,9 @@ def budget(
             2 n + 2 sets, and one for each property of the loop, such as its delay.
         seed: Seed of all draws.
         metric: Further metrics, of which the part that is missing without each source is given.
+        orders: Number of orders in which the sources are switched on one after the other, even: the
+            contributions are then Shapley values, which share out all interactions. 0: each source
+            is switched on and off alone, and interactions of three and more have their own line.
         workers: Number of threads; None: one for each core.
         force: As for `campaign`.
         verify: As for `campaign`.
@@ -65,7 +69,7 @@ def budget(
     definition = scenario_of(scenario, force=force, changes=changes)
     say_unlikely(definition, say)
     metrics = [metric] if isinstance(metric, str) else [*metric]
-    question = BudgetQuestion.of(definition, runs, metrics)
+    question = BudgetQuestion.of(definition, runs, metrics, orders)
     total = len(question.sets) * runs
     say(f"{len(question.sources)} sources, {len(question.sets)} sets of {runs} runs: {total} runs")
     run_search(
