@@ -21,6 +21,8 @@ from gyrostat.search.budget_result import (
     IndexBudget,
     Line,
     Missing,
+    decimals,
+    fixed,
     percent_text,
     rms_text,
     root,
@@ -134,8 +136,8 @@ def bars(index: IndexBudget) -> list[dict[str, Any]]:
             {
                 "name": line.name,
                 "kind": "other" if line.name in (BIAS, LAG, REST) else "source",
-                "text": f"{rms_text(line.mean_square)} arcsec",
-                "share": percent_text(line.share),
+                "text": f"{rms_text(line.mean_square, index.split.whole.value)} arcsec",
+                "share": f"{fixed(100.0 * line.share.value, 1)} %",
                 "left": min(zero, value),
                 "width": abs(value - zero),
                 "first": first,
@@ -149,8 +151,10 @@ def missing_rows(each: Missing) -> list[tuple[str, str]]:
     """Whole, and whole minus the metric without each source, as text; the largest first."""
     scale, unit = (ARCSEC, "arcsec") if each.unit == "rad" else shown_unit(each.unit)
 
+    digits = decimals(scale * each.whole.value)
+
     def text(estimate: Estimate) -> str:
-        value, low, high = (f"{scale * number:.3g}" for number in estimate)
+        value, low, high = (fixed(scale * number, digits) for number in estimate)
         return f"{value} ({low} to {high}){'' if unit == '1' else f' {unit}'}"
 
     ordered = sorted(each.without.items(), key=lambda pair: -pair[1].value)
@@ -159,11 +163,15 @@ def missing_rows(each: Missing) -> list[tuple[str, str]]:
 
 def bias_rows(index: IndexBudget) -> list[tuple[str, list[str]]]:
     """Mean error of the whole, of the lag and by source, arcsec, as text."""
+    split = index.split
+    digits = decimals(ARCSEC * max(abs(part.value) for part in split.mean))
 
     def texts(parts: tuple[Estimate, ...]) -> list[str]:
-        return [f"{ARCSEC * e.value:.3g} ± {0.5 * ARCSEC * (e.high - e.low):.2g}" for e in parts]
+        return [
+            f"{fixed(ARCSEC * e.value, digits)} ± {fixed(0.5 * ARCSEC * (e.high - e.low), digits)}"
+            for e in parts
+        ]
 
-    split = index.split
     sources = sorted(split.sources, key=lambda e: -max(abs(part.value) for part in e.bias))
     rows = [("whole", texts(split.mean)), (LAG, texts(split.lag_mean))]
     return [*rows, *((each.name, texts(each.bias)) for each in sources)]

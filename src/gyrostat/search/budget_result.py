@@ -7,7 +7,7 @@ import numpy as np
 
 from gyrostat.campaigns.summary import Estimate
 from gyrostat.core.pictured import Pictured
-from gyrostat.core.text import aligned, plain
+from gyrostat.core.text import aligned
 from gyrostat.scenario.requirement import Requirement
 from gyrostat.search.contributions import (
     Contributions,
@@ -166,19 +166,20 @@ class ErrorBudget(Pictured):
             f"{self.seed}; arcsec are roots of mean squares"
         ]
         for index in self.indices:
-            lines += ["", f"{index.title}: {rms_text(index.split.whole)} arcsec"]
+            whole = index.split.whole.value
+            lines += ["", f"{index.title}: {rms_text(index.split.whole, whole)} arcsec"]
             rows = [
                 (
                     line.name,
-                    rms_text(line.mean_square),
-                    square_text(line.mean_square.value),
+                    rms_text(line.mean_square, whole),
+                    square_text(line.mean_square.value, whole),
                     percent_text(line.share),
                 )
                 for line in index.lines()
             ]
             lines += [f"  {row}" for row in aligned(rows, ("source", "arcsec", "arcsec²", "share"))]
             for name, estimate in index.properties.items():
-                text = f"{rms_text(estimate)} arcsec less without {name}"
+                text = f"{rms_text(estimate, whole)} arcsec less without {name}"
                 lines.append(f"  beside: {text}")
         return [*lines, *(f"  {text}" for text in (*self.remarks(), *self.doubts()))]
 
@@ -192,18 +193,31 @@ def root(mean_square: float) -> float:
     return float(np.sign(mean_square) * np.sqrt(np.abs(mean_square)) * ARCSEC)
 
 
-def rms_text(estimate: Estimate) -> str:
-    """Root of a mean square with its interval, arcsec."""
-    value, low, high = (plain(root(each), 3) for each in estimate)
+def rms_text(estimate: Estimate, whole: float) -> str:
+    """Root of a mean square with its interval, arcsec, as precise as the whole mean square."""
+    digits = decimals(root(whole))
+    value, low, high = (fixed(root(each), digits) for each in estimate)
     return f"{value} ({low} to {high})"
 
 
-def square_text(mean_square: float) -> str:
-    """Mean square, arcsec²."""
-    return plain(mean_square * ARCSEC**2, 3)
+def square_text(mean_square: float, whole: float) -> str:
+    """Mean square, arcsec², as precise as the whole."""
+    return fixed(mean_square * ARCSEC**2, decimals(whole * ARCSEC**2))
 
 
 def percent_text(share: Estimate) -> str:
     """Share with its interval, percent."""
-    value, low, high = (f"{100.0 * each:.1f}" for each in share)
+    value, low, high = (fixed(100.0 * each, 1) for each in share)
     return f"{value} % ({low} to {high})"
+
+
+def decimals(scale: float) -> int:
+    """Number of decimals with which a number of this size has three digits."""
+    if not (np.isfinite(scale) and scale != 0.0):
+        return 2
+    return max(0, 2 - int(np.floor(np.log10(abs(scale)))))
+
+
+def fixed(value: float, digits: int) -> str:
+    """Number with some decimals; zero has no sign."""
+    return f"{round(value, digits) + 0.0:.{digits}f}"
