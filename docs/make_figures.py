@@ -3,13 +3,14 @@
 import re
 from collections.abc import Sequence
 from pathlib import Path
+from tempfile import TemporaryDirectory
 
 import matplotlib as mpl
 import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from gyrostat import place, simulate
+from gyrostat import budget, place, simulate
 from gyrostat.core.units import RPM
 from gyrostat.failures import holdable
 from gyrostat.identification import identify
@@ -60,6 +61,16 @@ def stiff_wheel_figure(scenario: Scenario) -> Figure:
     return figure
 
 
+def error_budget_figure(folder: Path) -> Figure:
+    """Error budget of the cubesat whose wheels pass through zero speed."""
+    scenario = ROOT / "examples" / "scenarios" / "zero_crossing_model.toml"
+    required = [
+        {"index": "APE", "value": "0.06 deg", "level": 0.95},
+        {"index": "RPE", "value": "30 arcsec", "level": 0.95, "window": "10 s"},
+    ]
+    return budget(scenario, folder / "budget", runs=128, requirements=required).plot()
+
+
 def flying_wheel_charts() -> list[list[Markup]]:
     """History of a simulated wheel whose Coulomb torque grows by 15 % within 30 days."""
     fault = CoulombGrowth(wheel=1, day=25.0, size=0.15, duration=30.0)
@@ -108,8 +119,11 @@ def main():
         craft, (0.46, -0.04, 0.82), failed={0: 0.28}, boresight=((0.8, 0.0, 0.6), (0.2, -1.0, 0.1))
     )
     stiff = read_scenario(ROOT / "examples" / "scenarios" / "stiff_wheel.toml")
+    with TemporaryDirectory() as scratch:
+        budget_figure = error_budget_figure(Path(scratch))
     drawn = {
         "crossing_zero": crossing_figure(),
+        "error_budget": budget_figure,
         "stiff_wheel": stiff_wheel_figure(stiff),
     }
     charts = {

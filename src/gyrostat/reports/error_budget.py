@@ -187,7 +187,8 @@ def budget_figure(result: ErrorBudget) -> Figure:
         gridspec_kw={"height_ratios": counts},
     ) as (figure, grid):
         for axes, index in zip(grid[:, 0], result.indices, strict=False):
-            lines = index.lines()[::-1]
+            lines, whole = index.lines()[::-1], root(index.split.whole.value)
+            digits = decimals(whole)
             share = 100.0 * np.array([line.share for line in lines])
             colours = [MEASURED if e.name in (BIAS, LAG, REST) else MODEL for e in lines]
             axes.barh(range(len(lines)), share[:, 0], color=colours, height=0.7)
@@ -197,10 +198,11 @@ def budget_figure(result: ErrorBudget) -> Figure:
             )
             axes.set_yticks(
                 range(len(lines)),
-                [literal(f"{e.name}: {root(e.mean_square.value):.3g} arcsec") for e in lines],
+                [
+                    literal(f"{e.name}: {fixed(root(e.mean_square.value), digits)} arcsec")
+                    for e in lines
+                ],
             )
             axes.set_xlabel("share of the mean square (%)")
-            axes.set_title(
-                literal(f"{index.title}: {root(index.split.whole.value):.3g} arcsec"), fontsize=9
-            )
+            axes.set_title(literal(f"{index.title}: {fixed(whole, digits)} arcsec"), fontsize=9)
     return figure
