@@ -179,8 +179,9 @@ class ErrorBudget(Pictured):
             ]
             lines += [f"  {row}" for row in aligned(rows, ("source", "arcsec", "arcsec²", "share"))]
             for name, estimate in index.properties.items():
-                text = f"{rms_text(estimate, whole)} arcsec less without {name}"
-                lines.append(f"  beside: {text}")
+                lines.append(
+                    f"  whole minus that without {name}: {rms_text(estimate, whole)} arcsec"
+                )
         return [*lines, *(f"  {text}" for text in (*self.remarks(), *self.doubts()))]
 
     def __str__(self) -> str:
