@@ -67,6 +67,30 @@ def chosen_engine(
     return "native"
 
 
+def described(
+    scenario: Scenario,
+    *,
+    runs: int,
+    seed: int,
+    engine: str,
+    device: str = "cpu",
+    block: int | None = None,
+) -> Campaign:
+    """Description of a new campaign; the arguments are those of `run_campaign`.
+
+    Args:
+        scenario: Scenario.
+        runs: Number of runs.
+        seed: Seed of the draws.
+        engine: Engine that `chosen_engine` returned.
+        device: "cpu" or "gpu".
+        block: Number of runs in a block, or None.
+    """
+    block = block or (ACCELERATED_BLOCK if engine in ACCELERATED else BLOCK)
+    record = engine_record(device, FLAGS[device], engine)
+    return Campaign(scenario.text(), scenario.digest(), seed, runs, block, record)
+
+
 def run_campaign(
     scenario: Scenario,
     out: Path,
@@ -144,14 +168,12 @@ def run_campaign(
                 f"--engine: found {engine}, expected {recorded}, with which {out} was started"
             )
         engine = recorded
-    record = engine_record(device, FLAGS[device], engine)
+    request = described(scenario, runs=runs, seed=seed, engine=engine, device=device, block=block)
     if existing is None and scenario.dispersions:
         from gyrostat.campaigns.draws import check_draws
 
         check_draws(scenario, seed, runs)
     with store.locked():
-        block = block or (ACCELERATED_BLOCK if engine in ACCELERATED else BLOCK)
-        request = Campaign(scenario.text(), scenario.digest(), seed, runs, block, record)
         campaign = store.begin(request, force=force)
         refuse_other(campaign.engine, str(out))
         opener, count, fly_job = executor_for(campaign, runs, opener, workers, fly_job)

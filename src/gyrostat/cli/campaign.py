@@ -15,6 +15,10 @@ from gyrostat.core.instructions import limit_process, recorded
 from gyrostat.verbs.single_runs import replayed, simulated
 
 if TYPE_CHECKING:
+    from collections.abc import Callable
+
+    import xarray as xr
+
     from gyrostat.simulation.labelled import Labelled
 
 Device = Annotated[str, typer.Option(help="cpu, or gpu if JAX finds one.")]
@@ -85,7 +89,10 @@ def check(
 def campaign(
     scenario: Annotated[Path, typer.Argument(help="scenario.toml with [[dispersion]] tables.")],
     runs: Annotated[int, typer.Option(min=1, help="Number of runs.")],
-    out: Out,
+    out: Annotated[
+        Path | None,
+        typer.Option(help="Folder for the results [default: named after scenario, runs and seed]."),
+    ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all random draws.")] = 0,
     workers: Workers = None,
     scheduler: Scheduler = None,
@@ -138,14 +145,34 @@ def campaign(
         ),
     ] = False,
     verify: Verify = False,
+    plan: Annotated[
+        bool,
+        typer.Option(
+            "--plan",
+            help="Only estimate time, memory and disk of so many runs, from 64 of them.",
+        ),
+    ] = False,
+    json_output: Json = False,
 ) -> None:
     """Simulate a scenario many times with dispersed values; run again to resume after a stop."""
     options = locals()
     limit_process(instructions)
     with Progress() as on_progress:
         dataset = call(verbs.campaign, options, on_progress=on_progress, command=command_line())
+    if json_output:
+        _print_campaign(dataset, plan=plan)
     if dataset.attrs.get("doubts"):
         raise typer.Exit(1)
+
+
+def _print_campaign(dataset: "xr.Dataset", *, plan: bool) -> None:
+    """Print the plan of a campaign, or its report.json."""
+    if not plan:
+        print_json(Path(dataset.attrs["folder"]) / "report.json")
+        return
+    from gyrostat.verbs.campaign_plan import plan_content
+
+    print(json.dumps(plan_content(dataset), indent=1, ensure_ascii=False, allow_nan=False))
 
 
 def tune(

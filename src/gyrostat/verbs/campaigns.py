@@ -45,6 +45,7 @@ def campaign(
     within: str | None = None,
     force: bool = False,
     verify: bool = False,
+    plan: bool = False,
     on_progress: Callable[[int, int], None] | None = None,
     say: Say = silent,
     command: str = "gyrostat.campaign",
@@ -80,6 +81,8 @@ def campaign(
         force: Whether to start although the folder has files that gyrostat did not write, which
             are renamed NAME.changed, and to accept wheels that are marked as impossible.
         verify: Whether to make the compiled program again and compare it with the stored one.
+        plan: Whether only to estimate what the campaign takes, from 64 of its runs; `out` is not
+            written.
         on_progress: Function called with the number of runs done and the total number.
         say: Function that receives each message for the user.
         command: Text that the report names as its origin.
@@ -90,7 +93,9 @@ def campaign(
         run. The folder also has report.html, report.json and the histories of the worst runs. With
         `rare` or `worst_case`, the runs are not independent; the attributes `probability`, `low`
         and `high`, or `below` without a probability, or `run`, `worst` and `noise_share`, are the
-        result, and `doubts` has the reasons not to trust it.
+        result, and `doubts` has the reasons not to trust it. With `plan`, the dataset has one
+        number for each quantity: `seconds`, `core_hours`, `memory`, `command_memory`,
+        `worker_memory`, `disk` (bytes) and `workers`.
 
     Raises:
         InputError: The scenario has no dispersions, the folder has another campaign, or options
@@ -110,6 +115,16 @@ def campaign(
         source = scenario if isinstance(scenario, str | Path) else definition.name
         raise InputError(f"{source}: key dispersion: found none, expected at least one dispersion")
     say_unlikely(definition, say)
+    if plan:
+        from gyrostat.verbs.campaign_plan import campaign_plan
+
+        searching = {"--rare": rare, "--worst-case": worst_case, "--within": within}
+        refuse_given({"--scheduler": scheduler, **searching}, "--plan", "a campaign")
+        if device != "cpu" or engine in ACCELERATED:
+            found = f"--device {device}" if device != "cpu" else f"--engine {engine}"
+            raise InputError(f"--plan: found {found}, expected the engine native or jax on a cpu")
+        given = {"engine": engine, "workers": workers, "block": block}
+        return campaign_plan(definition, runs, seed, **given, say=say)
     question = None
     if rare is not None or worst_case is not None:
         campaign_options = {"--scheduler": scheduler, "--keep": keep, "--worst-by": worst_by}
