@@ -7,12 +7,13 @@ Young, "Resampling-based multiple testing", 1993, single-step maxT). They preser
 among keys and among metrics, ties, and missing metrics; no distribution is assumed.
 """
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from gyrostat.campaigns.ranks import Ranks, doubled_ranks
 from gyrostat.core.types import Matrix, Vector
 
 LEVEL = 0.05
@@ -67,14 +68,29 @@ def find_drivers(drawn: Matrix, metrics: Matrix) -> Drivers:
         drawn: Drawn values, (runs, keys).
         metrics: Values of the metrics, (runs, metrics), NaN for missing ones.
     """
-    rho = np.full((drawn.shape[1], metrics.shape[1]), np.nan)
-    spread = np.full(metrics.shape[1], np.nan)
-    for group in _groups(drawn, metrics):
-        varies = np.any(group.keys != 0.0, axis=0)[:, None] & np.any(group.metrics != 0.0, axis=0)
-        correlation = np.clip(group.keys.T @ group.metrics, -1.0, 1.0)
-        rho[:, group.columns] = np.where(varies, correlation, np.nan)
+    return drivers_of(drawn.T, metrics.T)
+
+
+def drivers_of(drawn: Sequence[Vector], metrics: Sequence[Vector]) -> Drivers:
+    """See `find_drivers`; only one column is in memory at a time.
+
+    Args:
+        drawn: Drawn values of each key, (keys,) of (runs,).
+        metrics: Values of each metric, (metrics,) of (runs,), NaN for missing ones.
+    """
+    rho = np.full((len(drawn), len(metrics)), np.nan)
+    spread = np.full(len(metrics), np.nan)
+    for has, columns in _patterns(metrics):
+        count = int(np.sum(has))
+        if count < 3:
+            continue
+        with Ranks(count) as ranks:
+            for each in (*_each(drawn), *(metrics[column] for column in columns)):
+                ranks.add(each[has])
+            found, varies = _correlation(ranks, len(drawn), len(columns))
+        rho[:, columns] = np.where(varies, np.clip(found, -1.0, 1.0), np.nan)
         # standard deviation of the rank correlation of independent values, with or without ties
-        spread[group.columns] = np.where(np.any(varies, axis=0), _spread(group), np.nan)
+        spread[columns] = np.where(np.any(varies, axis=0), _spread(count), np.nan)
     if not np.any(np.isfinite(rho)):
         return Drivers(rho, spread)
     # margin for rounding errors
@@ -82,8 +98,39 @@ def find_drivers(drawn: Matrix, metrics: Matrix) -> Drivers:
     return Drivers(rho, np.minimum(level, 1.0))
 
 
-def _spread(group: _Group) -> float:
-    return 1.0 / np.sqrt(len(group.metrics) - 1.0)
+def _each(columns: Sequence[Vector]) -> Iterator[Vector]:
+    return (columns[k] for k in range(len(columns)))
+
+
+def _patterns(metrics: Sequence[Vector]) -> Iterator[tuple[NDArray[np.bool_], list[int]]]:
+    """As `alike`, with one bit in memory for each run and metric."""
+    kinds: dict[bytes, list[int]] = {}
+    runs = 0
+    for column, values in enumerate(_each(metrics)):
+        runs = len(values)
+        kinds.setdefault(np.packbits(np.isfinite(values)).tobytes(), []).append(column)
+    for bits, columns in kinds.items():
+        yield np.unpackbits(np.frombuffer(bits, np.uint8), count=runs).astype(bool), columns
+
+
+def _correlation(ranks: Ranks, keys: int, metrics: int) -> tuple[Matrix, NDArray[np.bool_]]:
+    """Correlation of keys and metrics, and whether both vary, (keys, metrics)."""
+    columns = range(keys + metrics)
+    squares = np.zeros(keys + metrics)
+    for part in ranks.centred(columns):
+        squares += np.sum(part**2, axis=0)
+    length = np.sqrt(squares)
+    length = np.where(length > 0.0, length, 1.0)
+    product = np.zeros((keys, metrics))
+    of_keys, of_metrics = columns[:keys], columns[keys:]
+    for key_part, part in zip(ranks.centred(of_keys), ranks.centred(of_metrics), strict=True):
+        product += (key_part / length[:keys]).T @ (part / length[keys:])
+    varies = squares > 0.0
+    return product, varies[:keys, None] & varies[keys:]
+
+
+def _spread(count: int) -> float:
+    return 1.0 / np.sqrt(count - 1.0)
 
 
 def alike(metrics: Matrix) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.int64]]]:
@@ -105,24 +152,23 @@ def _groups(drawn: Matrix, metrics: Matrix) -> Iterator[_Group]:
 
 
 def _scores(values: Matrix) -> Matrix:
-    ranks = np.stack([_ranks(column) for column in values.T], axis=1)
+    ranks = np.stack([0.5 * doubled_ranks(column) for column in values.T], axis=1)
     ranks -= 0.5 * (len(values) + 1.0)
     length = np.sqrt(np.sum(ranks**2, axis=0))
     return ranks / np.where(length > 0.0, length, 1.0)
 
 
-def _ranks(values: Vector) -> Vector:
-    """Ranks from 1; equal values have their mean rank."""
-    _, inverse, counts = np.unique(values, return_inverse=True, return_counts=True)
-    return (np.cumsum(counts) - 0.5 * (counts - 1.0))[inverse]
-
-
-def _critical(drawn: Matrix, metrics: Matrix) -> float:
+def _critical(drawn_columns: Sequence[Vector], metric_columns: Sequence[Vector]) -> float:
     """Largest standardised rank correlation that one of twenty permuted campaigns exceeds."""
     random = np.random.default_rng(0)
-    if len(drawn) > MOST_RUNS:
-        sample = random.choice(len(drawn), MOST_RUNS, replace=False)
-        drawn, metrics = drawn[sample], metrics[sample]
+    count = len(metric_columns[0])
+    sample: slice | NDArray[np.int64] = slice(None)
+    if count > MOST_RUNS:
+        sample = random.choice(count, MOST_RUNS, replace=False)
+    drawn, metrics = (
+        np.stack([each[sample] for each in _each(columns)], axis=1)
+        for columns in (drawn_columns, metric_columns)
+    )
     groups = list(_groups(drawn, metrics))
     runs = len(drawn)
     batch = max(1, _AT_ONCE // max(runs * metrics.shape[1], 1))
@@ -140,5 +186,5 @@ def _critical(drawn: Matrix, metrics: Matrix) -> float:
             shuffled = group.metrics[rows].reshape(len(rows), -1)
             sizes = np.abs(group.keys.T @ shuffled).reshape(-1, count, len(group.columns))
             part = largest[first : first + count]
-            np.maximum(part, np.max(sizes, axis=(0, 2)) / _spread(group), out=part)
+            np.maximum(part, np.max(sizes, axis=(0, 2)) / _spread(len(group.metrics)), out=part)
     return float(np.sort(largest)[-round(LEVEL * (PERMUTATIONS + 1))])

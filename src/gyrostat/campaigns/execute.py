@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Any
 
-from gyrostat.campaigns.blocks import columns_of
 from gyrostat.campaigns.description import Campaign, DamagedError
 from gyrostat.campaigns.executors import Opener, carry_out, kept_open
 from gyrostat.campaigns.jobs import Job, executor_for, work
@@ -17,7 +16,9 @@ from gyrostat.runs.fingerprint import FLAGS, engine_record, refuse_other
 from gyrostat.scenario.scenario import Scenario
 
 BLOCK = 64
-"""Number of runs in a block; the same as the number of runs that are simulated together."""
+"""Least number of runs in a block; the same as the number of runs that are simulated together."""
+BLOCKS = 2048
+"""Number of blocks above which blocks have more runs: each is a file."""
 ACCELERATED_BLOCK = 16384
 """Number of runs in a block of an accelerator, of which it computes several at a time."""
 AT_ONCE = 8
@@ -84,9 +85,10 @@ def described(
         seed: Seed of the draws.
         engine: Engine that `chosen_engine` returned.
         device: "cpu" or "gpu".
-        block: Number of runs in a block, or None.
+        block: Number of runs in a block; None: a multiple of `BLOCK`, or of `ACCELERATED_BLOCK`.
     """
-    block = block or (ACCELERATED_BLOCK if engine in ACCELERATED else BLOCK)
+    least = ACCELERATED_BLOCK if engine in ACCELERATED else BLOCK
+    block = block or least * max(1, -(-runs // (BLOCKS * least)))
     record = engine_record(device, FLAGS[device], engine)
     return Campaign(scenario.text(), scenario.digest(), seed, runs, block, record)
 
@@ -122,8 +124,7 @@ def run_campaign(
         engine: See `chosen_engine`. When a campaign is resumed, "auto" is its engine.
         opener: See `executor_for`.
         workers: See `executor_for`.
-        block: Number of runs in a block; the results do not depend on it. None: `BLOCK`, or
-            `ACCELERATED_BLOCK`.
+        block: Number of runs in a block; the results do not depend on it. None: see `described`.
         keep: Indices of runs whose histories are kept.
         worst: Number of worst runs whose histories are kept in addition.
         worst_by: Metric that ranks the worst runs; None for the last percentile of the error.
@@ -225,14 +226,19 @@ def worst_runs(store: Store, count: int, metric: str) -> list[int]:
     """
     import numpy as np
 
-    columns = columns_of(store.read_table())
-    run, status, value = columns["run"], columns["status"], columns[metric]
+    columns = store.columns()
     none = np.inf if metric.split(".")[-1] == "settling" else -np.inf
-    value = np.where(np.isnan(value), none, value)
-    value = np.where(status != 0, np.inf, value)
-    ended = np.where(status != 0, -columns["ended"], 0.0)
-    largest = np.nan_to_num(columns["error_max"])
-    order = np.lexsort((run, -largest, -ended, -value))
+    value = np.where(np.isnan(columns[metric]), none, columns[metric])
+    value[columns["status"] != 0] = np.inf
+    rows = np.arange(len(value))
+    if 0 < count < len(value):  # only these can be among the worst
+        rows = np.flatnonzero(value >= np.partition(value, -count)[-count])
+    value = value[rows]
+    run, status, ended, largest = (
+        columns[name][rows] for name in ("run", "status", "ended", "error_max")
+    )
+    ended = np.where(status != 0, -ended, 0.0)
+    order = np.lexsort((run, -np.nan_to_num(largest), -ended, -value))
     return run[order][:count].tolist()
 
 
@@ -250,13 +256,14 @@ def replay(
     """
     import numpy as np
 
-    table, paths = store.read_table(), []
+    table, paths = store.columns(), []
 
     def take(job: Job, results: Any) -> None:
         for index, run in enumerate(job.runs):
             scalars = {n: values for n, values in results.columns.items() if values.ndim == 1}
+            row = table.row(run)
             for name, values in scalars.items():
-                recorded = table[name][run].as_py()
+                recorded = row[name]
                 recorded = np.nan if recorded is None else recorded
                 if not np.array_equal(values[index], recorded, equal_nan=True):
                     raise InputError(
@@ -266,15 +273,15 @@ def replay(
             paths.append(store.write_history(campaign, run, results.histories.of_run(run)))
 
     parts = [tuple(runs[k : k + AT_ONCE]) for k in range(0, len(runs), AT_ONCE)]
-    jobs = [Job(campaign, part, part, -1, _search_inputs(campaign, table, part)) for part in parts]
+    jobs = [Job(campaign, part, part, -1, _search_inputs(campaign, store, part)) for part in parts]
     carry_out(jobs, fly_job, opener, take, window=1)
     return paths
 
 
-def _search_inputs(campaign: Campaign, table: Any, runs: Sequence[int]) -> Any:
+def _search_inputs(campaign: Campaign, store: Store, runs: Sequence[int]) -> Any:
     """Values and random keys of runs of a search; None for a campaign."""
     if campaign.search is None:
         return None
     from gyrostat.campaigns.noise import given_of
 
-    return given_of(campaign, table, runs)
+    return given_of(campaign, store.read_table(), runs)

@@ -47,7 +47,9 @@ def imitated_runs(
         elif name in drawn:
             column = drawn[name]
         elif column.ndim == 2 and name.endswith(".profile"):
-            column = np.where((runs < PROFILED)[:, None], column, np.float32(np.nan))
+            factor = 1.0 + _SPREAD * random.standard_normal(column.shape)
+            column = np.where((runs < PROFILED)[:, None], factor * column, np.nan)
+            column = column.astype(values.dtype)
         elif column.ndim == 1 and len(np.unique(values)) == count:
             column = column * (1.0 + _SPREAD * random.standard_normal(len(runs)))
         imitated[name] = column

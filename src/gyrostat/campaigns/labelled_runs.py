@@ -10,6 +10,10 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
+LARGE = 20_000_000
+"""Number of numbers in a table above which its columns are not read at once: 160 MB."""
+
+
 def campaign_runs(folder: str | Path) -> "xr.Dataset":
     """Read the table of a finished campaign.
 
@@ -20,19 +24,24 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
         Variables over `run`, with units and meanings: every drawn parameter under its key, such as
         "wheel.a.coulomb", every metric (NaN if a run has none), `status` and `ended` (s). The
         attributes `folder`, `scenario` and `seed` identify the campaign. The unit of a column of
-        `to_dataframe()` is the attribute `units` of the variable with its name.
+        `to_dataframe()` is the attribute `units` of the variable with its name. Of a table with
+        more than `LARGE` numbers, a variable is read from the file when its values are used, and
+        again the next time, as those of `xarray.open_dataset(..., cache=False)`; `load()` reads
+        all of them.
 
     Raises:
         InputError: The folder has no finished campaign.
     """
+    import numpy as np
     import xarray as xr
 
+    from gyrostat.campaigns.lazy_runs import lazy_column
     from gyrostat.scenario.kinds.registry import numbers_of
     from gyrostat.scenario.metrics.results import metrics_of
     from gyrostat.simulation import status_attributes
 
     store = Store(Path(folder))
-    campaign, table = store.known(), store.read_table()
+    campaign, table = store.known(), store.columns()
     scenario = Scenario.from_text(campaign.scenario)
     numbers = numbers_of(scenario)
     attributes = {
@@ -47,10 +56,15 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
         "ended": {"units": "s", "long_name": "Time until which the run is valid."},
         "status": status_attributes(),
     }
+    is_large = table.runs * len(table) > LARGE
     variables = {
-        name: ("run", table[name].to_numpy(), attributes.get(name, {}))
-        for name in table.column_names
+        name: (
+            "run",
+            lazy_column(table, name) if is_large else np.array(table[name]),
+            attributes.get(name, {}),
+        )
+        for name in table
         if name != "run"
     }
     about = {"scenario": scenario.name, "folder": str(folder), "seed": campaign.seed}
-    return xr.Dataset(variables, {"run": table["run"].to_numpy()}, about)
+    return xr.Dataset(variables, {"run": np.array(table["run"])}, about)

@@ -19,6 +19,7 @@ from typing import TYPE_CHECKING
 
 from gyrostat.campaigns.blocks import name_of, number_of, packed, scalar_columns, table_at
 from gyrostat.campaigns.description import Campaign, DamagedError, read_campaign, refuse_different
+from gyrostat.campaigns.run_table import RunTable
 from gyrostat.core.errors import InputError
 from gyrostat.core.files import (
     UNFINISHED,
@@ -39,7 +40,9 @@ if TYPE_CHECKING:
     from gyrostat.simulation.labelled import Labelled
 
 GROUP = 64
-"""Number of blocks in one row group of the table; they are in memory together."""
+"""Largest number of blocks in one row group of the table; they are in memory together."""
+GROUP_RUNS = 65_536
+"""Number of runs in a row group above which it has no second block."""
 TABLE = "runs.parquet"
 REPORT = ("report.html", "report.json")
 _RESULT = re.compile(r"runs\.parquet|report\.(?:html|json)|runs/run_(\d{6,})\.(nc|html)")
@@ -239,9 +242,10 @@ class Store:
         with self.results(campaign) as scratch:
             metadata = {"scenario": campaign.digest, "seed": str(campaign.seed)}
             schema = pq.read_schema(intact[0]).with_metadata(metadata)
+            size = max(1, min(GROUP, GROUP_RUNS // campaign.block))
             with pq.ParquetWriter(scratch / TABLE, schema) as writer:
-                for first in range(0, len(numbers), GROUP):
-                    group = [table_at(intact[k]) for k in numbers[first : first + GROUP]]
+                for first in range(0, len(numbers), size):
+                    group = [table_at(intact[k]) for k in numbers[first : first + size]]
                     table = pa.concat_tables(group).combine_chunks()
                     writer.write_table(table.replace_schema_metadata(metadata))
 
@@ -249,6 +253,11 @@ class Store:
         """Read the columns with one number for each run; see `open_table`."""
         with self.open_table() as file:
             return file.read(scalar_columns(file))
+
+    def columns(self) -> RunTable:
+        """Columns of the table with one number for each run, read one by one; see `open_table`."""
+        self._require_table()
+        return RunTable(self.table)
 
     def open_table(self) -> "pq.ParquetFile":
         """Open the table of all runs.
@@ -258,12 +267,15 @@ class Store:
         """
         import pyarrow.parquet as pq
 
+        self._require_table()
+        return pq.ParquetFile(self.table)
+
+    def _require_table(self) -> None:
         if not Manifest(self.folder).is_own(TABLE, self.known().by):
             raise InputError(
                 f"{self.table}: found no such file or a damaged one, expected the table of a "
                 "finished campaign"
             )
-        return pq.ParquetFile(self.table)
 
     def history(self, run: int) -> Path:
         """Path of the history of a run."""

@@ -1,5 +1,6 @@
 """Statistics over runs: percentiles with confidence intervals."""
 
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -25,16 +26,27 @@ class Estimate(NamedTuple):
 
 
 def percentile_of(values: Vector, percent: float) -> Estimate:
-    """Percentile with a confidence interval by order statistics; no distribution is assumed.
+    """Percentile with a confidence interval; see `percentiles_of`."""
+    return percentiles_of(values, (percent,))[0]
+
+
+def percentiles_of(values: Vector, percents: Sequence[float]) -> list[Estimate]:
+    """Percentiles, each with a confidence interval by order statistics; no distribution is assumed.
 
     H. A. David and H. N. Nagaraja, "Order Statistics", section 7.1: the number of runs below the
     true percentile has a binomial distribution. The value is by the rank definition, see `rank`.
 
     Args:
         values: Values of a metric, (runs,), NaN for missing ones.
-        percent: Percentage, between 0 and 100.
+        percents: Percentages, between 0 and 100.
     """
-    ordered = np.sort(values[np.isfinite(values)])
+    ordered = values[np.isfinite(values)]
+    ordered.sort()
+    return [_of_ordered(ordered, percent) for percent in percents]
+
+
+def _of_ordered(ordered: Vector, percent: float) -> Estimate:
+    """Percentile of values in rising order."""
     count, share = len(ordered), percent / 100.0
     if count == 0:
         return Estimate(np.nan, np.nan, np.nan)

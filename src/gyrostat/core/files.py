@@ -15,6 +15,11 @@ from gyrostat.core.errors import InputError
 
 T = TypeVar("T")
 
+_LARGE = 64_000_000
+"""Size from which digests are remembered, bytes."""
+_DIGESTS: dict[Path, tuple[tuple[int, ...], str]] = {}
+"""Path of a large file -> its inode, size and times of change, and its digest."""
+
 UNFINISHED = ".gyrostat-"
 """Prefix of the names of temporary files and folders."""
 
@@ -118,10 +123,24 @@ def read_regular(path: Path) -> bytes | None:
 def digest_of(path: Path) -> str | None:
     """SHA-256 digest of a regular file; None if there is no file, or a link, folder or device.
 
+    A large file that this process has read before is not read again unless it has changed.
+
     Raises:
         InputError: The file cannot be read.
     """
-    return _with_regular(path, lambda stream: hashlib.file_digest(stream, "sha256").hexdigest())
+
+    def digest(stream: BufferedReader) -> str:
+        state = os.fstat(stream.fileno())
+        content = (state.st_ino, state.st_size, state.st_mtime_ns, state.st_ctime_ns)
+        known = _DIGESTS.get(path)
+        if state.st_size >= _LARGE and known is not None and known[0] == content:
+            return known[1]
+        value = hashlib.file_digest(stream, "sha256").hexdigest()
+        if state.st_size >= _LARGE:
+            _DIGESTS[path] = content, value
+        return value
+
+    return _with_regular(path, digest)
 
 
 def _with_regular(path: Path, use: Callable[[BufferedReader], T]) -> T | None:

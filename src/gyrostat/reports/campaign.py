@@ -2,12 +2,11 @@
 
 import json
 import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.campaigns import Campaign, Store
-from gyrostat.campaigns.blocks import columns_of
 from gyrostat.campaigns.effects import LEAST_Q2
 from gyrostat.reports import requirements
 from gyrostat.reports.campaign_charts import histograms, scatter_plots, shown_metrics
@@ -80,7 +79,7 @@ def _campaign_page(folder: Path, command: str) -> tuple[dict[str, Any], str, lis
     """Content of report.json, page, and lines for a terminal, of a finished campaign."""
     store = Store(folder)
     campaign = store.known()
-    scenario, columns = Scenario.from_text(campaign.scenario), columns_of(store.read_table())
+    scenario, columns = Scenario.from_text(campaign.scenario), store.columns()
     content = campaign_content(scenario, campaign, columns, store)
     names = shown_metrics(scenario, columns)
     strong = {name: strongest(content["metrics"][name]) for name in names}
@@ -116,7 +115,7 @@ def _campaign_page(folder: Path, command: str) -> tuple[dict[str, Any], str, lis
 
 def _parts(
     scenario: Scenario,
-    columns: "dict[str, Vector]",
+    columns: "Mapping[str, Vector]",
     shown_names: list[str],
     strong: dict[str, list[str]],
 ) -> list[dict[str, Any]]:
@@ -173,8 +172,7 @@ def write_replay(
 
     scenario = Scenario.from_text(known.scenario)
     store = Store(path.parents[1], say)
-    table = store.read_table()
-    values = {name: table[name][run].as_py() for name in table.column_names}
+    values = store.columns().row(run)
     with h5netcdf.File(path) as history:
         page = run_page(scenario, values, history, f"{scenario.name}, run {run}", command)
     with store.locked(), store.results(known) as scratch:

@@ -1,7 +1,7 @@
 """Charts of a campaign: distributions of the metrics, and metrics over their drivers."""
 
 import json
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -23,14 +23,16 @@ PERCENT = 99.7
 """Percentile of the runs that is marked."""
 MOST_POINTS = 400
 """Largest number of runs in a scatter plot: the first ones, drawn like any other."""
+_AT_ONCE = 1_000_000
+"""Number of runs whose values are in memory in another unit at a time."""
 DRIVERS = 2
 """Number of drivers over which a metric is plotted."""
 
 
 def shown_metrics(scenario: Scenario, columns: Mapping[str, Vector]) -> list[str]:
     """Metrics that differ between runs."""
-    finite = {name: columns[name][np.isfinite(columns[name])] for name in metrics_of(scenario)}
-    return [name for name, values in finite.items() if len(values) and np.ptp(values) > 0.0]
+    extents = {name: _extent(columns[name]) for name in metrics_of(scenario)}
+    return [name for name, (low, high) in extents.items() if high - low > 0.0]
 
 
 def histograms(
@@ -46,15 +48,8 @@ def histograms(
     metrics, charts = metrics_of(scenario), []
     for name, keys in strongest.items():
         scale, label = _unit(columns[name], name, metrics[name].unit)
-        # the values that the page has, so that a bar and the runs behind it are the same
         to_page, _ = page_unit(name, metrics[name].unit)
-        values = rounded(to_page * columns[name][np.isfinite(columns[name])]).astype(float)
-        values *= scale / to_page
-        low, high = float(np.min(values)), float(np.max(values))
-        if low == high:  # they differ in digits that the page does not have
-            high += abs(high) or 1.0
-        edges = np.linspace(low, high, 1 + min(50, 5 + len(values) // 10))
-        counts = np.bincount(_bins(values, edges), minlength=len(edges) - 1)
+        edges, counts = _histogram(columns[name], to_page, scale / to_page)
         required = [(scale * v, text) for v, text in required_in(scenario, name)]
         x = _with(axis_of(edges, label), [v for v, _ in required])
         y = Axis(0.0, 1.05 * float(np.max(counts)), "runs")
@@ -104,6 +99,42 @@ def scatter_plots(
     return charts
 
 
+def _histogram(values: Vector, to_page: float, scale: float) -> tuple[Vector, NDArray[np.int64]]:
+    """Edges and counts of the bins of values, NaN for missing ones.
+
+    They are those of the values that the page has, so that a bar and the runs behind it are the
+    same.
+
+    Args:
+        values: Values, SI.
+        to_page: Factor from SI to the unit of the page.
+        scale: Factor from this unit to that of the chart.
+    """
+
+    def parts() -> Iterator[Vector]:
+        for first in range(0, len(values), _AT_ONCE):
+            part = values[first : first + _AT_ONCE]
+            yield rounded(to_page * part[np.isfinite(part)]).astype(float) * scale
+
+    count, low, high = 0, np.inf, -np.inf
+    for part in parts():
+        count += len(part)
+        low = min(low, float(np.min(part, initial=np.inf)))
+        high = max(high, float(np.max(part, initial=-np.inf)))
+    if low == high:  # they differ in digits that the page does not have
+        high += abs(high) or 1.0
+    edges = np.linspace(low, high, 1 + min(50, 5 + count // 10))
+    counts = sum(np.bincount(_bins(part, edges), minlength=len(edges) - 1) for part in parts())
+    return edges, np.asarray(counts)
+
+
+def _extent(values: Vector) -> tuple[float, float]:
+    """Least and largest finite value; infinite, in the wrong order, without any."""
+    finite = np.isfinite(values)
+    low = np.min(values, where=finite, initial=np.inf)
+    return float(low), float(np.max(values, where=finite, initial=-np.inf))
+
+
 def _bins(values: Vector, edges: Vector) -> NDArray[np.int64]:
     """Bin of each value; the script of the page computes the same."""
     count = len(edges) - 1
@@ -114,8 +145,8 @@ def _bins(values: Vector, edges: Vector) -> NDArray[np.int64]:
 def _unit(values: Vector, name: str, unit: str) -> tuple[float, str]:
     """Factor from SI and unit in which values are drawn."""
     scale, label = page_unit(name, unit)
-    finite = np.abs(values[np.isfinite(values)])
-    factor, label = scaled_unit(scale * float(np.max(finite, initial=0.0)), label)
+    low, high = _extent(values)
+    factor, label = scaled_unit(scale * max(-low, high, 0.0), label)
     return scale * factor, label
 
 

@@ -1,13 +1,14 @@
 """Content of the report of a campaign: report.json, and the lines for a terminal."""
 
-from typing import TYPE_CHECKING, Any
+from typing import Any
 
 import numpy as np
 
 from gyrostat.campaigns import Campaign, Store, worst_runs
-from gyrostat.campaigns.drivers import find_drivers
-from gyrostat.campaigns.effects import Effects, Inputs, find_effects, inputs_of
-from gyrostat.campaigns.summary import percentile_of
+from gyrostat.campaigns.drivers import drivers_of
+from gyrostat.campaigns.effects import MOST_RUNS, Effects, Inputs, find_effects, inputs_of
+from gyrostat.campaigns.run_table import RunTable
+from gyrostat.campaigns.summary import percentiles_of
 from gyrostat.core.text import or_none
 from gyrostat.reports import requirements
 from gyrostat.reports.campaign_run import told
@@ -16,9 +17,6 @@ from gyrostat.scenario import Scenario
 from gyrostat.scenario.metrics.results import metrics_of, percentile_name
 from gyrostat.scenario.unlikely import unlikely_numbers
 from gyrostat.simulation import Status
-
-if TYPE_CHECKING:
-    from gyrostat.core.types import Vector
 
 PERCENTILES = (50.0, 95.0, 99.7)
 """Percentiles of the runs in the report."""
@@ -29,33 +27,36 @@ LEAST_SHOWN = 0.01
 
 
 def campaign_content(
-    scenario: Scenario, known: Campaign, columns: "dict[str, Vector]", store: Store
+    scenario: Scenario, known: Campaign, columns: RunTable, store: Store
 ) -> dict[str, Any]:
     """Content of report.json, SI units."""
     status, keys = columns["status"], scenario.dispersed
-    draws = np.stack([columns[key] for key in keys], axis=1)
     ended = {
         kind.name.lower(): int(np.sum(status == kind)) for kind in Status if np.any(status == kind)
     }
     incomplete = np.flatnonzero(status != Status.COMPLETE)
     known_metrics = metrics_of(scenario)
-    values = np.stack([columns[name] for name in known_metrics], axis=1)
-    driving = find_drivers(draws, values)
-    inputs = inputs_of(scenario, known.seed, columns)
+    driving = drivers_of(columns.of(keys), columns.of(known_metrics))
+    first = columns.head(MOST_RUNS)
+    values = np.stack([first[name] for name in known_metrics], axis=1)
+    inputs = inputs_of(scenario, known.seed, first)
     effects = None if isinstance(inputs, str) else find_effects(inputs, values)
     metrics: dict[str, Any] = {}
     for m, ((name, metric), rho, level) in enumerate(
         zip(known_metrics.items(), driving.rank_correlation.T, driving.chance_level, strict=True)
     ):
+        values_of_metric = columns[name]
         percentiles = [
-            {"percent": percent, **percentile_of(columns[name], percent)._asdict()}
-            for percent in PERCENTILES
+            {"percent": percent, **estimate._asdict()}
+            for percent, estimate in zip(
+                PERCENTILES, percentiles_of(values_of_metric, PERCENTILES), strict=True
+            )
         ]
         order = [k for k in np.argsort(-np.abs(rho)) if np.isfinite(rho[k])]
         metrics[name] = {
             "unit": metric.unit,
             "window": metric.window,
-            "runs": int(np.sum(np.isfinite(columns[name]))),
+            "runs": int(np.sum(np.isfinite(values_of_metric))),
             "percentiles": [{k: or_none(v) for k, v in p.items()} for p in percentiles],
             "chance_level": or_none(float(level)),
             "drivers": [

@@ -1,17 +1,15 @@
 """Kept runs of a campaign inside its page: curves, motion and values."""
 
-from collections.abc import Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Sequence
+from typing import Any
 
 from gyrostat.campaigns import Store
+from gyrostat.campaigns.run_table import RunTable
 from gyrostat.reports.campaign_run import metric_rows, run_verdict
 from gyrostat.reports.replay import replay_data
 from gyrostat.reports.run_charts import run_charts
 from gyrostat.scenario import Scenario
 from gyrostat.scenario.kinds.orbits import planned_orbit
-
-if TYPE_CHECKING:
-    from gyrostat.core.types import Vector
 
 MOST_RUNS = 8
 """Largest number of runs in a page."""
@@ -23,7 +21,7 @@ FRAMES = 300
 
 def kept_runs(
     scenario: Scenario,
-    columns: "Mapping[str, Vector]",
+    columns: RunTable,
     store: Store,
     wanted: Sequence[int],
     ranked: str,
@@ -41,7 +39,7 @@ def kept_runs(
 
     sections, orbit = [], planned_orbit(scenario) if wanted else None
     for run in wanted[:MOST_RUNS]:
-        values = {name: column[run].item() for name, column in columns.items()}
+        values = columns.row(run)
         with h5netcdf.File(store.history(run)) as history:
             sections.append(
                 {

@@ -1,6 +1,7 @@
 """Pointing requirements in the report of a campaign: verdicts, and errors over time."""
 
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -29,7 +30,7 @@ ERRORS = ("error_max", "error_end", "crossing_peak")
 """Metrics that are a pointing error at some time, beside its percentiles."""
 
 
-def verdicts(scenario: Scenario, columns: "dict[str, Vector]", store: Store) -> list[Verdict]:
+def verdicts(scenario: Scenario, columns: "Mapping[str, Vector]", store: Store) -> list[Verdict]:
     """Verdict on each requirement of a finished campaign."""
     results = []
     with store.open_table() as file:

@@ -79,9 +79,24 @@ def _pick(columns: Mapping[str, Vector], names: Sequence[str], most: int) -> NDA
     count = len(columns["status"])
     if count <= most:
         return np.arange(count)
+    pairs = [_extremes(columns[name]) for name in names]
     extremes: dict[int, None] = {}
     for k in range(_EXTREMES):
-        for name in names:
-            order = np.argsort(columns[name])[: np.sum(np.isfinite(columns[name]))]
-            extremes |= dict.fromkeys((int(order[-1 - k]), int(order[k])) if k < len(order) else ())
+        for of_metric in pairs:
+            extremes |= dict.fromkeys(of_metric[k] if k < len(of_metric) else ())
     return np.sort(np.array(list(extremes | dict.fromkeys(range(most)))[:most]))
+
+
+def _extremes(values: Vector) -> list[tuple[int, int]]:
+    """Runs with the largest and smallest values, in pairs: the most extreme ones first."""
+    finite = values[np.isfinite(values)]
+    count = min(_EXTREMES, len(finite))
+    if count == 0:
+        return []
+    finite.partition((count - 1, len(finite) - count))
+    low, high = finite[count - 1], finite[-count]
+    small = np.flatnonzero((values <= low) & np.isfinite(values))
+    large = np.flatnonzero((values >= high) & np.isfinite(values))
+    small = small[np.argsort(values[small], kind="stable")][:count]
+    large = large[np.argsort(values[large], kind="stable")][::-1][:count]
+    return list(zip(large.tolist(), small.tolist(), strict=True))

@@ -114,9 +114,10 @@ def _of_runs(level: float, worst: Vector, value: float) -> tuple[Estimate, Estim
     """Size that a share of the runs does not exceed, and share of the runs within the value."""
     # the order statistics of the size and the binomial limits of the share agree
     largest = np.finfo(float).max
-    estimate = percentile_of(np.minimum(worst, largest), round(100.0 * level, 10))
-    size = Estimate(*(part if part < largest else np.nan for part in estimate))
     inside, count = int(np.sum(worst <= value)), len(worst)
+    np.minimum(worst, largest, out=worst)
+    estimate = percentile_of(worst, round(100.0 * level, 10))
+    size = Estimate(*(part if part < largest else np.nan for part in estimate))
     return size, Estimate(inside / count, *share_bounds(inside, count))
 
 

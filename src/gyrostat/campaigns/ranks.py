@@ -1,0 +1,98 @@
+"""Ranks of many runs, of several quantities, outside the memory."""
+
+import tempfile
+from collections.abc import Iterator, Sequence
+from types import TracebackType
+from typing import Final, Self
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.core.types import Matrix, Vector
+
+IN_MEMORY: Final = 64_000_000
+"""Size of the ranks that stay in memory, bytes; more of them are in a temporary file."""
+ROWS: Final = 131_072
+"""Number of runs whose ranks are in memory as numbers at a time."""
+
+
+def doubled_ranks(values: Vector) -> NDArray[np.unsignedinteger]:
+    """Twice the ranks from 1, which are whole numbers: equal values have their mean rank.
+
+    Args:
+        values: Finite values, (runs,).
+    """
+    count = len(values)
+    kind = np.uint32 if count < 2**31 else np.uint64
+    order = np.argsort(values)
+    is_first = np.ones(count + 1, bool)
+    for first in range(1, count, ROWS):
+        last = min(first + ROWS, count)
+        part = values[order[first - 1 : last]]
+        is_first[first:last] = part[1:] != part[:-1]
+    # positions from start to end, without it, have the same value: their mean rank is
+    # (start + end + 1) / 2
+    places = np.arange(count + 1, dtype=kind)
+    start = np.where(is_first[:-1], places[:-1], 0).astype(kind)
+    np.maximum.accumulate(start, out=start)
+    end = np.where(is_first[1:], places[1:], count).astype(kind)
+    del places
+    backward = end[::-1]
+    np.minimum.accumulate(backward, out=backward)
+    start += end
+    start += kind(1)
+    ranks = end
+    ranks[order] = start
+    return ranks
+
+
+class Ranks:
+    """Ranks of several quantities over the same runs; a context, which removes its file at its end.
+
+    Args:
+        runs: Number of runs.
+    """
+
+    def __init__(self, runs: int):
+        self._runs = runs
+        self._count = 0
+        self._kind = np.dtype(np.uint32 if runs < 2**31 else np.uint64)
+        self._file = tempfile.SpooledTemporaryFile(IN_MEMORY)
+
+    def __enter__(self) -> Self:
+        """Open the file."""
+        return self
+
+    def __exit__(
+        self,
+        kind: type[BaseException] | None,
+        error: BaseException | None,
+        trace: TracebackType | None,
+    ) -> None:
+        """Remove the file."""
+        self._file.close()
+
+    def add(self, values: Vector) -> None:
+        """Add a quantity.
+
+        Args:
+            values: Finite values, (runs,).
+        """
+        self._file.seek(0, 2)
+        self._file.write(doubled_ranks(values).data)
+        self._count += 1
+
+    def centred(self, columns: Sequence[int] | range) -> Iterator[Matrix]:
+        """Ranks minus their mean, part by part of the runs, (runs of the part, columns).
+
+        Args:
+            columns: Indices of the quantities, in the order in which they were added.
+        """
+        for first in range(0, self._runs, ROWS):
+            count = min(ROWS, self._runs - first)
+            yield np.stack([self._part(c, first, count) for c in columns], axis=1)
+
+    def _part(self, column: int, first: int, count: int) -> Vector:
+        self._file.seek((column * self._runs + first) * self._kind.itemsize)
+        doubled = np.frombuffer(self._file.read(count * self._kind.itemsize), self._kind)
+        return 0.5 * doubled - 0.5 * (self._runs + 1.0)
