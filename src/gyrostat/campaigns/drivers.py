@@ -68,7 +68,7 @@ def find_drivers(drawn: Matrix, metrics: Matrix) -> Drivers:
         drawn: Drawn values, (runs, keys).
         metrics: Values of the metrics, (runs, metrics), NaN for missing ones.
     """
-    return drivers_of(drawn.T, metrics.T)
+    return drivers_of([*drawn.T], [*metrics.T])
 
 
 def drivers_of(drawn: Sequence[Vector], metrics: Sequence[Vector]) -> Drivers:
@@ -85,8 +85,10 @@ def drivers_of(drawn: Sequence[Vector], metrics: Sequence[Vector]) -> Drivers:
         if count < 3:
             continue
         with Ranks(count) as ranks:
-            for each in (*_each(drawn), *(metrics[column] for column in columns)):
-                ranks.add(each[has])
+            for key in range(len(drawn)):
+                ranks.add(_present(drawn[key], has))
+            for column in columns:
+                ranks.add(_present(metrics[column], has))
             found, varies = _correlation(ranks, len(drawn), len(columns))
         rho[:, columns] = np.where(varies, np.clip(found, -1.0, 1.0), np.nan)
         # standard deviation of the rank correlation of independent values, with or without ties
@@ -98,6 +100,11 @@ def drivers_of(drawn: Sequence[Vector], metrics: Sequence[Vector]) -> Drivers:
     return Drivers(rho, np.minimum(level, 1.0))
 
 
+def _present(values: Vector, has: NDArray[np.bool_]) -> Vector:
+    """Values of some runs; without a copy if they are all."""
+    return values if np.all(has) else values[has]
+
+
 def _each(columns: Sequence[Vector]) -> Iterator[Vector]:
     return (columns[k] for k in range(len(columns)))
 
@@ -106,9 +113,10 @@ def _patterns(metrics: Sequence[Vector]) -> Iterator[tuple[NDArray[np.bool_], li
     """As `alike`, with one bit in memory for each run and metric."""
     kinds: dict[bytes, list[int]] = {}
     runs = 0
-    for column, values in enumerate(_each(metrics)):
-        runs = len(values)
-        kinds.setdefault(np.packbits(np.isfinite(values)).tobytes(), []).append(column)
+    for column in range(len(metrics)):
+        has = np.isfinite(metrics[column])
+        runs = len(has)
+        kinds.setdefault(np.packbits(has).tobytes(), []).append(column)
     for bits, columns in kinds.items():
         yield np.unpackbits(np.frombuffer(bits, np.uint8), count=runs).astype(bool), columns
 

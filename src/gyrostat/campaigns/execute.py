@@ -228,7 +228,8 @@ def worst_runs(store: Store, count: int, metric: str) -> list[int]:
 
     columns = store.columns()
     none = np.inf if metric.split(".")[-1] == "settling" else -np.inf
-    value = np.where(np.isnan(columns[metric]), none, columns[metric])
+    value = np.array(columns[metric], float)
+    value[np.isnan(value)] = none
     value[columns["status"] != 0] = np.inf
     rows = np.arange(len(value))
     if 0 < count < len(value):  # only these can be among the worst

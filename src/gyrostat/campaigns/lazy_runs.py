@@ -1,4 +1,4 @@
-"""Columns of a large table of runs as arrays of xarray, which are read when their values are used."""
+"""Columns of a large table of runs as arrays of xarray, read when their values are used."""
 
 from typing import Any, final
 

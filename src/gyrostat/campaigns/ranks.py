@@ -10,9 +10,9 @@ from numpy.typing import NDArray
 
 from gyrostat.core.types import Matrix, Vector
 
-IN_MEMORY: Final = 64_000_000
+IN_MEMORY: Final = 16_000_000
 """Size of the ranks that stay in memory, bytes; more of them are in a temporary file."""
-ROWS: Final = 131_072
+ROWS: Final = 32_768
 """Number of runs whose ranks are in memory as numbers at a time."""
 
 
@@ -30,19 +30,16 @@ def doubled_ranks(values: Vector) -> NDArray[np.unsignedinteger]:
         last = min(first + ROWS, count)
         part = values[order[first - 1 : last]]
         is_first[first:last] = part[1:] != part[:-1]
-    # positions from start to end, without it, have the same value: their mean rank is
-    # (start + end + 1) / 2
-    places = np.arange(count + 1, dtype=kind)
-    start = np.where(is_first[:-1], places[:-1], 0).astype(kind)
-    np.maximum.accumulate(start, out=start)
-    end = np.where(is_first[1:], places[1:], count).astype(kind)
-    del places
-    backward = end[::-1]
-    np.minimum.accumulate(backward, out=backward)
-    start += end
-    start += kind(1)
-    ranks = end
-    ranks[order] = start
+    ranks, first = np.empty(count, kind), 0
+    while first < count:
+        last = min(first + ROWS, count)
+        last += int(np.argmax(is_first[last:]))  # equal values stay together
+        starts = first + np.flatnonzero(is_first[first:last])
+        ends = np.append(starts[1:], last)
+        # the mean of the ranks start + 1 to end is (start + end + 1) / 2
+        doubled = (starts + ends + 1).astype(kind)
+        ranks[order[first:last]] = np.repeat(doubled, ends - starts)
+        first = last
     return ranks
 
 
@@ -57,7 +54,7 @@ class Ranks:
         self._runs = runs
         self._count = 0
         self._kind = np.dtype(np.uint32 if runs < 2**31 else np.uint64)
-        self._file = tempfile.SpooledTemporaryFile(IN_MEMORY)
+        self._file = tempfile.SpooledTemporaryFile(IN_MEMORY)  # noqa: SIM115
 
     def __enter__(self) -> Self:
         """Open the file."""
@@ -95,4 +92,4 @@ class Ranks:
     def _part(self, column: int, first: int, count: int) -> Vector:
         self._file.seek((column * self._runs + first) * self._kind.itemsize)
         doubled = np.frombuffer(self._file.read(count * self._kind.itemsize), self._kind)
-        return 0.5 * doubled - 0.5 * (self._runs + 1.0)
+        return 0.5 * doubled.astype(np.float64) - 0.5 * (self._runs + 1.0)

@@ -10,7 +10,7 @@ import numpy as np
 from gyrostat.campaigns.blocks import array_of, scalar_columns
 
 KEPT: Final = 48_000_000
-"""Size of the columns that stay in memory, bytes; the last one stays in any case."""
+"""Size of the columns that stay in memory, bytes."""
 
 
 class Columns(Sequence[Any]):
@@ -61,11 +61,11 @@ class RunTable(Mapping[str, Any]):
             return self._columns[name]
         if name not in self._names:
             raise KeyError(name)
-        while self._columns and self._size() + 8 * self.runs > KEPT:
-            self._columns.popitem(last=False)
         column = self._read(name, self.runs)
         column.flags.writeable = False
         self._columns[name] = column
+        while sum(each.nbytes for each in self._columns.values()) > KEPT:
+            self._columns.popitem(last=False)
         return column
 
     def __iter__(self) -> Iterator[str]:
@@ -104,9 +104,6 @@ class RunTable(Mapping[str, Any]):
     def dtype(self, name: str) -> np.dtype:
         """Type of the numbers of a column."""
         return np.dtype(self._file.schema_arrow.field(name).type.to_pandas_dtype())
-
-    def _size(self) -> int:
-        return sum(column.nbytes for column in self._columns.values())
 
     def _read(self, name: str, count: int) -> Any:
         """First values of a column, group by group: two copies of it would not fit in memory."""

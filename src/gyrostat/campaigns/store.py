@@ -39,10 +39,9 @@ if TYPE_CHECKING:
     from gyrostat.core.types import Vector
     from gyrostat.simulation.labelled import Labelled
 
-GROUP = 64
-"""Largest number of blocks in one row group of the table; they are in memory together."""
-GROUP_RUNS = 65_536
-"""Number of runs in a row group above which it has no second block."""
+GROUP, GROUP_RUNS = 64, 65_536
+"""Largest numbers of blocks and of runs in a row group of the table, which is in memory at once; a
+block with more runs has a row group of its own."""
 TABLE = "runs.parquet"
 REPORT = ("report.html", "report.json")
 _RESULT = re.compile(r"runs\.parquet|report\.(?:html|json)|runs/run_(\d{6,})\.(nc|html)")
@@ -272,10 +271,8 @@ class Store:
 
     def _require_table(self) -> None:
         if not Manifest(self.folder).is_own(TABLE, self.known().by):
-            raise InputError(
-                f"{self.table}: found no such file or a damaged one, expected the table of a "
-                "finished campaign"
-            )
+            what = "found no such file or a damaged one, expected the table of a finished campaign"
+            raise InputError(f"{self.table}: {what}")
 
     def history(self, run: int) -> Path:
         """Path of the history of a run."""

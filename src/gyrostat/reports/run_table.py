@@ -16,6 +16,8 @@ from gyrostat.scenario.metrics.results import metrics_of
 
 MOST_BYTES = 3_500_000
 """Size that the values take in a page."""
+_AT_ONCE = 1_000_000
+"""Number of runs that are searched at a time."""
 _EXTREMES = 20
 """Number of largest and of smallest values of each metric whose runs are always kept."""
 
@@ -88,15 +90,28 @@ def _pick(columns: Mapping[str, Vector], names: Sequence[str], most: int) -> NDA
 
 
 def _extremes(values: Vector) -> list[tuple[int, int]]:
-    """Runs with the largest and smallest values, in pairs: the most extreme ones first."""
+    """Runs with the largest and the smallest values, in pairs: the most extreme ones first."""
     finite = values[np.isfinite(values)]
     count = min(_EXTREMES, len(finite))
     if count == 0:
         return []
     finite.partition((count - 1, len(finite) - count))
     low, high = finite[count - 1], finite[-count]
-    small = np.flatnonzero((values <= low) & np.isfinite(values))
-    large = np.flatnonzero((values >= high) & np.isfinite(values))
-    small = small[np.argsort(values[small], kind="stable")][:count]
-    large = large[np.argsort(values[large], kind="stable")][::-1][:count]
+    del finite
+    small, large = (
+        _first(values, values < low, low, count),
+        _first(values, values > high, high, count),
+    )
+    small = small[np.argsort(values[small], kind="stable")]
+    large = large[np.argsort(-values[large], kind="stable")]
     return list(zip(large.tolist(), small.tolist(), strict=True))
+
+
+def _first(values: Vector, is_beyond: NDArray[np.bool_], limit: float, count: int) -> NDArray:
+    """Runs beyond a limit, and the first of those that are at it, in all `count`."""
+    parts = [np.flatnonzero(is_beyond & np.isfinite(values))]
+    for first in range(0, len(values), _AT_ONCE):
+        if sum(map(len, parts)) >= count:
+            break
+        parts.append(first + np.flatnonzero(values[first : first + _AT_ONCE] == limit))
+    return np.sort(np.concatenate(parts)[:count])
