@@ -15,7 +15,7 @@ from gyrostat.cli import app
 from gyrostat.core.argument_names import naming_arguments
 
 ROOT = Path(__file__).parents[1]
-MOST_NAMES = 53
+MOST_NAMES = 54
 ALIASES = {"holdable": "feasible"}
 """Old name of a verb -> its name."""
 NOT_OPTIONS = {"say", "command", "on_progress", "changes"}

@@ -15,8 +15,6 @@ from gyrostat.core.instructions import limit_process, recorded
 from gyrostat.verbs.single_runs import replayed, simulated
 
 if TYPE_CHECKING:
-    from collections.abc import Callable
-
     import xarray as xr
 
     from gyrostat.simulation.labelled import Labelled

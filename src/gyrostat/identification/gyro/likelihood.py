@@ -202,7 +202,7 @@ def transformed(rate: Vector, interval: float) -> Transformed:
         interval: Interval, s.
     """
     count = rate.size
-    time = (np.arange(count) - 0.5 * (count - 1.0)) * interval
+    time: Any = (np.arange(count) - 0.5 * (count - 1.0)) * interval
     slope = float(time @ rate / (time @ time))
     centred: Any = rate - np.mean(rate) - slope * time
     coefficients = _cosine_transform(centred)
