@@ -183,6 +183,12 @@ def test_mistakes_are_one_line(scenario, old, new, words):
         read_scenario(scenario(SEQUENCE.replace(old, new, 1)))
 
 
+def test_a_tangent_point_above_the_spacecraft_is_refused(scenario):
+    path = scenario('tangent_height = "600 km"', "limb")
+    with pytest.raises(InputError, match="found no attitude along the reference at 0 s"):
+        gs.check(path)
+
+
 KEEP_OUT = """
 [[keep_out]]
 name = "camera"

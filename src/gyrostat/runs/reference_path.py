@@ -8,8 +8,9 @@ import equinox as eqx
 import numpy as np
 from jaxtyping import Bool, Float, Int
 
-from gyrostat.control.guidance import Mode, Reference
+from gyrostat.control.guidance import Mode, Pointing, Reference, Scanned, SecondAxis
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
+from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Vector
 from gyrostat.runs.build import Setup
@@ -21,6 +22,8 @@ from gyrostat.telemetry.signals import runs
 
 ROWS = 100_000
 """Largest number of rows of a path; longer runs have a row for several control periods."""
+SCREENED = 200
+"""Times at which every mode is evaluated before a path is."""
 
 
 class ReferencePath(NamedTuple):
@@ -101,6 +104,35 @@ def reference_path(scenario: Scenario, rows: int = ROWS) -> ReferencePath:
         found = _moving(setup.reference, speed, observers, period, first, stride)
     attitude, rate, windows = jax.tree.map(np.asarray, found)
     return ReferencePath(stride * period, first * period, attitude, rate, windows)
+
+
+def check_directions(scenario: Scenario) -> None:
+    """Check that a reference with targets has an attitude at all times of the nominal run.
+
+    Raises:
+        InputError: It has none: a tangent point above the spacecraft, or two directions that are
+            parallel.
+    """
+    setup = nominal_setup(scenario)
+    if setup.reference is None or not any(_may_fail(m) for m in setup.reference.modes):
+        return
+    times: Any = np.linspace(0.0, scenario.duration, SCREENED)
+    every = [jax.jit(jax.vmap(mode))(times) for mode in setup.reference.modes if _may_fail(mode)]
+    if np.all(np.isfinite(every)):
+        return
+    # a mode may have no attitude while it is not active
+    path = reference_path(scenario)
+    without = np.flatnonzero(~np.all(np.isfinite(path.attitude), axis=1))
+    if len(without):
+        raise InputError(
+            f"key reference: found no attitude along the reference at {path.time[without[0]]:g} s, "
+            "expected a tangent point below the spacecraft, and a second direction that is not "
+            "that of the target"
+        )
+
+
+def _may_fail(mode: Any) -> bool:
+    return isinstance(mode, Pointing) and isinstance(mode.aim, SecondAxis | Scanned)
 
 
 def _in_windows(observers: tuple[WindowObserver, ...], time: Scalar, mode: Mode) -> dict[str, Any]:

@@ -60,6 +60,7 @@ def check(
     from gyrostat.runs.keep_out_times import reference_violations
     from gyrostat.runs.passes import pass_lines, passes_of
     from gyrostat.runs.plans import designs_of
+    from gyrostat.runs.reference_path import check_directions
     from gyrostat.runs.tracker_forecast import tracker_lines
     from gyrostat.runs.user.trial import supports_of
     from gyrostat.scenario.kinds.registry import kinds_of
@@ -87,6 +88,7 @@ def check(
             say(f"  {result.parts['friction']}")
     for line in requirement_lines(definition):
         say(line)
+    check_directions(definition)
     result.passes = passes_of(definition)
     for line in pass_lines(definition, result.passes):
         say(line)
