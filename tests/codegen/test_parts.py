@@ -26,7 +26,15 @@ NOT_IN_THE_LOOP = {
     *("MomentumFilter", "WheelArrayFilter"),
     *("AttitudeFilter", "SteadyAttitudeFilter", "Driver", "Tachometer", "Wheel", "WheelArray"),
     *("FrictionSteps", "WheelFailures", "Imbalance", "CircularOrbit", "GravityGradient"),
-    *("HarmonicTorque", "Spacecraft", "BearingEquation", "CoupledBearings", "Law", "SampledModel"),
+    *(
+        "HarmonicTorque",
+        "Spacecraft",
+        "StarTrackerHeads",
+        "BearingEquation",
+        "CoupledBearings",
+        "Law",
+        "SampledModel",
+    ),
     *("AddedSensor", "ActuatorWithState", "FlexibleModes"),  # protocols, part of a plant
 }
 

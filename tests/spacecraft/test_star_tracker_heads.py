@@ -28,6 +28,8 @@ from tests.spacecraft import orbit_samples
 DEGREE = np.pi / 180.0
 REST = BodyMotion(jnp.array([1.0, 0.0, 0.0, 0.0]), jnp.zeros(3))
 ACROSS, ABOUT = 2e-5, 2e-4
+NORMAL = np.array([0.0, 1.0, 0.0])
+"""Normal of the orbit: no blinding."""
 
 
 @pytest.fixture(scope="module")
@@ -103,7 +105,7 @@ def samples(tracker, count=3000):
     @jax.jit
     @jax.vmap
     def draw(key):
-        attitude, sees = tracker(REST, jnp.zeros(()), 1.0, key)
+        attitude, sees, _ = tracker(REST, tracker.start(), jnp.zeros(()), 1.0, key)
         return rotation_vector(attitude), sees
 
     turn, sees = draw(keys)
@@ -132,6 +134,55 @@ def test_two_heads_are_combined_by_least_squares(orbit):
     np.testing.assert_array_equal(sees.any(0), [False, True])
     alone = covariance(second)
     np.testing.assert_allclose(np.cov(error.T), alone, atol=0.08 * alone.max())
+
+
+def errors(tracker, rate, period, count):
+    """Rotation vectors from the true to the measured attitude of a body that turns, (count, 3)."""
+
+    @jax.jit
+    def run(keys):
+        def one(memory, step):
+            number, key = step
+            attitude = from_rotation_vector(number * period * jnp.asarray(rate))
+            motion = BodyMotion(attitude, jnp.asarray(rate))
+            measured, _, memory = tracker(motion, memory, number, period, key)
+            return memory, rotation_vector(error(measured, attitude))
+
+        return jax.lax.scan(one, tracker.start(), (jnp.arange(float(count)), keys))[1]
+
+    return np.asarray(run(jax.random.split(jax.random.key(8), count)))
+
+
+def test_noise_has_doubled_at_the_doubling_rate_and_the_delay_turns_back(orbit):
+    axis, rate = np.array([0.0, 0.0, 1.0]), np.array([0.0, 3e-3, 4e-3])
+    head = StarTrackerHead(orbit, ACROSS, ABOUT, axis, doubling_rate=5e-3, delay=0.2)
+    found = errors(StarTrackerHeads((head,)), rate, 0.5, 3000)
+    np.testing.assert_allclose(found.mean(0), -0.2 * rate, atol=2e-5)
+    np.testing.assert_allclose(np.cov(found.T), 4.0 * covariance(axis), atol=0.1 * 4.0 * ABOUT**2)
+    # the attitude at the time tag less the delay
+    (before, now) = (Rotation.from_rotvec(time * rate) for time in (9.8, 10.0))
+    np.testing.assert_allclose((now.inv() * before).as_rotvec(), -0.2 * rate, rtol=1e-9)
+
+
+def test_orbit_error_has_the_period_of_the_orbit(orbit):
+    head = StarTrackerHead(
+        orbit, 1e-12, 1e-12, NORMAL, orbit_error=np.array([0.0, 2e-4, -1e-4]), orbit_phase=0.5
+    )
+    found = errors(StarTrackerHeads((head,)), np.zeros(3), float(orbit.period) / 8.0, 9)
+    phase = 0.5 + 2.0 * np.pi * np.arange(9) / 8.0
+    np.testing.assert_allclose(found, np.outer(np.sin(phase), [0.0, 2e-4, -1e-4]), atol=1e-10)
+
+
+def test_field_error_is_correlated_over_the_angle_that_the_body_turns(orbit):
+    """0.1 deg between samples: the correlation of neighbours is exp(-0.1 / 0.4)."""
+    head = StarTrackerHead(orbit, 1e-9, 5e-9, NORMAL, field_error=3e-5, field_length=0.4 * DEGREE)
+    found = errors(StarTrackerHeads((head,)), 0.1 * DEGREE * NORMAL, 1.0, 20_000)
+    np.testing.assert_allclose(found.std(0), [3e-5, 15e-5, 3e-5], rtol=0.06)
+    kept = [np.corrcoef(each[1:], each[:-1])[0, 1] for each in found.T]
+    np.testing.assert_allclose(kept, np.exp(-0.25), atol=0.03)
+    still = errors(StarTrackerHeads((head,)), np.zeros(3), 1.0, 50)
+    assert np.max(np.ptp(still, axis=0)) < 1e-7
+    assert np.max(np.abs(still)) > 1e-5
 
 
 class Hold:

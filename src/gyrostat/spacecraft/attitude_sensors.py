@@ -38,23 +38,34 @@ class StarTracker(Checked):
     )
     periods: Annotated[Scalar, whole_periods] = 1
 
+    def start(self) -> tuple[()]:
+        """Empty memory."""
+        return ()
+
     def __call__(
-        self, motion: BodyMotion, samples: Scalar, period: Scalar, key: PRNGKeyArray
-    ) -> tuple[Quaternion, Bool[Array, ""]]:
+        self,
+        motion: BodyMotion,
+        memory: tuple[()],
+        samples: Scalar,
+        period: Scalar,
+        key: PRNGKeyArray,
+    ) -> tuple[Quaternion, Bool[Array, ""], tuple[()]]:
         """Measure the attitude.
 
         Args:
             motion: True attitude and rate.
+            memory: Empty memory.
             samples: Control periods since the start.
             period: Unused.
             key: Random key of the noise.
 
         Returns:
-            The measured attitude, (4,), and whether the tracker has a sample at this time.
+            The measured attitude, (4,), whether the tracker has a sample at this time, and the
+            memory.
         """
         noise = jnp.asarray(self.sigma) * jax.random.normal(key, (3,))
         attitude = product(motion.attitude, from_rotation_vector(noise))
-        return attitude, jnp.mod(samples, self.periods) == 0.0
+        return attitude, jnp.mod(samples, self.periods) == 0.0, memory
 
 
 class TrackerGyroMeasurement(NamedTuple):
@@ -98,6 +109,7 @@ class _Memory(NamedTuple):
     samples: Scalar
     period: Scalar
     motion: BodyMotion
+    tracker: Any
     gyro: Any
 
 
@@ -128,6 +140,7 @@ class TrackerGyroSensors(Checked):
             jnp.zeros(()),
             jnp.asarray(period, dtype=float),
             motion,
+            self.tracker.start(),
             None if self.gyro is None else self.gyro.start(motion),
         )
 
@@ -136,7 +149,9 @@ class TrackerGyroSensors(Checked):
         truth_key, tracker_key, gyro_key = jax.random.split(key, 3)
         truth, sample = self.truth(memory.truth, state, truth_key)
         motion = BodyMotion(sample.attitude, self._rate(state))
-        attitude, sees = self.tracker(motion, memory.samples, memory.period, tracker_key)
+        attitude, sees, tracker = self.tracker(
+            motion, memory.tracker, memory.samples, memory.period, tracker_key
+        )
         sampled, wheels = jnp.any(sees), (sample.wheel_speed, sample.wheel_measured)
         measurement: Any = TrackerMeasurement(attitude, sampled, *wheels)
         gyro = memory.gyro
@@ -145,7 +160,7 @@ class TrackerGyroSensors(Checked):
             measurement = TrackerGyroMeasurement(attitude, sampled, rate, *wheels)
         if sees.ndim:
             measurement = with_fields("Heads", measurement, {"tracker_heads": sees}, {})
-        after = _Memory(truth, memory.samples + 1.0, memory.period, motion, gyro)
+        after = _Memory(truth, memory.samples + 1.0, memory.period, motion, tracker, gyro)
         return after, measurement
 
     def _rate(self, state: Any) -> Vector3:

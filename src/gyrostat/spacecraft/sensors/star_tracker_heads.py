@@ -18,6 +18,10 @@ from gyrostat.spacecraft.rate_gyro import BodyMotion
 from gyrostat.spacecraft.sensors.keep_out import KeepOut
 from gyrostat.wheel.array import listed, zeros
 
+FIELD_LENGTH = np.radians(1.0)
+"""Usual rotation over which the field of view error is correlated, rad."""
+_FIELD_KEY = 0xF1E1D
+
 
 class Blinding(NamedTuple):
     """What blinds a head: Sun, limb of the Earth, Moon, body rate."""
@@ -47,6 +51,15 @@ class StarTrackerHead(Checked):
         moon_exclusion: Smallest angle between boresight and centre of the Moon, rad; above 0, the
             orbit must hold the Moon.
         rate_limit: Largest body rate, rad/s; infinite: no limit.
+        doubling_rate: Body rate at which the standard deviations have doubled, rad/s; infinite: the
+            noise does not grow.
+        delay: Time between exposure and time tag that is not corrected, s.
+        orbit_error: Amplitude of an error once per orbit, such as that of thermal distortion,
+            rotation vector in body axes, (3,), rad.
+        orbit_phase: Its phase at time 0, rad.
+        field_error: Standard deviation across the boresight of the error that changes as the stars
+            move over the field of view, rad; about the boresight it is larger as the noise is.
+        field_length: Rotation of the body over which this error is correlated, rad.
     """
 
     orbit: OrbitEnvironment
@@ -60,6 +73,12 @@ class StarTrackerHead(Checked):
     earth_exclusion: Annotated[Scalar, size("earth exclusion angle", "rad")] = 0.0
     moon_exclusion: Annotated[Scalar, size("moon exclusion angle", "rad")] = 0.0
     rate_limit: Annotated[Scalar, limit("star tracker rate limit", "rad/s")] = np.inf
+    doubling_rate: Annotated[Scalar, limit("star tracker doubling rate", "rad/s")] = np.inf
+    delay: Annotated[Scalar, size("star tracker delay", "s")] = 0.0
+    orbit_error: Annotated[Vector3, signed("size of the head's orbit error", "rad")] = zeros()
+    orbit_phase: Annotated[Scalar, signed("size of the phase of the orbit error", "rad")] = 0.0
+    field_error: Annotated[Scalar, size("star tracker field error", "rad")] = 0.0
+    field_length: Annotated[Scalar, positive("length of the field error", "rad")] = FIELD_LENGTH
 
     def check_own(self) -> None:
         """Validate that the orbit holds the Moon where its exclusion angle needs it.
@@ -89,22 +108,51 @@ class StarTrackerHead(Checked):
         near = KeepOut(self.orbit, self.boresight, *angles)(motion.attitude, time)
         return Blinding(*near, motion.rate @ motion.rate > self.rate_limit**2)
 
-    def error(self, key: PRNGKeyArray) -> tuple[Vector3, Float[Array, "3 3"]]:
-        """Error of a sample, a rotation vector in body axes, (3,), rad, and its information matrix.
+    def field_after(self, before: Vector3, turned: Scalar, key: PRNGKeyArray) -> Float[Array, "3"]:
+        """Field of view error after a rotation, as a share of its standard deviations, (3,).
 
-        The information matrix, (3, 3), 1/rad², is the inverse of the covariance of the noise.
+        A Gauss-Markov process over the angle that the body has turned.
 
         Args:
+            before: Value before, (3,).
+            turned: Angle of the rotation, rad; infinite: a new draw.
+            key: Random key.
+        """
+        kept = jnp.exp(-turned / self.field_length)
+        return kept * before + jnp.sqrt(1.0 - kept**2) * jax.random.normal(key, (3,))
+
+    def error(
+        self, motion: BodyMotion, time: Scalar, field: Vector3, key: PRNGKeyArray
+    ) -> tuple[Vector3, Float[Array, "3 3"]]:
+        """Error of a sample, a rotation vector in body axes, (3,), rad, and its information matrix.
+
+        The information matrix, (3, 3), 1/rad², is the inverse of the covariance of the noise at
+        rest.
+
+        Args:
+            motion: Attitude and rate of the body.
+            time: Time, s.
+            field: Field of view error as a share of its standard deviations, (3,).
             key: Random key of the noise.
         """
         axis = jnp.asarray(self.boresight)
         axis = axis / jnp.sqrt(axis @ axis)
-        white = jax.random.normal(key, (3,))
-        along = axis * (axis @ white)
-        noise = self.across * (white - along) + self.about * along
+
+        def scaled(draws: Vector3, across: Scalar, about: Scalar) -> Vector3:
+            along = axis * (axis @ draws)
+            return across * (draws - along) + about * along
+
+        ratio = self.about / self.across
+        noise = scaled(jax.random.normal(key, (3,)), self.across, self.about)
+        # the variance is four times as large at the doubling rate
+        growth = jnp.sqrt(1.0 + 3.0 * (motion.rate @ motion.rate) / self.doubling_rate**2)
+        phase = 2.0 * jnp.pi * time / self.orbit.period + self.orbit_phase
+        slow = jnp.asarray(self.orbit_error) * jnp.sin(phase)
+        slow = slow + scaled(field, self.field_error, ratio * self.field_error)
         plane = jnp.eye(3) - jnp.outer(axis, axis)
         information = plane / self.across**2 + jnp.outer(axis, axis) / self.about**2
-        return self.misalignment + noise, information
+        constant = self.misalignment - self.delay * motion.rate
+        return constant + slow + growth * noise, information
 
 
 class StarTrackerHeads(Checked):
@@ -123,28 +171,45 @@ class StarTrackerHeads(Checked):
     heads: tuple[StarTrackerHead, ...]
     periods: Annotated[Scalar, whole_periods] = 1
 
+    def start(self) -> Float[Array, "heads 3"]:
+        """Memory before the first sample: field of view errors."""
+        return jnp.zeros((len(self.heads), 3))
+
     def __call__(
-        self, motion: BodyMotion, samples: Scalar, period: Scalar, key: PRNGKeyArray
-    ) -> tuple[Quaternion, Bool[Array, " heads"]]:
+        self,
+        motion: BodyMotion,
+        memory: Float[Array, "heads 3"],
+        samples: Scalar,
+        period: Scalar,
+        key: PRNGKeyArray,
+    ) -> tuple[Quaternion, Bool[Array, " heads"], Float[Array, "heads 3"]]:
         """Measure the attitude.
 
         Args:
             motion: True attitude and rate.
+            memory: Memory from the last control period.
             samples: Control periods since the start.
             period: Control period, s.
             key: Random key of the noise.
 
         Returns:
-            The measured attitude, (4,), and whether each head has a sample at this time, (heads,).
+            The measured attitude, (4,), whether each head has a sample at this time, (heads,), and
+            the memory.
         """
         due = jnp.mod(samples, self.periods) == 0.0
         sees = jnp.stack([due & head.sees(motion, samples * period) for head in self.heads])
-        total, weighted = jnp.zeros((3, 3)), jnp.zeros(3)
+        total, weighted, fields = jnp.zeros((3, 3)), jnp.zeros(3), []
+        turned = period * jnp.sqrt(motion.rate @ motion.rate)
+        turned = jnp.where(samples == 0.0, jnp.inf, turned)
         for number, head in enumerate(self.heads):
-            error, information = head.error(jax.random.fold_in(key, number))
+            head_key = jax.random.fold_in(key, number)
+            field_key = jax.random.fold_in(head_key, _FIELD_KEY)
+            fields.append(head.field_after(memory[number], turned, field_key))
+            error, information = head.error(motion, samples * period, fields[-1], head_key)
             total += sees[number] * information
             weighted += sees[number] * (information @ error)
         # without a head, any definite matrix
         total += jnp.where(jnp.any(sees), 0.0, 1.0) * jnp.eye(3)
         mean = inverse_definite(total) @ weighted
-        return product(motion.attitude, from_rotation_vector(mean)), sees
+        attitude = product(motion.attitude, from_rotation_vector(mean))
+        return attitude, sees, jnp.stack(fields)

@@ -6,8 +6,8 @@ from typing import Annotated
 
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.scenario.component import ORBIT, STAR_TRACKER, Context, Kind
-from gyrostat.scenario.schema import positive, size, vector
-from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHead
+from gyrostat.scenario.schema import Key, positive, size, vector
+from gyrostat.spacecraft.sensors.star_tracker_heads import FIELD_LENGTH, StarTrackerHead
 
 
 @dataclass(frozen=True, eq=False)
@@ -48,6 +48,32 @@ class Head(Kind):
         Scalar, size("angle", 0.0, "Smallest angle between boresight and centre of the Moon.")
     ]
     rate_limit: Annotated[Scalar, positive("speed", inf, "Largest body rate.")]
+    doubling_rate: Annotated[
+        Scalar, positive("speed", inf, "Body rate at which the standard deviations have doubled.")
+    ]
+    delay: Annotated[
+        Scalar, size("time", 0.0, "Time between exposure and time tag that is not corrected.")
+    ]
+    orbit_error: Annotated[
+        Vector3,
+        vector("angle", "Amplitude of an error once per orbit, rotation vector in body axes."),
+    ]
+    orbit_phase: Annotated[Scalar, Key("angle", 0.0, "Phase of this error at time 0.")]
+    field_error: Annotated[
+        Scalar,
+        size(
+            "angle",
+            0.0,
+            "Standard deviation across the boresight of the error that changes as the stars move "
+            "over the field of view.",
+        ),
+    ]
+    field_length: Annotated[
+        Scalar,
+        positive(
+            "angle", FIELD_LENGTH, "Rotation of the body over which this error is correlated."
+        ),
+    ]
 
     def make(self, context: Context) -> StarTrackerHead:
         """Head."""
