@@ -10,10 +10,12 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from gyrostat import budget, place, simulate
+from gyrostat import allan, budget, place, simulate
 from gyrostat.core.units import RPM
 from gyrostat.failures import holdable
 from gyrostat.identification import identify
+from gyrostat.identification.gyro.parameters import PARAMETERS
+from gyrostat.identification.gyro.simulate import simulated_rates
 from gyrostat.monitoring import WheelMonitor
 from gyrostat.monitoring.change.assess import Limit, assess, reference_to
 from gyrostat.monitoring.change.detector import AlarmSettings
@@ -26,6 +28,7 @@ from gyrostat.monitoring.fleet.vehicle import SMALL
 from gyrostat.monitoring.rehearsal import samples_of
 from gyrostat.papers.carrara_kuga.dispersed import crossing_figure
 from gyrostat.reports import friction_charts, record_charts, sky_chart
+from gyrostat.reports.allan import allan_figure
 from gyrostat.reports.body_sky_map import body_sky_chart
 from gyrostat.reports.chart import WIDTH
 from gyrostat.reports.colours import BAND, MARK, MODEL
@@ -110,6 +113,14 @@ def image_of(columns: Sequence[Sequence[Markup]]) -> str:
     )
 
 
+def gyro_figure() -> Figure:
+    """Allan deviation of 12 h of a simulated gyro, of which the page on its noise gives the fit."""
+    sheet = {"quantisation": 1.0, "angle_walk": 0.01, "bias_instability": 0.05, "bias_walk": 0.05}
+    truth = {name: value * PARAMETERS[name].factor for name, value in sheet.items()}
+    rate = simulated_rates(truth, 432_000, 0.1, np.random.default_rng(3))
+    return allan_figure(allan(rate, interval=0.1))
+
+
 def main():
     """Draw an identification, crossings, a sky map and an orbit with a stiff wheel; save them."""
     record = read_record(ROOT / "examples" / "wheel_profile2.csv")
@@ -124,6 +135,7 @@ def main():
     drawn = {
         "crossing_zero": crossing_figure(),
         "error_budget": budget_figure,
+        "gyro_allan": gyro_figure(),
         "stiff_wheel": stiff_wheel_figure(stiff),
     }
     charts = {

@@ -247,6 +247,24 @@ def test_bad_records_are_refused_with_one_line(tmp_path, header, change, message
     assert "\n" not in str(raised.value)
 
 
+@pytest.mark.parametrize(
+    ("record", "options", "message"),
+    [
+        ({}, {"interval": 1.0}, "record: found dict, expected a path, or an array of rates"),
+        (np.ones((9, 4)), {"interval": 1.0}, r"found an array of shape \(9, 4\), expected"),
+        (np.arange(9.0), {}, "interval: found none, expected the time between"),
+        (np.arange(9.0), {"interval": 0.0}, "interval: found 0 s, expected a time above 0"),
+        (np.ones(9), {"interval": 1.0}, "record: x: found one value throughout, expected noise"),
+        ([1.0, np.inf], {"interval": 1.0}, r"record: x\[1\]: found inf, expected a number"),
+        (np.arange(900.0), {"interval": 1.0, "shortest": 0.2}, "shortest: found 0.2 s"),
+        (np.arange(900.0), {"interval": 1.0, "shortest": 9.0}, "found 100 samples of 9 s"),
+    ],
+)
+def test_bad_arrays_are_refused(record, options, message):
+    with pytest.raises(gs.InputError, match=message):
+        gs.allan(record, **options)
+
+
 def test_command_line_writes_json_picture_and_a_section_that_a_scenario_reads(tmp_path, run):
     record = written(
         tmp_path / "gyro.csv",

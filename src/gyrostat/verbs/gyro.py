@@ -106,7 +106,12 @@ def _record(
 
     if isinstance(record, str | Path):
         return read_gyro_record(record, assigned(columns, "--columns"), units, interval)
-    rate = np.array(record, dtype=float).T
+    try:
+        rate = np.array(record, dtype=float).T
+    except (TypeError, ValueError):
+        raise InputError(
+            f"record: found {type(record).__name__}, expected a path, or an array of rates"
+        ) from None
     rate = rate[None] if rate.ndim == 1 else rate
     if rate.ndim != 2 or not 1 <= rate.shape[0] <= len(AXES) or rate.shape[1] < 2:
         raise InputError(

@@ -202,9 +202,9 @@ def transformed(rate: Vector, interval: float) -> Transformed:
         interval: Interval, s.
     """
     count = rate.size
-    time: Any = (np.arange(count) - 0.5 * (count - 1.0)) * interval
+    time: Vector = (np.arange(count, dtype=np.float64) - 0.5 * (count - 1.0)) * interval
     slope = float(time @ rate / (time @ time))
-    centred: Any = rate - np.mean(rate) - slope * time
+    centred = rate - float(np.mean(rate)) - slope * time
     coefficients = _cosine_transform(centred)
     lowest = min(LOWEST, count - 1)
     number = np.arange(1.0, count)
