@@ -18,6 +18,7 @@ from gyrostat.runs.build_parts import named_parts
 from gyrostat.scenario import Scenario
 from gyrostat.scenario.build_spacecraft import spacecraft_of
 from gyrostat.scenario.component import Context
+from gyrostat.scenario.error_sources import error_sources
 from gyrostat.scenario.kinds.wheel_disturbances import imbalance_of
 from gyrostat.scenario.metrics.results import metrics_of
 from gyrostat.scenario.structure import structure_of
@@ -449,6 +450,20 @@ def test_the_sigma_of_a_dispersion_has_units_of_gyros(gyro_units, key, sigma, in
     changes = (('"sensors.bias.z"', f'"{key}"'), ('"0.003 deg/s"\n\n', f'"{sigma}"\n\n'))
     (found,) = [d for d in gyro_units(*changes).dispersions if d.keys == (key,)]
     assert found.parameters[0][0] == pytest.approx(math.radians(in_degrees), rel=1e-14)
+
+
+def test_errors_of_a_data_sheet_are_sources_of_the_error_budget(gyro_units):
+    sheet = (
+        'kind = "star_tracker_data_sheet_gyro"\nbias_instability = "0.5 deg/h"\n'
+        'angle_resolution = "0.1 arcsec"\nnonorthogonality = ["0.1 mrad", 0.0, 0.0]\n'
+        'scale_factor = ["300 ppm", 0.0, 0.0]'
+    )
+    found = gyro_units(('kind = "star_tracker_gyro"', sheet))
+    assert found.values["sensors.scale_factor.x"] == pytest.approx(3e-4, rel=1e-14)
+    keys = {each.name: [*each.keys] for each in error_sources(found)}
+    assert keys["gyro bias instability"] == ["sensors.bias_instability"]
+    assert keys["gyro resolution"] == ["sensors.angle_resolution"]
+    assert keys["gyro misalignment"] == ["sensors.nonorthogonality.x"]
 
 
 def test_faults_of_a_gyro_are_read_with_random_times_and_refused_for_an_attitude(gyro_units):

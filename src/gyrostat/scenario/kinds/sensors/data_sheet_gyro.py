@@ -23,7 +23,10 @@ class StarTrackerDataSheetGyro(StarTrackerGyro):
     bias_instability: Annotated[
         Scalar,
         size(
-            "speed", 0.0, "Bias instability of IEEE Std 952: the lowest Allan deviation over 0.664."
+            "speed",
+            0.0,
+            "Bias instability of IEEE Std 952: the lowest Allan deviation over 0.664.",
+            source="gyro bias instability",
         ),
     ]
     bandwidth: Annotated[
@@ -32,12 +35,24 @@ class StarTrackerDataSheetGyro(StarTrackerGyro):
     ]
     nonorthogonality: Annotated[
         Vector3,
-        vector("angle", "Deviations from right angles between the axes x and y, x and z, y and z."),
+        vector(
+            "angle",
+            "Deviations from right angles between the axes x and y, x and z, y and z.",
+            source="gyro misalignment",
+        ),
     ]
     angle_resolution: Annotated[
-        Scalar, size("angle", 0.0, "Step of the integrated angle: √12 times the quantisation Q.")
+        Scalar,
+        size(
+            "angle",
+            0.0,
+            "Step of the integrated angle: √12 times the quantisation Q.",
+            source="gyro resolution",
+        ),
     ]
-    rate_resolution: Annotated[Scalar, size("speed", 0.0, "Step of the rate.")]
+    rate_resolution: Annotated[
+        Scalar, size("speed", 0.0, "Step of the rate.", source="gyro resolution")
+    ]
 
     def make(self, context: Context) -> TrackerGyroSensors:
         """Sensors."""

@@ -52,11 +52,18 @@ class Head(Kind):
         Scalar, positive("speed", inf, "Body rate at which the standard deviations have doubled.")
     ]
     delay: Annotated[
-        Scalar, size("time", 0.0, "Time between exposure and time tag that is not corrected.")
+        Scalar,
+        size(
+            "time", 0.0, "Time between exposure and time tag that is not corrected.", source="delay"
+        ),
     ]
     orbit_error: Annotated[
         Vector3,
-        vector("angle", "Amplitude of an error once per orbit, rotation vector in body axes."),
+        vector(
+            "angle",
+            "Amplitude of an error once per orbit, rotation vector in body axes.",
+            source="orbit error",
+        ),
     ]
     orbit_phase: Annotated[Scalar, Key("angle", 0.0, "Phase of this error at time 0.")]
     field_error: Annotated[
@@ -66,6 +73,7 @@ class Head(Kind):
             0.0,
             "Standard deviation across the boresight of the error that changes as the stars move "
             "over the field of view.",
+            source="field of view error",
         ),
     ]
     field_length: Annotated[
