@@ -18,7 +18,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.telemetry.assemble import Measured
 from gyrostat.telemetry.columns import Chosen, Header, choose_columns
-from gyrostat.telemetry.fault import counted, fault, listed
+from gyrostat.telemetry.fault import counted, fault, listed, shown
 from gyrostat.telemetry.mapping import column_map
 from gyrostat.telemetry.read import format_of, with_time
 from gyrostat.telemetry.record_format import Request
@@ -133,6 +133,12 @@ def _choose(
 ) -> dict[str, Chosen]:
     """Columns of the file, all of one kind."""
     chosen = choose_columns(header, columns, units, absent=absent, roles=ROLES)
+    if absent:
+        times = replace(ROLES["time"], required=False)
+        found = choose_columns(header, None, {"time": "s"}, roles={"time": times})
+        if found:
+            name = shown(found["time"].name)
+            raise fault(header.file, f"an interval and the times in {name}", "one of the two")
     kinds = {role.split("_")[0] for role in chosen if not role.startswith("time")}
     if len(kinds) != 1:
         names = listed(name for column in header.columns for name in column.names)

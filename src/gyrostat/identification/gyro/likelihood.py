@@ -26,7 +26,7 @@ LEVEL = 0.95
 """Confidence level of all intervals."""
 _BINS = 32
 """Bins per octave above the lowest frequencies."""
-_ITERATIONS, _HALVINGS, _ENOUGH = 100, 20, 1e-8
+_ITERATIONS, _HALVINGS, _ENOUGH = 30, 20, 1e-5
 
 
 class Maximum(NamedTuple):
@@ -68,7 +68,12 @@ class Transformed:
     slope: float
 
     def maximise(
-        self, held: int | None = None, value: float = 0.0, *, negative: bool = False
+        self,
+        held: int | None = None,
+        value: float = 0.0,
+        *,
+        negative: bool = False,
+        start: Vector | None = None,
     ) -> Maximum:
         """Maximise the likelihood over all variances, or over those that are not held.
 
@@ -76,12 +81,15 @@ class Transformed:
             held: Index of the variance that is held, or None.
             value: Its value.
             negative: Whether variances may be negative where the sum is positive.
+            start: Variances to start from, (4,); None: a start from the record.
         """
         free = np.arange(len(NAMES)) != (-1 if held is None else held)
         # each kind alone explains half of the bins
-        variances = np.median(self.power / self.basis, axis=1)
-        variances[~free] = value
-        best, response = self.at(variances)
+        alone = np.median(self.power / self.basis, axis=1)
+        for first in (alone if start is None else start, alone):
+            best, response = self.at(np.where(free, first, value))
+            if best.likelihood > -np.inf:
+                break
         for _ in range(_ITERATIONS):
             move = self._scored(best.variances, response, free, negative) - best.variances
             for halving in range(_HALVINGS):
@@ -138,31 +146,37 @@ class Transformed:
     def limits(self, index: int, best: Maximum) -> tuple[float, float]:
         """Limits of one variance by the likelihood ratio; the lower one is 0 if 0 is inside.
 
-        The other variances may be negative, because the law of the ratio is that of the chi-square
-        distribution only inside of their range.
+        They hold the values that are accepted with the other variances of 0 or more, and those that
+        are with the others of either sign: the law of the ratio is that of the chi-square
+        distribution only where the others are inside of their range.
 
         Args:
             index: Index of the variance in `noise.NAMES`.
-            best: The maximum over variances of 0 or more; it is inside of the limits.
+            best: The maximum over variances of 0 or more.
         """
+        low, high = self._limits(index, best, negative=False)
+        freest = self.maximise(negative=True, start=best.variances)
+        widest = self._limits(index, freest, negative=True)
+        return min(low, widest[0]), max(high, widest[1])
+
+    def _limits(self, index: int, best: Maximum, *, negative: bool) -> tuple[float, float]:
+        """Limits of a variance with the others of 0 or more, or of either sign."""
         threshold = float(chi2.ppf(LEVEL, 1))
-        freest = self.maximise(negative=True)
-        highest = max(freest.likelihood, best.likelihood)
 
         def excess(value: float) -> float:
-            trial = self.maximise(index, value, negative=True)
-            return 2.0 * (highest - trial.likelihood) - threshold
+            trial = self.maximise(index, value, negative=negative, start=best.variances)
+            return 2.0 * (best.likelihood - trial.likelihood) - threshold
 
-        middle = max(float(freest.variances[index]), 0.0)
+        middle = max(float(best.variances[index]), 0.0)
+        if excess(middle) > 0.0:  # the best value is negative, and no other is accepted
+            return middle, middle
         low = 0.0
         if middle > 0.0 and excess(0.0) > 0.0:
             low = _root(excess, 0.0, middle)
         reach = middle + 3.0 / np.sqrt(self.information(best.variances)[index, index])
         while excess(reach) < 0.0:
             reach = middle + 2.0 * (reach - middle)
-        high = reach if excess(middle) > 0.0 else _root(excess, middle, reach)
-        value = float(best.variances[index])
-        return min(low, value), max(high, value)
+        return low, _root(excess, middle, reach)
 
     def ramp_half_width(self, best: Maximum) -> float:
         """Half width of the interval of the rate ramp, rad/s².
