@@ -457,7 +457,7 @@ def test_runs_that_fail_are_left_out_and_counted(folder):
     question = BudgetQuestion.of(scenario, 40)
     rng = np.random.default_rng(0)
     columns = [name for group in question.columns().values() for name in group]
-    response = rng.normal(size=(len(question.sets), 40, len(columns))) ** 2
+    response = rng.normal(size=(len(question.sets), 40, 1 + len(columns))) ** 2
     response[1, 3] = np.nan  # all sources off
     response[2, [3, 5]] = np.nan  # the first source alone
     result = budget_of(question, response, 0)
@@ -468,6 +468,13 @@ def test_runs_that_fail_are_left_out_and_counted(folder):
     }
     assert any("2 of 40 runs did not end" in text for text in result.remarks())
     assert result.doubts() == []
+    lacking = response.copy()
+    lacking[1, 10, 1] = np.nan  # no value of the first requirement
+    assert budget_of(question, lacking, 0).without == {"ape": 1}
+    lacking[1, 10:, 1] = np.nan
+    found = budget_of(question, lacking, 0)
+    assert [index.requirement.index for index in found.indices] == ["RPE", "PDE"]
+    assert found.doubts() == ["8 runs have values of ape with every set of sources"]
     response[0, :30] = np.nan
     assert budget_of(question, response, 0).doubts() == [
         "10 of 40 runs ended with every set of sources"

@@ -71,6 +71,7 @@ def budget_content(result: ErrorBudget) -> dict[str, Any]:
         "sets": result.sets,
         "orders": result.orders,
         "failed": result.failed,
+        "without": result.without,
         "not_switched": [*result.not_switched],
         "doubts": result.doubts(),
         "indices": [_index_content(index) for index in result.indices],

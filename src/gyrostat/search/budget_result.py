@@ -93,7 +93,8 @@ class IndexBudget(NamedTuple):
         each = self.requirement
         window = f" over {each.window:g} s" if each.window else ""
         stability = f", {each.stability:g} s apart" if each.stability else ""
-        return f"{each.index}{window}{stability}, {each.axis.replace('_', ' ')}"
+        during = f", {' and '.join(each.during)}" if each.during else ""
+        return f"{each.index}{window}{stability}, {each.axis.replace('_', ' ')}{during}"
 
 
 @dataclass(frozen=True, eq=False)
@@ -105,6 +106,7 @@ class ErrorBudget(Pictured):
         runs: Number of runs with each set of sources.
         valid: Number of runs that ended with every set; the others are left out.
         failed: Set of sources -> number of runs that did not end with it.
+        without: Requirement or metric -> number of the others that lack it with one of the sets.
         sets: Number of sets of sources.
         seed: Seed of the draws.
         indices: Budget of each pointing index.
@@ -118,6 +120,7 @@ class ErrorBudget(Pictured):
     runs: int
     valid: int
     failed: dict[str, int]
+    without: dict[str, int]
     sets: int
     seed: int
     indices: tuple[IndexBudget, ...]
@@ -131,9 +134,9 @@ class ErrorBudget(Pictured):
         if self.valid < FEWEST:
             return [f"{self.valid} of {self.runs} runs ended with every set of sources"]
         return [
-            f"no run has values of {each.requirement.index}"
-            for each in self.indices
-            if not np.isfinite(each.split.whole.value)
+            f"{self.valid - count} runs have values of {name} with every set of sources"
+            for name, count in self.without.items()
+            if self.valid - count < FEWEST
         ]
 
     def remarks(self) -> list[str]:
@@ -141,6 +144,10 @@ class ErrorBudget(Pictured):
         remarks = [
             f"{count} of {self.runs} runs did not end {name}; they are left out everywhere"
             for name, count in self.failed.items()
+        ]
+        remarks += [
+            f"{count} of {self.valid} runs lack {name} with one of the sets; they are left out"
+            for name, count in self.without.items()
         ]
         if self.orders:
             which = "all" if self.is_every_order else "random"

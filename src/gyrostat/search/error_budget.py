@@ -62,12 +62,14 @@ class BudgetQuestion:
         metrics: Metrics of which the part that is missing without each source is given.
         orders: Number of orders in which the sources are switched on, even; 0: each source is
             switched on and off alone.
+        is_required: Whether the pointing requirements are those of the scenario.
     """
 
     base: Scenario
     runs: int
     metrics: tuple[str, ...] = ()
     orders: int = 0
+    is_required: bool = True
 
     @classmethod
     def of(
@@ -93,12 +95,13 @@ class BudgetQuestion:
                 f"--orders: found {orders}, expected 0 or an even number from {FEWEST_ORDERS} to "
                 f"{MOST_ORDERS}"
             )
-        if not scenario.requirements:
+        is_required = bool(scenario.requirements)
+        if not is_required:
             # the required value is only the middle of the sizes that are counted
             ape = Requirement("ape", "APE", np.radians(0.01), 0.95)
             scenario = replace(scenario, requirements=(ape,))
         names = tuple(known_metric(name, scenario, "--metric") for name in metrics)
-        question = cls(scenario, runs, names, orders)
+        question = cls(scenario, runs, names, orders, is_required)
         if not question.sources:
             raise InputError(
                 f"{scenario.name}: found no source of pointing error, expected noise, friction or "
@@ -187,6 +190,7 @@ class BudgetQuestion:
             "dispersions": len(self.base.dispersions),
             "metrics": [*self.metrics],
             "orders": self.orders,
+            "is_required": self.is_required,
         }
 
     @classmethod
@@ -198,6 +202,7 @@ class BudgetQuestion:
             options[BUDGET],
             tuple(options["metrics"]),
             options["orders"],
+            options["is_required"],
         )
 
     @property
@@ -216,15 +221,16 @@ class BudgetQuestion:
         return replace(scenario, command_delay=0) if no_delay else scenario
 
     def columns(self) -> dict[str, list[str]]:
-        """Requirement or metric -> its columns in the response of a run."""
+        """Requirement or metric -> its columns in the response of a run, after the first."""
         columns = {each.metric: moment_columns(each) for each in self.base.requirements}
         return columns | {f"metric {name}": [name] for name in self.metrics}
 
     def response(self, columns: Columns) -> Matrix:
-        """Moments of the indices and metrics of runs, (runs, columns); NaN for incomplete runs."""
+        """Whether runs ended, and what `columns` lists, (runs, columns); NaN if they did not."""
         names = [name for group in self.columns().values() for name in group]
-        values = np.stack([columns[name] for name in names], axis=1)
-        return np.where((columns["status"] != 0)[:, None], np.nan, values)
+        ended = columns["status"] == 0
+        values = np.stack([ended, *(columns[name] for name in names)], axis=1)
+        return np.where(ended[:, None], values, np.nan)
 
     def searches(
         self, runs: int, seed: int

@@ -11,7 +11,7 @@ from gyrostat.core.types import Matrix
 from gyrostat.scenario.error_sources import never_switched
 from gyrostat.scenario.metrics.results import metrics_of
 from gyrostat.scenario.requirement import Requirement
-from gyrostat.search.budget_result import ErrorBudget, IndexBudget, Missing
+from gyrostat.search.budget_result import ARCSEC, ErrorBudget, IndexBudget, Missing
 from gyrostat.search.contributions import (
     WHOLE,
     contributions,
@@ -39,29 +39,33 @@ def found_budget(folder: Path) -> ErrorBudget:
 
 def budget_of(question: BudgetQuestion, response: NDArray[np.float64], seed: int) -> ErrorBudget:
     """Budget from the responses of all runs, (sets, runs, columns)."""
-    names = [name for group in question.columns().values() for name in group]
-    square = names.index(question.columns()[question.base.requirements[0].metric][0])
-    # a run that did not end has no moment of any index
-    ended = np.isfinite(response[:, :, square])
+    ended = np.isfinite(response[:, :, 0])
     valid = np.all(ended, axis=0)
     failed = {
         set_name(question, place): int(np.sum(~row))
         for place, row in enumerate(ended)
         if not all(row)
     }
-    enough = np.sum(valid) >= FEWEST
-    indices, metrics = [], []
-    for columns, values in _groups(question, response[:, valid]) if enough else ():
-        if isinstance(columns, Requirement):
-            indices.append(_index_budget(question, columns, values, seed))
+    indices, metrics, without = [], [], {}
+    for entry, values in _groups(question, response[:, valid, 1:]):
+        name = entry.name if isinstance(entry, Requirement) else entry
+        has_values = np.all(np.isfinite(values), axis=(0, 2))
+        if not all(has_values):
+            without[name] = int(np.sum(~has_values))
+        if np.sum(has_values) < FEWEST:
+            continue
+        values = values[:, has_values]
+        if isinstance(entry, Requirement):
+            indices.append(_index_budget(question, entry, values, seed))
         else:
-            unit = metrics_of(question.base)[columns].unit
-            metrics.append(_missing(question, columns, unit, values[..., 0], None, seed))
+            unit = metrics_of(question.base)[entry].unit
+            metrics.append(_missing(question, entry, unit, values[..., 0], None, seed))
     return ErrorBudget(
         scenario=question.base.name,
         runs=question.runs,
         valid=int(np.sum(valid)),
         failed=failed,
+        without=without,
         sets=len(question.sets),
         seed=seed,
         indices=tuple(indices),
@@ -108,6 +112,8 @@ def _index_budget(
         else f"{requirement.index} not exceeded in {100.0 * requirement.level:.12g} % of the time, "
         "mean of the runs"
     )
+    if question.is_required:
+        what += f"; required: {ARCSEC * requirement.value:.4g} arcsec"
     level = requirement.level if is_ensemble else None
     return IndexBudget(
         requirement,
