@@ -468,6 +468,10 @@ def test_runs_that_fail_are_left_out_and_counted(folder):
     }
     assert any("2 of 40 runs did not end" in text for text in result.remarks())
     assert result.doubts() == []
+    assert not any("a rare event" in text for text in result.remarks())
+    rare = response.copy()
+    rare[0, 20, 1] *= 1e4
+    assert any("a rare event" in text for text in budget_of(question, rare, 0).remarks())
     lacking = response.copy()
     lacking[1, 10, 1] = np.nan  # no value of the first requirement
     assert budget_of(question, lacking, 0).without == {"ape": 1}

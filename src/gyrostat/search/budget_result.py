@@ -24,6 +24,10 @@ LARGE = 0.1
 """Share of the interactions in the whole from which contributions are rough."""
 
 
+FEW, MOST = 0.05, 0.5
+"""Fraction of the runs that are the worst, and the share of the mean square that is too much."""
+
+
 class Line(NamedTuple):
     """Line of a budget.
 
@@ -67,6 +71,7 @@ class IndexBudget(NamedTuple):
         properties: Property of the loop -> mean square that is missing without it, rad².
         size: What is missing of its size at the level.
         is_shapley: Whether the contributions are means over orders, so that nothing is left over.
+        worst: Share of the whole mean square that the worst runs have, a fraction `FEW` of all.
     """
 
     requirement: Requirement
@@ -74,6 +79,7 @@ class IndexBudget(NamedTuple):
     properties: dict[str, Estimate]
     size: Missing
     is_shapley: bool = False
+    worst: float = 0.0
 
     def lines(self) -> list[Line]:
         """Lines that sum up to the whole: bias, lag, sources by size, interactions."""
@@ -155,9 +161,15 @@ class ErrorBudget(Pictured):
         remarks += [
             f"{each.title}: interactions of three and more sources are "
             f"{100.0 * each.split.shares[2].value:.0f} % of the whole, so that contributions are "
-            f"rough: `--orders 32` shares the interactions out among the sources"
+            "rough: `--orders 32` shares the interactions out among the sources"
             for each in self.indices
             if not each.is_shapley and abs(each.split.shares[2].value) > LARGE
+        ]
+        remarks += [
+            f"{each.title}: {100.0 * FEW:g} % of the runs have {100.0 * each.worst:.0f} % of the "
+            "mean square: a rare event, for which the intervals are too narrow"
+            for each in self.indices
+            if each.worst > MOST
         ]
         if self.not_switched:
             remarks.append(

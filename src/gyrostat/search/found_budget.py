@@ -11,7 +11,7 @@ from gyrostat.core.types import Matrix
 from gyrostat.scenario.error_sources import never_switched
 from gyrostat.scenario.metrics.results import metrics_of
 from gyrostat.scenario.requirement import Requirement
-from gyrostat.search.budget_result import ARCSEC, ErrorBudget, IndexBudget, Missing
+from gyrostat.search.budget_result import ARCSEC, FEW, ErrorBudget, IndexBudget, Missing
 from gyrostat.search.contributions import (
     WHOLE,
     contributions,
@@ -105,6 +105,7 @@ def _index_budget(
     places = [
         len(question.sets) - len(question.properties) + k for k in range(len(question.properties))
     ]
+    worst = np.sort(square[WHOLE])[-max(1, round(FEW * square.shape[1])) :]
     is_ensemble = requirement.interpretation == "ensemble"
     what = (
         f"{requirement.index} that {100.0 * requirement.level:.12g} % of the runs do not exceed"
@@ -121,6 +122,7 @@ def _index_budget(
         dict(zip(question.properties, missing_without(square, places), strict=True)),
         _missing(question, what, "rad", size, level, seed),
         bool(question.orders),
+        float(np.sum(worst) / np.sum(square[WHOLE])) if np.any(square[WHOLE]) else 0.0,
     )
 
 
