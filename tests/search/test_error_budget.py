@@ -285,6 +285,26 @@ def test_mistakes_are_refused_in_one_line(folder, tmp_path):
     assert not (tmp_path / "a").exists()
 
 
+def test_without_requirements_the_windows_are_split(folder):
+    window = {"from": 50.0, "boresight": [0.0, 0.0, 1.0], "exposure": 2.0}
+    scenario = gs.read_scenario(folder / "linear.toml")
+    scenario = scenario.replace(windows={"imaging": window, "late": {"from": 60.0}})
+    scenario = replace(scenario, requirements=())
+    imaging = BudgetQuestion.of(scenario, 16, windows=["imaging"]).base.requirements
+    assert [(e.index, e.axis, e.window, e.during) for e in imaging] == [
+        ("APE", "half_cone", 0.0, ("imaging",)),
+        ("RPE", "half_cone", 2.0, ("imaging",)),
+    ]
+    every = BudgetQuestion.of(scenario, 16).base.requirements
+    assert [e.name for e in every] == ["ape_imaging", "rpe_imaging", "ape_late"]
+    run = BudgetQuestion.of(scenario, 16, windows=["run"]).base.requirements
+    assert [(e.name, e.during) for e in run] == [("ape", ())]
+    with pytest.raises(InputError, match="window: found 'x', expected one of imaging, late, run"):
+        BudgetQuestion.of(scenario, 16, windows=["x"])
+    with pytest.raises(InputError, match="found it with pointing requirements"):
+        BudgetQuestion.of(gs.read_scenario(folder / "linear.toml"), 16, windows=["run"])
+
+
 def test_sources_are_the_numbers_that_differ_from_none():
     scenario = gs.read_scenario(EXAMPLES / "zero_crossing_model.toml")
     sources = {each.name: each for each in error_sources(scenario)}

@@ -33,13 +33,20 @@ def budget(
             "for Shapley values; 0: each alone.",
         ),
     ] = 0,
+    window: Annotated[
+        list[str] | None,
+        typer.Option(
+            help="Window of the metrics, or run, of a scenario without requirements; may be "
+            "repeated [default: all windows, or the run]."
+        ),
+    ] = None,
     workers: Workers = None,
     force: ForceModel = False,
     verify: Verify = False,
     json_output: Json = False,
 ) -> None:
     """Split the pointing error by source; run again to resume after a stop."""
-    options = {**locals(), "metric": metric or ()}
+    options = {**locals(), "metric": metric or (), "window": window or ()}
     with Progress() as on_progress:
         result = call(verbs.budget, options, on_progress=on_progress, command=command_line())
     if json_output:

@@ -171,6 +171,12 @@ class ErrorBudget(Pictured):
             for each in self.indices
             if each.worst > MOST
         ]
+        lines = [line for each in self.indices for line in each.lines()]
+        if any(line.mean_square.value < 0.0 for line in lines):
+            remarks.append(
+                "a negative number: the source lowers the error, or does nothing within its "
+                "confidence"
+            )
         if self.not_switched:
             remarks.append(
                 f"not switched, in every line: {', '.join(self.not_switched)} (no key of these "

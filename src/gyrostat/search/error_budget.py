@@ -25,6 +25,7 @@ from gyrostat.scenario.error_sources import (
 )
 from gyrostat.scenario.requirement import Requirement
 from gyrostat.scenario.scenario import Scenario
+from gyrostat.search.budget_indices import default_indices
 from gyrostat.search.condition import known_metric
 from gyrostat.search.contributions import Sets
 from gyrostat.search.flights import Columns
@@ -73,16 +74,22 @@ class BudgetQuestion:
 
     @classmethod
     def of(
-        cls, scenario: Scenario, runs: int, metrics: Iterable[str] = (), orders: int = 0
+        cls,
+        scenario: Scenario,
+        runs: int,
+        metrics: Iterable[str] = (),
+        orders: int = 0,
+        windows: Sequence[str] = (),
     ) -> Self:
         """Create the question from its options.
 
         Args:
-            scenario: Scenario. Without a pointing requirement, the absolute error of the whole
-                run is split.
+            scenario: Scenario. Without a pointing requirement, the error in its windows is split,
+                see `gyrostat.search.budget_indices.default_indices`.
             runs: See `BudgetQuestion`.
             metrics: See `BudgetQuestion`.
             orders: See `BudgetQuestion`.
+            windows: See `gyrostat.search.budget_indices.default_indices`.
 
         Raises:
             InputError: There are too few runs, the scenario has no source of pointing error, or
@@ -96,10 +103,13 @@ class BudgetQuestion:
                 f"{MOST_ORDERS}"
             )
         is_required = bool(scenario.requirements)
+        if is_required and windows:
+            raise InputError(
+                f"--window: found it with pointing requirements of {scenario.name}, expected none: "
+                "their key `during` names windows"
+            )
         if not is_required:
-            # the required value is only the middle of the sizes that are counted
-            ape = Requirement("ape", "APE", np.radians(0.01), 0.95)
-            scenario = replace(scenario, requirements=(ape,))
+            scenario = replace(scenario, requirements=default_indices(scenario, windows))
         names = tuple(known_metric(name, scenario, "--metric") for name in metrics)
         question = cls(scenario, runs, names, orders, is_required)
         if not question.sources:

@@ -20,6 +20,7 @@ def budget(
     seed: int = 0,
     metric: str | Iterable[str] = (),
     orders: int = 0,
+    window: str | Iterable[str] = (),
     workers: int | None = None,
     force: bool = False,
     verify: bool = False,
@@ -31,7 +32,8 @@ def budget(
     """Split the pointing error by its sources, from runs with sources switched off.
 
     Every set of sources has the same draws and noise. The index of each pointing requirement of the
-    scenario is split; without one, the absolute error of the whole run.
+    scenario is split; without one, the absolute error in each window of its metrics, and the
+    relative error over the exposure time of the window; without windows, that of the whole run.
 
     Args:
         scenario: Scenario, or path of scenario.toml.
@@ -43,6 +45,8 @@ def budget(
         orders: Number of orders in which the sources are switched on one after the other, even: the
             contributions are then Shapley values, which share out all interactions. 0: each source
             is switched on and off alone, and interactions of three and more have their own line.
+        window: Window of the metrics, or "run", or several; for a scenario without requirements.
+            None: all windows.
         workers: Number of threads; None: one for each core.
         force: As for `campaign`.
         verify: As for `campaign`.
@@ -69,7 +73,8 @@ def budget(
     definition = scenario_of(scenario, force=force, changes=changes)
     say_unlikely(definition, say)
     metrics = [metric] if isinstance(metric, str) else [*metric]
-    question = BudgetQuestion.of(definition, runs, metrics, orders)
+    windows = [window] if isinstance(window, str) else [*window]
+    question = BudgetQuestion.of(definition, runs, metrics, orders, windows)
     total = len(question.sets) * runs
     say(f"{len(question.sources)} sources, {len(question.sets)} sets of {runs} runs: {total} runs")
     run_search(
