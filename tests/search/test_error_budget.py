@@ -317,6 +317,22 @@ def test_sources_are_the_numbers_that_differ_from_none():
     assert "attitude noise" not in {each.name for each in error_sources(quiet)}
 
 
+def test_events_are_sources_unless_something_needs_them():
+    scenario = gs.read_scenario(EXAMPLES / "wheel_array.toml")
+    assert [event.name for event in scenario.events] == ["turn", "loss"]
+    sources = {each.name: dict(each.keys) for each in error_sources(scenario)}
+    assert sources["event.loss"] == {"event.loss.time": 1e12}
+    assert "event.turn" not in sources  # a slew is part of the reference
+    assert never_switched(scenario) == []
+    counted = scenario.replace(windows={"after": {"event": "loss", "from": 1.0}})
+    assert never_switched(counted) == ["event.loss"]
+    # the slew needs the order of the phases
+    events = tuple(reversed(scenario.events))
+    later = {"event.turn.time": scenario.values["event.loss.time"] + 100.0}
+    swapped = replace(scenario, events=events, values={**scenario.values, **later})
+    assert never_switched(swapped) == ["event.loss"]
+
+
 def test_switched_values_keep_those_of_other_keys():
     scenario = gs.read_scenario(EXAMPLES / "zero_crossing_model.toml")
     friction = next(e for e in error_sources(scenario) if e.name == "friction, wheel.a")

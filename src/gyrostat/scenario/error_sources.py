@@ -11,13 +11,15 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gyrostat.core.types import Matrix
+from gyrostat.scenario.kinds.events import kind_of
 from gyrostat.scenario.kinds.registry import APPENDAGES, named_components, sections_of
 from gyrostat.scenario.scenario import Dispersion, Scenario
 from gyrostat.scenario.schema import FRICTION
+from gyrostat.scenario.structure import structure_of
 
 MILLIONTH = 1e-6
 """Factor on a number without its source, unless its key has another value."""
-SWITCHED = frozenset({"environment.torque", "sensor", "actuator", "star_tracker", "event"})
+SWITCHED = frozenset({"environment.torque", "sensor", "actuator", "star_tracker"})
 """Sections whose parts can have a source of pointing error."""
 
 
@@ -44,7 +46,10 @@ def error_sources(scenario: Scenario) -> tuple[ErrorSource, ...]:
     """Sources of pointing error that a scenario has: with a value other than that without them."""
     values, dispersed = scenario.values, set(scenario.dispersed)
     keys: dict[tuple[str, str], dict[str, float | None]] = {}
+    fixed = _fixed_events(scenario)
     for place, entries in sections_of(scenario).items():
+        if place in fixed:
+            continue
         for name, entry in entries.items():
             for end in entry.ends(f"{place}.{name}") if entry.source else ():
                 # numbers of optional sections are not in every scenario
@@ -52,7 +57,7 @@ def error_sources(scenario: Scenario) -> tuple[ErrorSource, ...]:
                     keys.setdefault((entry.source, place), {})[end] = entry.without
     return tuple(
         ErrorSource(
-            f"{source}, {place}" if "." in place else source,
+            _name(source, place),
             of_place,
             place.partition(".")[0] in APPENDAGES,
             source == FRICTION,
@@ -61,18 +66,40 @@ def error_sources(scenario: Scenario) -> tuple[ErrorSource, ...]:
     )
 
 
+def _name(source: str, place: str) -> str:
+    section, dot, _ = place.partition(".")
+    if source == section:
+        return place
+    return f"{source}, {place}" if dot else source
+
+
 def never_switched(scenario: Scenario) -> list[str]:
-    """Places of parts that may be sources of pointing error, but have no key that says so."""
+    """Places of parts that may be sources of pointing error, but cannot be switched off."""
     sections = sections_of(scenario)
-    places = [
-        *(named.place for named in named_components(scenario) if named.section in SWITCHED),
-        *(f"event.{event.name}" for event in scenario.events),
+    places = [named.place for named in named_components(scenario) if named.section in SWITCHED]
+    fixed = [
+        place for place, changes_target in _fixed_events(scenario).items() if not changes_target
     ]
     return [
-        place
-        for place in dict.fromkeys(places)
-        if not any(key.source for key in sections[place].values())
+        *(p for p in places if not any(key.source for key in sections[p].values())),
+        *fixed,
     ]
+
+
+def _fixed_events(scenario: Scenario) -> dict[str, bool]:
+    """Places of the events that cannot be left out, and whether they change the target.
+
+    A change of the target is part of the reference. A window that follows an event needs it, and so
+    does a phase of the controller that is not the last one.
+    """
+    turning_points = [event.name for event in structure_of(scenario).turning_points]
+    needed = {window.event for window in scenario.windows} | set(turning_points[:-1])
+    fixed = {}
+    for event in scenario.events:
+        changes_target = kind_of(event).changes_target
+        if changes_target or event.name in needed:
+            fixed[f"event.{event.name}"] = changes_target
+    return fixed
 
 
 def with_switches(scenario: Scenario, sources: Iterable[ErrorSource]) -> Scenario:

@@ -117,7 +117,9 @@ START: dict[str, Key] = {
     "attitude_error": vector("angle", "Rotation vector from `attitude` to the initial attitude."),
     "rate": vector("speed", "Initial body rate, in body axes."),
 }
-EVENT_TIME = size("time", None, "Time of the event.")
+NEVER = 1e12
+"""Time after the end of every run, s."""
+EVENT_TIME = Key("time", None, "Time of the event.", least=0.0, source="event", without=NEVER)
 Measured = tuple[str, str | None]
 """Dimension of a measured field, and the unit of its rate of change; see `MEASURED`."""
 MEASURED: dict[str, Measured] = {

@@ -117,7 +117,7 @@ class ErrorBudget(Pictured):
         seed: Seed of the draws.
         indices: Budget of each pointing index.
         metrics: What is missing of further metrics.
-        not_switched: Places of parts that have no key that switches them off.
+        not_switched: Places of parts that cannot be switched off.
         orders: Number of orders in which the sources were switched on; 0: each alone.
         is_every_order: Whether these are all orders.
     """
@@ -179,8 +179,8 @@ class ErrorBudget(Pictured):
             )
         if self.not_switched:
             remarks.append(
-                f"not switched, in every line: {', '.join(self.not_switched)} (no key of these "
-                "parts is declared as a source)"
+                f"not switched off, in every line: {', '.join(self.not_switched)} (no key is "
+                "declared as a source, or a window or a later event needs it)"
             )
         return remarks
 
