@@ -1,5 +1,7 @@
 """Table of the runs column by column, and what is computed from it, against whole arrays."""
 
+import json
+import shutil
 from types import SimpleNamespace
 
 import numpy as np
@@ -8,10 +10,12 @@ import pyarrow.parquet as pq
 import pytest
 from scipy.stats import rankdata
 
-from gyrostat.campaigns import campaign_runs, labelled_runs, ranks, run_table, worst_runs
+from gyrostat.campaigns import campaign_runs, ranks, run_table, worst_runs
 from gyrostat.campaigns.drivers import drivers_of, find_drivers
 from gyrostat.campaigns.ranks import Ranks, doubled_ranks
 from gyrostat.campaigns.run_table import RunTable
+from gyrostat.reports import campaign_content
+from gyrostat.reports.campaign import write_campaign
 from gyrostat.reports.campaign_charts import histograms
 from gyrostat.reports.run_table import _extremes
 
@@ -136,7 +140,7 @@ def test_the_dataset_of_a_large_table_reads_a_variable_when_it_is_used(monkeypat
         lambda table, name, count: (read.append(name), column(table, name, count))[1],
     )
     whole = campaign_runs(small.out)
-    monkeypatch.setattr(labelled_runs, "LARGE", 100)
+    monkeypatch.setattr(run_table, "LARGE", 100)
     read.clear()
     lazy = campaign_runs(small.out)
     assert set(read) == {"run"}
@@ -146,3 +150,35 @@ def test_the_dataset_of_a_large_table_reads_a_variable_when_it_is_used(monkeypat
     assert set(read) == {"run", "error_max", "energy"}
     np.testing.assert_array_equal(lazy["energy"].sel(run=[3, 1]), whole["energy"][[3, 1]])
     assert lazy.load().identical(whole)
+
+
+def test_the_report_of_a_large_table_takes_its_statistics_from_report_json(
+    monkeypatch, small, tmp_path
+):
+    """Unless other code computed them, or the file was changed."""
+    monkeypatch.setattr(run_table, "LARGE", 100)
+    out = tmp_path / "out"
+    shutil.copytree(small.out, out)
+    computed = []
+    compute = campaign_content.metric_statistics
+
+    def counted(*arguments):
+        computed.append(arguments)
+        return compute(*arguments)
+
+    def report():
+        return write_campaign(out, command="test", say=lambda text: None)
+
+    monkeypatch.setattr(campaign_content, "metric_statistics", counted)
+    first = report()
+    assert len(computed) == 1
+    assert report() == first
+    assert len(computed) == 1
+    monkeypatch.setattr(campaign_content, "source_digest", lambda: "another")
+    assert report() != first
+    assert report() == report()
+    assert len(computed) == 2
+    path = out / "report.json"
+    path.write_text(path.read_text().replace("error_max", "error_min"))
+    assert json.loads(report())["metrics"] == json.loads(first)["metrics"]
+    assert len(computed) == 3

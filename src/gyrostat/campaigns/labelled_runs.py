@@ -10,10 +10,6 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-LARGE = 20_000_000
-"""Number of numbers in a table above which its columns are not read at once: 160 MB."""
-
-
 def campaign_runs(folder: str | Path) -> "xr.Dataset":
     """Read the table of a finished campaign.
 
@@ -24,10 +20,9 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
         Variables over `run`, with units and meanings: every drawn parameter under its key, such as
         "wheel.a.coulomb", every metric (NaN if a run has none), `status` and `ended` (s). The
         attributes `folder`, `scenario` and `seed` identify the campaign. The unit of a column of
-        `to_dataframe()` is the attribute `units` of the variable with its name. Of a table with
-        more than `LARGE` numbers, a variable is read from the file when its values are used, and
-        again the next time, as those of `xarray.open_dataset(..., cache=False)`; `load()` reads
-        all of them.
+        `to_dataframe()` is the attribute `units` of the variable with its name. Of a large table
+        (`gyrostat.campaigns.run_table.LARGE`), a variable is read from the file whenever its
+        values are used, as by `xarray.open_dataset(..., cache=False)`; `load()` reads all of them.
 
     Raises:
         InputError: The folder has no finished campaign.
@@ -56,11 +51,10 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
         "ended": {"units": "s", "long_name": "Time until which the run is valid."},
         "status": status_attributes(),
     }
-    is_large = table.runs * len(table) > LARGE
     variables = {
         name: (
             "run",
-            lazy_column(table, name) if is_large else np.array(table[name]),
+            lazy_column(table, name) if table.is_large else np.array(table[name]),
             attributes.get(name, {}),
         )
         for name in table

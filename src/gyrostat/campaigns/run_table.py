@@ -9,6 +9,8 @@ import numpy as np
 
 from gyrostat.campaigns.blocks import array_of, scalar_columns
 
+LARGE: Final = 20_000_000
+"""Number of numbers above which a table is large, 160 MB."""
 KEPT: Final = 48_000_000
 """Size of the columns that stay in memory, bytes."""
 
@@ -100,6 +102,11 @@ class RunTable(Mapping[str, Any]):
         part = self._file.read_row_group(group, columns=self._names)
         place = run - int(self._starts[group])
         return {name: part[name][place].as_py() for name in self._names}
+
+    @property
+    def is_large(self) -> bool:
+        """Whether the table has more than `LARGE` numbers."""
+        return self.runs * len(self) > LARGE
 
     def dtype(self, name: str) -> np.dtype:
         """Type of the numbers of a column."""

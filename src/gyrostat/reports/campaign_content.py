@@ -5,21 +5,18 @@ from typing import Any
 import numpy as np
 
 from gyrostat.campaigns import Campaign, Store, worst_runs
-from gyrostat.campaigns.drivers import drivers_of
-from gyrostat.campaigns.effects import MOST_RUNS, Effects, Inputs, find_effects, inputs_of
 from gyrostat.campaigns.run_table import RunTable
-from gyrostat.campaigns.summary import percentiles_of
+from gyrostat.core.source_digest import source_digest
 from gyrostat.core.text import or_none
 from gyrostat.reports import requirements
 from gyrostat.reports.campaign_run import told
+from gyrostat.reports.metric_statistics import STATISTICS_BY, metric_statistics, stored_statistics
 from gyrostat.runs.blind_windows import blind_windows
 from gyrostat.scenario import Scenario
-from gyrostat.scenario.metrics.results import metrics_of, percentile_name
+from gyrostat.scenario.metrics.results import percentile_name
 from gyrostat.scenario.unlikely import unlikely_numbers
 from gyrostat.simulation import Status
 
-PERCENTILES = (50.0, 95.0, 99.7)
-"""Percentiles of the runs in the report."""
 SHOWN = 5
 """Number of worst runs, and of drivers of a metric."""
 LEAST_SHOWN = 0.01
@@ -30,47 +27,14 @@ def campaign_content(
     scenario: Scenario, known: Campaign, columns: RunTable, store: Store
 ) -> dict[str, Any]:
     """Content of report.json, SI units."""
-    status, keys = columns["status"], scenario.dispersed
+    status = columns["status"]
     ended = {
         kind.name.lower(): int(np.sum(status == kind)) for kind in Status if np.any(status == kind)
     }
     incomplete = np.flatnonzero(status != Status.COMPLETE)
-    known_metrics = metrics_of(scenario)
-    driving = drivers_of(columns.of(keys), columns.of(known_metrics))
-    first = columns.head(MOST_RUNS)
-    values = np.stack([first[name] for name in known_metrics], axis=1)
-    inputs = inputs_of(scenario, known.seed, first)
-    effects = None if isinstance(inputs, str) else find_effects(inputs, values)
-    metrics: dict[str, Any] = {}
-    for m, ((name, metric), rho, level) in enumerate(
-        zip(known_metrics.items(), driving.rank_correlation.T, driving.chance_level, strict=True)
-    ):
-        values_of_metric = columns[name]
-        percentiles = [
-            {"percent": percent, **estimate._asdict()}
-            for percent, estimate in zip(
-                PERCENTILES, percentiles_of(values_of_metric, PERCENTILES), strict=True
-            )
-        ]
-        order = [k for k in np.argsort(-np.abs(rho)) if np.isfinite(rho[k])]
-        metrics[name] = {
-            "unit": metric.unit,
-            "window": metric.window,
-            "runs": int(np.sum(np.isfinite(values_of_metric))),
-            "percentiles": [{k: or_none(v) for k, v in p.items()} for p in percentiles],
-            "chance_level": or_none(float(level)),
-            "drivers": [
-                {
-                    "key": keys[k],
-                    "rank_correlation": float(rho[k]),
-                    "beyond_chance": bool(abs(rho[k]) > level),
-                }
-                for k in order
-            ],
-            "effects": {"why": inputs}
-            if effects is None or isinstance(inputs, str)
-            else _effects(inputs, effects[m]),
-        }
+    by = source_digest()
+    metrics = stored_statistics(store, known, by) if columns.is_large else None
+    metrics = metrics or metric_statistics(scenario, known, columns)
     ranked = percentile_name(scenario.percentiles[-1])
     histories = store.histories(known)
 
@@ -106,6 +70,7 @@ def campaign_content(
         **worst(ranked),
         "windows": {w.name: worst(f"{w.name}.{ranked}") for w in scenario.windows},
         "engine": dict(known.engine),
+        **({STATISTICS_BY: by} if columns.is_large else {}),
     }
 
 
@@ -118,26 +83,6 @@ def headline(scenario: Scenario) -> list[str]:
         return [each.metric for each in scenario.requirements]
     ranked = percentile_name(scenario.percentiles[-1])
     return [f"{window.name}.{ranked}" for window in scenario.windows] or [ranked]
-
-
-def _effects(inputs: Inputs, effects: Effects) -> dict[str, Any]:
-    """Sobol indices of a metric, the largest total index first."""
-    order = [] if effects.why else np.argsort(-effects.total[:, 0], kind="stable").tolist()
-    names = ("value", "low", "high")
-    return {
-        "q2": or_none(effects.q2),
-        "runs": effects.runs,
-        "runs_without_values": effects.without,
-        "why": effects.why or None,
-        "inputs": [
-            {
-                "keys": list(inputs.names[k]),
-                "first": dict(zip(names, effects.first[k].tolist(), strict=True)),
-                "total": dict(zip(names, effects.total[k].tolist(), strict=True)),
-            }
-            for k in order
-        ],
-    }
 
 
 def strongest(metric: dict[str, Any]) -> list[str]:
