@@ -95,7 +95,7 @@ def work_once(put=setattr):
     """Keep each figure, and each history as a file: the same numbers come a thousand times."""
     import numpy as np
 
-    from gyrostat.reports import campaign, campaign_content, campaign_run
+    from gyrostat.reports import campaign, campaign_run, metric_statistics
     from gyrostat.simulation.labelled import Labelled
 
     def of_table(scenario, columns, names):
@@ -120,13 +120,16 @@ def work_once(put=setattr):
     def of_numbers(*given):
         return hashlib.sha256(pickle.dumps(given)).digest()
 
+    def of_columns(*given):
+        return of_numbers(*([bytes(values) for values in columns] for columns in given))
+
     histories, genuine_write = {}, Labelled.write
     put(os, "fsync", lambda handle: None)  # no power is cut here
     put(Labelled, "write", written)
     for name in ("histograms", "scatter_plots"):
         put(campaign, name, once(getattr(campaign, name), of_table))
-    for name in ("find_drivers", "find_effects"):
-        put(campaign_content, name, once(getattr(campaign_content, name), of_numbers))
+    put(metric_statistics, "drivers_of", once(metric_statistics.drivers_of, of_columns))
+    put(metric_statistics, "find_effects", once(metric_statistics.find_effects, of_numbers))
     put(campaign_run, "run_charts", once(campaign_run.run_charts, of_history))
 
 
