@@ -8,6 +8,7 @@ from gyrostat.campaigns.description import Campaign, DamagedError
 from gyrostat.campaigns.executors import Opener, carry_out, kept_open
 from gyrostat.campaigns.jobs import Job, executor_for, work
 from gyrostat.campaigns.store import Store
+from gyrostat.campaigns.worst import worst_runs
 from gyrostat.core.engines import ACCELERATED, ENGINES, engine_named, say_slower
 from gyrostat.core.errors import InputError
 from gyrostat.core.files import set_aside
@@ -215,32 +216,6 @@ def _fly_blocks(store, campaign, opener, window, on_progress, say, fly_job) -> N
         on_progress(complete_runs, campaign.runs)
     if complete_runs < campaign.runs:
         carry_out(jobs(), fly_job, opener, take, window=window)
-
-
-def worst_runs(store: Store, count: int, metric: str) -> list[int]:
-    """Indices of the worst runs: first incomplete runs, then those with the largest metric.
-
-    A run that never settles is worse than one that does. A run without another metric, such as the
-    crossing peak of a run without zero crossing, comes last. Among equal values, the run with the
-    larger maximum pointing error is worse.
-    """
-    import numpy as np
-
-    columns = store.columns()
-    none = np.inf if metric.split(".")[-1] == "settling" else -np.inf
-    value = np.array(columns[metric], float)
-    value[np.isnan(value)] = none
-    value[columns["status"] != 0] = np.inf
-    rows = np.arange(len(value))
-    if 0 < count < len(value):  # only these can be among the worst
-        rows = np.flatnonzero(value >= np.partition(value, -count)[-count])
-    value = value[rows]
-    run, status, ended, largest = (
-        columns[name][rows] for name in ("run", "status", "ended", "error_max")
-    )
-    ended = np.where(status != 0, -ended, 0.0)
-    order = np.lexsort((run, -np.nan_to_num(largest), -ended, -value))
-    return run[order][:count].tolist()
 
 
 def replay(
