@@ -2,6 +2,7 @@
 
 import json
 import shutil
+from functools import partial
 from types import SimpleNamespace
 
 import numpy as np
@@ -67,7 +68,7 @@ def test_ranks_in_parts_and_in_a_file_are_those_of_whole_arrays(monkeypatch, row
     with Ranks(97) as table:
         for values in columns:
             np.testing.assert_array_equal(doubled_ranks(values), 2.0 * rankdata(values))
-            table.add(values)
+            table.add(partial(np.copy, values))
         found = np.concatenate([*table.centred(range(3))])
     np.testing.assert_array_equal(found, np.transpose([rankdata(c) - 49.0 for c in columns]))
 
@@ -143,11 +144,12 @@ def test_the_dataset_of_a_large_table_reads_a_variable_when_it_is_used(monkeypat
     monkeypatch.setattr(run_table, "LARGE", 100)
     read.clear()
     lazy = campaign_runs(small.out)
-    assert set(read) == {"run"}
+    assert read == []
+    np.testing.assert_array_equal(lazy["run"], np.arange(small.runs))
     assert lazy["error_max"].attrs == whole["error_max"].attrs
     assert lazy["error_max"].mean().item() == whole["error_max"].mean().item()
     assert lazy["energy"][5].item() == whole["energy"][5].item()
-    assert set(read) == {"run", "error_max", "energy"}
+    assert set(read) == {"error_max", "energy"}
     np.testing.assert_array_equal(lazy["energy"].sel(run=[3, 1]), whole["energy"][[3, 1]])
     assert lazy.load().identical(whole)
 

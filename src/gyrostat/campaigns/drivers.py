@@ -8,6 +8,7 @@ among keys and among metrics, ties, and missing metrics; no distribution is assu
 """
 
 from collections.abc import Iterator, Sequence
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
@@ -86,9 +87,9 @@ def drivers_of(drawn: Sequence[Vector], metrics: Sequence[Vector]) -> Drivers:
             continue
         with Ranks(count) as ranks:
             for key in range(len(drawn)):
-                ranks.add(_present(drawn[key], has))
+                ranks.add(partial(_present, drawn, key, has))
             for column in columns:
-                ranks.add(_present(metrics[column], has))
+                ranks.add(partial(_present, metrics, column, has))
             found, varies = _correlation(ranks, len(drawn), len(columns))
         rho[:, columns] = np.where(varies, np.clip(found, -1.0, 1.0), np.nan)
         # standard deviation of the rank correlation of independent values, with or without ties
@@ -100,8 +101,9 @@ def drivers_of(drawn: Sequence[Vector], metrics: Sequence[Vector]) -> Drivers:
     return Drivers(rho, np.minimum(level, 1.0))
 
 
-def _present(values: Vector, has: NDArray[np.bool_]) -> Vector:
+def _present(columns: Sequence[Vector], column: int, has: NDArray[np.bool_]) -> Vector:
     """Values of some runs; without a copy if they are all."""
+    values = columns[column]
     return values if np.all(has) else values[has]
 
 

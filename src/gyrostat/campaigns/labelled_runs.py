@@ -27,8 +27,8 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
     Raises:
         InputError: The folder has no finished campaign.
     """
-    import numpy as np
     import xarray as xr
+    from pandas import RangeIndex
 
     from gyrostat.campaigns.lazy_runs import lazy_column
     from gyrostat.scenario.kinds.registry import numbers_of
@@ -54,11 +54,13 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
     variables = {
         name: (
             "run",
-            lazy_column(table, name) if table.is_large else np.array(table[name]),
+            lazy_column(table, name) if table.is_large else table.read(name),
             attributes.get(name, {}),
         )
         for name in table
         if name != "run"
     }
     about = {"scenario": scenario.name, "folder": str(folder), "seed": campaign.seed}
-    return xr.Dataset(variables, {"run": np.array(table["run"])}, about)
+    # a campaign has all runs in order; a search may have other numbers
+    run = RangeIndex(table.runs) if campaign.search is None else table.read("run")
+    return xr.Dataset(variables, {"run": run}, about)

@@ -32,7 +32,7 @@ class _Column(BackendArray):
         )
 
     def _values(self, key: tuple[Any, ...]) -> Any:
-        return np.array(self._table[self._name][key[0]])
+        return np.asarray(self._table.read(self._name)[key[0]])
 
 
 def lazy_column(table: RunTable, name: str) -> Any:

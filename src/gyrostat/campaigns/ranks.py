@@ -1,7 +1,7 @@
 """Ranks of many runs, of several quantities, outside the memory."""
 
 import tempfile
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from types import TracebackType
 from typing import Final, Self
 
@@ -22,14 +22,27 @@ def doubled_ranks(values: Vector) -> NDArray[np.unsignedinteger]:
     Args:
         values: Finite values, (runs,).
     """
+    return _doubled(*_order(values))
+
+
+def _order(values: Vector) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
+    """Order of values, and whether the value of each place differs from that of the one before.
+
+    One more place marks the end.
+    """
     count = len(values)
-    kind = np.uint32 if count < 2**31 else np.uint64
     order = np.argsort(values)
     is_first = np.ones(count + 1, bool)
     for first in range(1, count, ROWS):
         last = min(first + ROWS, count)
         part = values[order[first - 1 : last]]
         is_first[first:last] = part[1:] != part[:-1]
+    return order, is_first
+
+
+def _doubled(order: NDArray[np.int64], is_first: NDArray[np.bool_]) -> NDArray[np.unsignedinteger]:
+    count = len(order)
+    kind = np.uint32 if count < 2**31 else np.uint64
     ranks, first = np.empty(count, kind), 0
     while first < count:
         last = min(first + ROWS, count)
@@ -69,14 +82,15 @@ class Ranks:
         """Remove the file."""
         self._file.close()
 
-    def add(self, values: Vector) -> None:
+    def add(self, read: Callable[[], Vector]) -> None:
         """Add a quantity.
 
         Args:
-            values: Finite values, (runs,).
+            read: Function that gives its finite values, (runs,); they are not in memory any more
+                when their ranks are.
         """
         self._file.seek(0, 2)
-        self._file.write(doubled_ranks(values).data)
+        self._file.write(_doubled(*_order(read())).data)
         self._count += 1
 
     def centred(self, columns: Sequence[int] | range) -> Iterator[Matrix]:

@@ -61,9 +61,7 @@ class RunTable(Mapping[str, Any]):
         if name in self._columns:
             self._columns.move_to_end(name)
             return self._columns[name]
-        if name not in self._names:
-            raise KeyError(name)
-        column = self._read(name, self.runs)
+        column = self.read(name)
         column.flags.writeable = False
         self._columns[name] = column
         while sum(each.nbytes for each in self._columns.values()) > KEPT:
@@ -81,6 +79,12 @@ class RunTable(Mapping[str, Any]):
     def of(self, names: Iterable[str]) -> "Columns":
         """Some columns, in this order."""
         return Columns(self, tuple(names))
+
+    def read(self, name: str) -> Any:
+        """Column as a new array."""
+        if name not in self._names:
+            raise KeyError(name)
+        return self._read(name, self.runs)
 
     def head(self, count: int) -> dict[str, Any]:
         """Columns of the first runs.

@@ -40,8 +40,7 @@ if TYPE_CHECKING:
     from gyrostat.simulation.labelled import Labelled
 
 GROUP, GROUP_RUNS = 64, 65_536
-"""Largest numbers of blocks and of runs in a row group of the table, which is in memory at once; a
-block with more runs has a row group of its own."""
+"""Largest numbers of blocks and of runs in a row group of the table, which is in memory at once."""
 TABLE = "runs.parquet"
 REPORT = ("report.html", "report.json")
 _RESULT = re.compile(r"runs\.parquet|report\.(?:html|json)|runs/run_(\d{6,})\.(nc|html)")
@@ -247,6 +246,7 @@ class Store:
                     group = [table_at(intact[k]) for k in numbers[first : first + size]]
                     table = pa.concat_tables(group).combine_chunks()
                     writer.write_table(table.replace_schema_metadata(metadata))
+        pa.default_memory_pool().release_unused()
 
     def read_table(self) -> "pa.Table":
         """Read the columns with one number for each run; see `open_table`."""

@@ -174,7 +174,6 @@ def campaign(
     )
     write_campaign(folder, command=command, say=say)
     dataset = campaign_runs(folder)
-    say_bad_commands(
-        definition, {name: dataset[name].values for name in ("run", "status", "ended")}, say
-    )
+    columns = {name: dataset[name] for name in ("run", "status", "ended")}
+    say_bad_commands(definition, columns, say)
     return dataset
