@@ -194,7 +194,7 @@ def truths():
         "attitude noise": tilt,
         "rate noise": rate,
         "external torque": (SPREAD / KP) ** 2,
-        "torque, environment.torque.wave": wave_variance(),
+        "environment.torque.wave": wave_variance(),
     }
     delay = {"attitude noise": late_tilt, "rate noise": late_rate}
     with_gyro = {"star tracker noise": tracker, "gyro noise": angle, "gyro bias walk": bias}

@@ -171,10 +171,10 @@ def analytic(index, axis):
         "attitude noise": noise_variance(index, axis, KP, TILT),
         "rate noise": noise_variance(index, axis, KD, RATE),
         "external torque": 0.0,
-        "torque, environment.torque.wave": 0.0,
+        "environment.torque.wave": 0.0,
     }
     if axis == 0:
-        truth["torque, environment.torque.wave"] = wave_variance(index)
+        truth["environment.torque.wave"] = wave_variance(index)
         # a constant torque turns by itself over the gain
         truth["external torque"] = (SPREAD / KP) ** 2 if index == "APE" else 0.0
     return truth
@@ -435,7 +435,7 @@ def test_parts_of_a_user_name_their_source(folder):
         "import gyrostat as gs\nfrom typing import Annotated\nimport equinox as eqx\n"
         "import jax.numpy as jnp\n"
         "class Push(eqx.Module):\n"
-        "    size: Annotated[float, gs.Key('N·m', source='push')]\n"
+        "    size: Annotated[float, gs.Key('N·m', source='leak')]\n"
         "    def __call__(self, spacecraft, attitude, time):\n"
         "        return self.size * jnp.ones(3)\n"
         "class Silent(eqx.Module):\n"
@@ -451,7 +451,7 @@ def test_parts_of_a_user_name_their_source(folder):
     (folder / "user.toml").write_text(LINEAR + more)
     scenario = gs.read_scenario(folder / "user.toml")
     names = {each.name: dict(each.keys) for each in error_sources(scenario)}
-    assert names["push, environment.torque.push"] == {"environment.torque.push.size": None}
+    assert names["leak, environment.torque.push"] == {"environment.torque.push.size": None}
     assert never_switched(scenario) == ["environment.torque.silent"]
 
 

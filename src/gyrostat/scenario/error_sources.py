@@ -67,10 +67,9 @@ def error_sources(scenario: Scenario) -> tuple[ErrorSource, ...]:
 
 
 def _name(source: str, place: str) -> str:
-    section, dot, _ = place.partition(".")
-    if source == section:
+    if source in place.split("."):  # as in environment.torque.NAME
         return place
-    return f"{source}, {place}" if dot else source
+    return f"{source}, {place}" if "." in place else source
 
 
 def never_switched(scenario: Scenario) -> list[str]:

@@ -161,7 +161,7 @@ class ErrorBudget(Pictured):
         remarks += [
             f"{each.title}: interactions of three and more sources are "
             f"{100.0 * each.split.shares[2].value:.0f} % of the whole, so that contributions are "
-            "rough: `--orders 32` shares the interactions out among the sources"
+            "rough: --orders 32 shares the interactions out among the sources"
             for each in self.indices
             if not each.is_shapley and abs(each.split.shares[2].value) > LARGE
         ]
