@@ -146,37 +146,41 @@ class Transformed:
     def limits(self, index: int, best: Maximum) -> tuple[float, float]:
         """Limits of one variance by the likelihood ratio; the lower one is 0 if 0 is inside.
 
-        They hold the values that are accepted with the other variances of 0 or more, and those that
-        are with the others of either sign: the law of the ratio is that of the chi-square
-        distribution only where the others are inside of their range.
+        The other variances may be negative, because the law of the ratio is that of the chi-square
+        distribution only inside of their range. 0 is also inside if it is accepted with the others
+        of 0 or more.
 
         Args:
             index: Index of the variance in `noise.NAMES`.
-            best: The maximum over variances of 0 or more.
+            best: The maximum over variances of 0 or more; it is inside of the limits.
         """
-        low, high = self._limits(index, best, negative=False)
         freest = self.maximise(negative=True, start=best.variances)
-        widest = self._limits(index, freest, negative=True)
-        return min(low, widest[0]), max(high, widest[1])
+        value, middle = (max(float(each.variances[index]), 0.0) for each in (best, freest))
+        if self._excess(index, middle, freest, negative=True) > 0.0:
+            # the best value is negative, and no other is accepted
+            return 0.0, self._upper(index, best, value, negative=False)
+        low = 0.0
+        if middle > 0.0 and all(
+            self._excess(index, 0.0, each, negative=each is freest) > 0.0 for each in (best, freest)
+        ):
+            low = _root(lambda at: self._excess(index, at, freest, negative=True), 0.0, middle)
+        return min(low, value), max(value, self._upper(index, freest, middle, negative=True))
 
-    def _limits(self, index: int, best: Maximum, *, negative: bool) -> tuple[float, float]:
-        """Limits of a variance with the others of 0 or more, or of either sign."""
-        threshold = float(chi2.ppf(LEVEL, 1))
+    def _excess(self, index: int, value: float, top: Maximum, *, negative: bool) -> float:
+        """Likelihood ratio of a value of one variance to the maximum, above the quantile."""
+        trial = self.maximise(index, value, negative=negative, start=top.variances)
+        return 2.0 * (top.likelihood - trial.likelihood) - float(chi2.ppf(LEVEL, 1))
+
+    def _upper(self, index: int, top: Maximum, middle: float, *, negative: bool) -> float:
+        """Upper limit of one variance, above an accepted value."""
 
         def excess(value: float) -> float:
-            trial = self.maximise(index, value, negative=negative, start=best.variances)
-            return 2.0 * (best.likelihood - trial.likelihood) - threshold
+            return self._excess(index, value, top, negative=negative)
 
-        middle = max(float(best.variances[index]), 0.0)
-        if excess(middle) > 0.0:  # the best value is negative, and no other is accepted
-            return middle, middle
-        low = 0.0
-        if middle > 0.0 and excess(0.0) > 0.0:
-            low = _root(excess, 0.0, middle)
-        reach = middle + 3.0 / np.sqrt(self.information(best.variances)[index, index])
+        reach = middle + 3.0 / np.sqrt(self.information(top.variances)[index, index])
         while excess(reach) < 0.0:
             reach = middle + 2.0 * (reach - middle)
-        return low, _root(excess, middle, reach)
+        return _root(excess, middle, reach)
 
     def ramp_half_width(self, best: Maximum) -> float:
         """Half width of the interval of the rate ramp, rad/s².
