@@ -7,7 +7,6 @@ where they are only read; what differs between versions of JAX is in `jax_versio
 import os
 import traceback
 from collections.abc import Callable, Sequence
-from contextlib import nullcontext
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
@@ -73,10 +72,9 @@ def trace(function: Callable[..., Any], arguments: Sequence[Any], name: str) -> 
     require_supported()
     arguments = as_arrays(tuple(arguments))
     traces = []
-    # the first trace finds leaks: the check is a garbage collection at the end of every trace
-    for check_leaks in (True, False):
+    for _ in range(2):
         try:
-            with jax.checking_leaks() if check_leaks else nullcontext():
+            with jax.checking_leaks():
                 # a new function object: otherwise JAX reuses the first trace
                 jaxpr, results = jax.make_jaxpr(
                     lambda *inputs: as_arrays(function(*inputs)), return_shape=True
