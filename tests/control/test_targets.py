@@ -129,6 +129,13 @@ def test_a_strip_runs_from_end_to_end():
             np.testing.assert_allclose(found, expected, rtol=1e-12)
 
 
+def test_a_strip_across_180_degrees_takes_the_shorter_way():
+    ends = [GroundTarget(0.1, np.radians(angle)) for angle in (179.0, -179.0)]
+    found, _ = GroundStrip(*ends, begin=0.0, duration=60.0)(ORBIT, 15.0)
+    expected, _ = GroundTarget(0.1, np.radians(179.5))(ORBIT, 15.0)
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
 def test_another_spacecraft_is_seen_where_it_is():
     times = np.arange(0.0, 3000.0, 10.0)
     other = OtherSpacecraft(pieces_of(orbit_samples.position(times + 30.0)), 10.0)

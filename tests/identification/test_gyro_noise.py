@@ -40,7 +40,7 @@ def test_allan_deviation_is_that_of_allantools():
     rate = simulated_rates(TRUTH, 5000, 0.02, np.random.default_rng(1)) + 7.0
     sizes = cluster_sizes(rate.size)
     time, theirs, _, _ = allantools.oadev(rate, rate=50.0, data_type="freq", taus=0.02 * sizes)
-    ours = allan_deviations(rate, 0.02, sizes)
+    ours = allan_deviations(rate, sizes)
     assert np.array_equal(np.round(time / 0.02), sizes)
     np.testing.assert_allclose(ours, theirs, rtol=1e-10)
 
@@ -50,9 +50,7 @@ def test_allan_deviation_is_that_of_neighbouring_means():
     for size in (1, 3, 50, 133):
         means = np.array([rate[k : k + size].mean() for k in range(400 - size + 1)])
         expected = np.sqrt(0.5 * np.mean((means[size:] - means[:-size]) ** 2))
-        assert allan_deviations(rate, 0.1, np.array([size]))[0] == pytest.approx(
-            expected, rel=1e-12
-        )
+        assert allan_deviations(rate, np.array([size]))[0] == pytest.approx(expected, rel=1e-12)
 
 
 def test_allan_variances_are_those_of_the_standard():
@@ -122,14 +120,16 @@ def test_maximum_is_higher_than_its_neighbours_and_limits_are_at_the_quantile():
         assert 2.0 * (freest - profile) == pytest.approx(3.8415, abs=2e-2)
 
 
-@pytest.mark.parametrize("size", [1, 4, 20])
-def test_degrees_of_freedom_are_those_of_the_quadratic_form(size):
-    count = 90
+@pytest.mark.parametrize(("count", "size"), [(90, 1), (90, 4), (90, 20), (600, 64), (600, 150)])
+@pytest.mark.parametrize("pulses", [1.0, 1e6])
+def test_degrees_of_freedom_are_those_of_the_quadratic_form(count, size, pulses):
+    """Also where quantisation rules, whose errors are independent from sample to sample."""
+    variances = VARIANCES * np.array([pulses, 1.0, 1.0, 1.0])
     sums = np.tri(count + 1, count, -1)
     second = (sums[2 * size :] - 2.0 * sums[size:-size] + sums[: -2 * size]) / size
-    inner = second @ covariance(VARIANCES, count) @ second.T
+    inner = second @ covariance(variances, count) @ second.T
     exact = np.trace(inner) ** 2 / np.sum(inner**2)
-    ours = degrees_of_freedom(VARIANCES, count, 1.0, np.array([size]))[0]
+    ours = degrees_of_freedom(variances, count, 1.0, np.array([size]))[0]
     assert ours == pytest.approx(exact, rel=1e-2)
 
 
@@ -138,7 +138,7 @@ def test_simulated_noise_has_the_allan_deviation_of_its_parameters():
     sizes = np.array([1, 10, 100])
     for index, name in enumerate(NAMES):
         variances = [
-            allan_deviations(simulated_rates({name: 1.0}, 3000, 1.0, generator), 1.0, sizes) ** 2
+            allan_deviations(simulated_rates({name: 1.0}, 3000, 1.0, generator), sizes) ** 2
             for _ in range(100)
         ]
         expected = allan_variances(sizes.astype(float))[index]

@@ -70,6 +70,12 @@ name = "last"
 kind = "limb"
 tangent_height = "60 km"
 """
+KEEP_OUT = """
+[[keep_out]]
+name = "camera"
+boresight = [0, 0, 1]
+{} = "{} deg"
+"""
 
 
 @pytest.fixture
@@ -114,6 +120,24 @@ def test_passes_are_those_of_a_search_without_tables(scenario):
     np.testing.assert_allclose(eclipses, expected, atol=10.0)
 
 
+def test_passes_and_bright_bodies_are_those_from_the_phase_on(scenario):
+    """A phase of a quarter is a quarter of a period later: with the Earth and the Sun there."""
+    text = 'latitude = "0 deg"\nlongitude = "0 deg"\n' + KEEP_OUT.format("sun", 60.0)
+    period = CircularElements(500e3, np.radians(97.4), np.radians(112.0)).period
+    early = read_scenario(scenario(text, "ground_target", duration=6000))
+    late = early.replace(**{"orbit.phase": "90 deg"})
+
+    def intervals(definition, shift):
+        found = passes_of(definition), violations(definition, reference_path(definition))
+        ends = [(each.begin + shift, each.end + shift) for each in (*found[0], *found[1])]
+        # those whose begin and end both runs contain
+        return [e for e in ends if e[0] > 0.25 * period + 2.0 and e[1] < 6000.0 - 2.0]
+
+    expected = intervals(early, 0.0)
+    assert len(expected) >= 2
+    np.testing.assert_allclose(intervals(late, 0.25 * period), expected, atol=1.1)
+
+
 def test_modes_wait_for_a_pass_and_for_its_end(scenario):
     definition = read_scenario(scenario(SEQUENCE, duration=6000))
     begin, end = next((p.begin, p.end) for p in passes_of(definition) if p.name == "north")
@@ -132,7 +156,9 @@ def test_modes_wait_for_a_pass_and_for_its_end(scenario):
 
 def test_the_native_engine_flies_the_targets_of_the_reference(scenario):
     """It is dark at the start, so that the first mode ends at once."""
-    path = scenario(SEQUENCE.replace("pass of north", "eclipse", 1), duration=120)
+    text = SEQUENCE.replace("pass of north", "eclipse", 1)
+    text = text[: text.index('until = "end of pass')]
+    path = scenario(text, duration=120)
     run = gs.simulate(path, engine="native")
     setup = nominal_setup(read_scenario(path))
     assert set(np.array(run["mode"])[1:]) == {1.0}
@@ -176,6 +202,8 @@ def test_another_spacecraft_from_a_file_is_followed(scenario, tmp_path):
         ("to_sun = [1, 0, 0]", "along = [0, 0, 0]", "found no second axis"),
         ("+38d47m01s", "+98d47m01s", "declination"),
         ('tangent_height = "60 km"', 'tangent_height = "-1 km"', "tangent_height"),
+        ('tile_width = "1 deg"', 'tile_width = "170 deg"', "reaches 85 deg from its target"),
+        ('latitude = "78d13m48s"', 'latitude = "139.7 deg"', "latitude"),
     ],
 )
 def test_mistakes_are_one_line(scenario, old, new, words):
@@ -183,18 +211,23 @@ def test_mistakes_are_one_line(scenario, old, new, words):
         read_scenario(scenario(SEQUENCE.replace(old, new, 1)))
 
 
+def test_a_condition_that_is_a_text_has_no_dispersion(scenario):
+    row = '[[dispersion]]\nkey = "reference.mode.vega.until"\ndistribution = "uniform"\n'
+    with pytest.raises(InputError, match=r"found reference\.mode\.vega\.until, a text"):
+        read_scenario(scenario(SEQUENCE + row + "low = 1.0\nhigh = 2.0\n"))
+
+
+def test_a_station_has_not_the_name_of_another_view(scenario):
+    path = scenario(SEQUENCE)
+    path.write_text(path.read_text().replace('name = "north"', 'name = "eclipse"'))
+    with pytest.raises(InputError, match="none of eclipse, sunlight"):
+        read_scenario(path)
+
+
 def test_a_tangent_point_above_the_spacecraft_is_refused(scenario):
     path = scenario('tangent_height = "600 km"', "limb")
     with pytest.raises(InputError, match="found no attitude along the reference at 0 s"):
         gs.check(path)
-
-
-KEEP_OUT = """
-[[keep_out]]
-name = "camera"
-boresight = [0, 0, 1]
-{} = "{} deg"
-"""
 
 
 @pytest.mark.parametrize("body", ["sun", "earth", "moon"])

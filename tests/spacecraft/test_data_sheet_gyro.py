@@ -74,7 +74,7 @@ def test_flicker_noise_has_the_flat_allan_deviation_of_its_bias_instability():
     gyro = DataSheetGyro(RateGyro(), bias_instability=2.0)
     for seed in range(4):
         rates = np.asarray(at_rest(gyro, 0.5, jax.random.split(jax.random.key(seed), 60_000)))
-        variances += [allan_deviations(axis, 0.5, sizes) ** 2 for axis in rates.T]
+        variances += [allan_deviations(axis, sizes) ** 2 for axis in rates.T]
     flat = 2.0 * np.sqrt(2.0 * np.log(2.0) / np.pi)
     np.testing.assert_allclose(np.sqrt(np.mean(variances, axis=0)), flat, rtol=0.06)
 

@@ -4,6 +4,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
+import numpy as np
+
 from gyrostat.control.guidance import Mosaic, Pointing, Raster, Scanned, SecondAxis
 from gyrostat.control.guidance.targets import NORMAL, SUN, VELOCITY
 from gyrostat.core.arrays import Scalar, Vector3
@@ -96,6 +98,18 @@ def whole(meaning: str) -> Key:
     return Key("1", 1.0, meaning, 1.0, 1e6)
 
 
+LARGEST_OFFSET = np.radians(80.0)
+"""Largest offset of a pattern, rad; offsets are tangents of angles."""
+
+
+def _check_offset(place: str, key: str, offset: float) -> None:
+    if offset > LARGEST_OFFSET:
+        raise InputError(
+            f"key {place}.{key}: found a pattern that reaches {np.degrees(offset):.3g} deg from "
+            f"its target, expected {np.degrees(LARGEST_OFFSET):g} deg or less"
+        )
+
+
 @dataclass(frozen=True, eq=False)
 class MosaicKind(AimedKind):
     """Mosaic of tiles about a target (`gyrostat.control.guidance.Mosaic`)."""
@@ -107,6 +121,15 @@ class MosaicKind(AimedKind):
     dwell: Annotated[Scalar, positive("time", None, "Time in each tile.")]
     step_time: Annotated[Scalar, positive("time", None, "Time from one tile to the next.")]
     begin: Annotated[Scalar, size("time", None, "Time of the run at which the first tile begins.")]
+
+    @classmethod
+    def check(cls, place: str, scenario: "Scenario") -> None:
+        """See `Kind.check`: the tiles are on one side of the spacecraft."""
+        super().check(place, scenario)
+        values = scenario.values
+        for key, count in (("tile_width", "columns"), ("tile_height", "rows")):
+            tiles = round(values[f"{place}.{count}"]) - 1
+            _check_offset(place, key, 0.5 * tiles * values[f"{place}.{key}"])
 
     def scanned(self, aim: "Aim") -> "Aim":
         """See `AimedKind.scanned`."""
@@ -125,6 +148,15 @@ class RasterKind(AimedKind):
     line_time: Annotated[Scalar, positive("time", None, "Time of a line.")]
     turn_time: Annotated[Scalar, positive("time", None, "Time between two lines.")]
     begin: Annotated[Scalar, size("time", None, "Time of the run at which the first line begins.")]
+
+    @classmethod
+    def check(cls, place: str, scenario: "Scenario") -> None:
+        """See `Kind.check`: the lines and the ways to rest are on one side of the spacecraft."""
+        super().check(place, scenario)
+        names = ("length", "spacing", "lines", "line_time", "turn_time")
+        length, spacing, lines, line, turn = (scenario.values[f"{place}.{n}"] for n in names)
+        _check_offset(place, "length", 0.5 * (1.0 + turn / line) * length)
+        _check_offset(place, "spacing", 0.5 * (round(lines) - 1) * spacing)
 
     def scanned(self, aim: "Aim") -> "Aim":
         """See `AimedKind.scanned`."""

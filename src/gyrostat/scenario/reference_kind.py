@@ -47,7 +47,7 @@ UNTIL: dict[str, Key] = {
         "1",
         0.0,
         "End condition, a text: `pass of NAME` or `end of pass of NAME`, a [[station]], `eclipse` "
-        "or `sunlight`.",
+        "or `sunlight`; `end of pass` also holds before a pass.",
     ),
 }
 """Keys of the conditions under which a mode ends."""
@@ -239,6 +239,8 @@ class Mode:
         self.attitude.check(place, scenario)
         if scenario.orbit == "none" and scenario.values[f"{place}.until"] != 0.0:
             raise InputError(f"key {place}.until: found it without [orbit], expected an orbit")
+        if f"{place}.until" in scenario.dispersed:
+            raise InputError(f"key dispersion: found {place}.until, a text, expected a number")
 
     def of(self, options: Options) -> Self:
         """See `Kind.of`."""
@@ -277,7 +279,7 @@ def _number_of_view(text: Any, values: Mapping[str, float]) -> float:
         known = [f"pass of {name}" for name in stations]
         raise InputError(
             f"until: found {text!r}, expected one of eclipse, sunlight, "
-            f"{', '.join(known) or 'or the pass of a [[station]]'}, with `end of` for its end"
+            f"{', '.join(known) or 'or the pass of a [[station]]'}, or the end of a pass"
         )
     number = 2.0 + stations.index(match[2])
     return -number if match[1] else number

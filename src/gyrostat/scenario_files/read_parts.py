@@ -22,6 +22,7 @@ TAKEN = {
         ("run", "status", "ended", *(name for kind in RUN_METRICS for name in kind.columns)),
         (),
     ),
+    "station": (("eclipse", "sunlight"), ()),
 }
 """Section -> names of fields that exist already, and beginnings of names that belong to others."""
 

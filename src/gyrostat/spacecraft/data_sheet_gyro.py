@@ -50,8 +50,9 @@ class DataSheetGyro(Checked):
 
     Flicker noise of the spectrum B² / (2 pi f) is the sum of Gauss-Markov processes of equal
     variance B² ln(10) / pi, whose time constants are 0.5, 5, ..., 5e5 periods: one in each decade.
-    Its Allan deviation is within 2 % of the flat 0.664 B from 10 to 1e5 periods, and falls below
-    outside. The processes begin at zero, so that `bias` is the bias at time 0.
+    Its Allan deviation is within 2 % of the flat 0.664 B from 30 to 1e5 periods, 3 % above at 10, a
+    third above at 1, and below after 1e5. The processes begin at zero, so that `bias` is the bias
+    at time 0.
 
     Sensitivity to acceleration is left out: a spacecraft in orbit is in free fall.
 

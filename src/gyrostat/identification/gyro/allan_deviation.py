@@ -1,10 +1,12 @@
 """Overlapping Allan deviation and its uncertainty."""
 
+from collections.abc import Callable
+
 import numpy as np
 from scipy.stats import chi2
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.identification.gyro.noise import ANGLE_KERNELS
+from gyrostat.identification.gyro.noise import ANGLE_KERNELS, PULSE
 
 PER_DECADE = 10
 """Averaging times per decade."""
@@ -21,12 +23,11 @@ def cluster_sizes(count: int) -> Vector:
     return np.unique(np.round(np.geomspace(1.0, largest, steps))).astype(int)
 
 
-def allan_deviations(rate: Vector, interval: float, sizes: Vector) -> Vector:
+def allan_deviations(rate: Vector, sizes: Vector) -> Vector:
     """Overlapping Allan deviation, (sizes,), rad/s (IEEE Std 952-1997, annex C.1).
 
     Args:
-        rate: Mean rates over the intervals, (N,), rad/s.
-        interval: Interval, s.
+        rate: Mean rates over equal intervals, (N,), rad/s.
         sizes: Numbers of samples to average over, whole numbers of at most N / 2, (sizes,).
     """
     # without its mean, the sum keeps its digits
@@ -55,18 +56,31 @@ def degrees_of_freedom(variances: Vector, count: int, interval: float, sizes: Ve
         terms = count - 2 * size + 1
         step = max(1, size // _STEPS)
         lag = np.arange(0, min(terms, _REACH * size), step)
-        covariance = np.zeros(lag.size)
-        for variance, kernel in zip(variances, ANGLE_KERNELS.values(), strict=True):
-            shifted = [
-                kernel(np.abs(lag + k * size) * interval) * weight
-                for k, weight in ((-2, 1.0), (-1, -4.0), (0, 6.0), (1, -4.0), (2, 1.0))
-            ]
-            covariance += variance * np.sum(shifted, axis=0)
-        # the trapezoidal rule on both sides of lag 0
+        smooth, pulses = np.zeros(lag.size), np.zeros(3)
+        pulse_lags = size * np.arange(3)
+        at_pulses = np.zeros(3)
+        for variance, (name, kernel) in zip(variances, ANGLE_KERNELS.items(), strict=True):
+            if name == PULSE:
+                pulses += variance * _second_difference(kernel, pulse_lags, size, interval)
+            else:
+                smooth += variance * _second_difference(kernel, lag, size, interval)
+                at_pulses += variance * _second_difference(kernel, pulse_lags, size, interval)
+        # the trapezoidal rule on both sides of lag 0, and the pulses at their own lags
         weight = np.where(lag == 0, step, 2.0 * step) * (terms - lag)
-        spread = np.sum(weight * (covariance / covariance[0]) ** 2)
-        found.append(terms**2 / spread)
+        pulse_weight = np.array([1.0, 2.0, 2.0]) * np.maximum(terms - pulse_lags, 0)
+        spread = np.sum(weight * smooth**2)
+        spread += np.sum(pulse_weight * ((at_pulses + pulses) ** 2 - at_pulses**2))
+        found.append((terms * (at_pulses[0] + pulses[0])) ** 2 / spread)
     return np.maximum(np.array(found), 1.0)
+
+
+def _second_difference(
+    kernel: Callable[[Vector], Vector], lag: Vector, size: int, interval: float
+) -> Vector:
+    """Covariance of second differences of the angle over `size` samples at lags in samples."""
+    weights = ((-2, 1.0), (-1, -4.0), (0, 6.0), (1, -4.0), (2, 1.0))
+    shifted = [kernel(np.abs(lag + k * size) * interval) * weight for k, weight in weights]
+    return np.sum(shifted, axis=0)
 
 
 def confidence_limits(deviation: Vector, freedom: Vector, level: float) -> Matrix:

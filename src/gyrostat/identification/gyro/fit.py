@@ -59,7 +59,7 @@ def axis_noise(axis: str, rate: Vector, interval: float, shortest: int = 1) -> A
         shortest: Number of samples that are averaged before the parameters are fitted.
     """
     sizes = cluster_sizes(rate.size)
-    deviation = allan_deviations(rate, interval, sizes)
+    deviation = allan_deviations(rate, sizes)
     count = rate.size // shortest
     averaged = rate[: count * shortest].reshape(count, shortest).mean(axis=1)
     record = transformed(averaged, interval * shortest)

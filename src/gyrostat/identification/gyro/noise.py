@@ -44,6 +44,8 @@ def _angle_kernels() -> dict[str, Callable[[Vector], Vector]]:
     }
 
 
+PULSE = "quantisation"
+"""Kind of noise whose errors of the angle are independent from sample to sample."""
 ANGLE_KERNELS = _angle_kernels()
 """Kind of noise -> generalised covariance of the angle, for a parameter of 1.
 

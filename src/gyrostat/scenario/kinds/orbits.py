@@ -64,12 +64,12 @@ def _shared_periods(scenario: Scenario) -> float:
 
 
 def nominal_orbit(scenario: Scenario) -> OrbitEnvironment | None:
-    """Tables of the nominal run, with the splines of the campaign; None without an orbit."""
+    """Tables of the nominal run from its phase, with the splines of the campaign; None without."""
     orbit = planned_orbit(scenario)
     if orbit is None or has_own_orbits(scenario.dispersed):
         return orbit
     offset = scenario.values[PHASE] / tau * float(orbit.period)
-    return orbit.until(scenario.duration + offset)
+    return replace(orbit.until(scenario.duration + offset), offset=offset)
 
 
 def orbit_with_moon(scenario: Scenario) -> OrbitEnvironment | None:

@@ -15,9 +15,13 @@ class GroundStripKind(AimedKind):
     """Pointing at a place that moves along the ground (`gyrostat.control.guidance.GroundStrip`)."""
 
     name = "ground_strip"
-    first_latitude: Annotated[Scalar, Key("angle", None, "Geodetic latitude of the first end.")]
+    first_latitude: Annotated[
+        Scalar, Key("angle", None, "Geodetic latitude of the first end.", -1.5708, 1.5708)
+    ]
     first_longitude: Annotated[Scalar, Key("angle", None, "Its longitude, to the east.")]
-    last_latitude: Annotated[Scalar, Key("angle", None, "Geodetic latitude of the last end.")]
+    last_latitude: Annotated[
+        Scalar, Key("angle", None, "Geodetic latitude of the last end.", -1.5708, 1.5708)
+    ]
     last_longitude: Annotated[Scalar, Key("angle", None, "Its longitude, to the east.")]
     height: Annotated[Scalar, Key("length", 0.0, "Height of both above the ellipsoid.")]
     begin: Annotated[Scalar, size("time", None, "Time of the run at the first end.")]

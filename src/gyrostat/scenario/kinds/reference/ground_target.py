@@ -18,7 +18,7 @@ class GroundTargetKind(AimedKind):
     """
 
     name = "ground_target"
-    latitude: Annotated[Scalar, Key("angle", None, "Geodetic latitude (WGS 84).")]
+    latitude: Annotated[Scalar, Key("angle", None, "Geodetic latitude (WGS 84).", -1.5708, 1.5708)]
     longitude: Annotated[Scalar, Key("angle", None, "Longitude, to the east.")]
     height: Annotated[Scalar, Key("length", 0.0, "Height above the ellipsoid.")]
 
