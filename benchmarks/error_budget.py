@@ -21,7 +21,7 @@ import gyrostat as gs
 
 EXAMPLES = Path(__file__).parents[1] / "examples" / "scenarios"
 PERIOD, AFTER, COUNT = 0.25, 40.0, 400
-INERTIA, KP, KD = 0.06, 0.02, 0.08
+INERTIA, KP, KD = np.array([0.06, 0.12, 0.14]), 0.02, 0.08
 TILT, RATE = np.radians(0.003), np.radians(0.002)
 TORQUE, SPREAD, WAVE, WAVE_RATE = 2e-7, 1e-7, 3e-7, 0.4
 ANGLE_WALK, BIAS_WALK, BIAS_SIGMA = 1e-5, 1e-6, 1e-5
@@ -90,7 +90,7 @@ viscous = 0.0
 coulomb = 0.0
 """
 STEP = np.array([[1.0, PERIOD], [0.0, 1.0]])
-PUSH = np.array([PERIOD**2 / 2.0, PERIOD]) / INERTIA
+PUSH = np.array([PERIOD**2 / 2.0, PERIOD]) / INERTIA[0]
 
 
 def steady(closed, entry, sigma):
@@ -113,18 +113,25 @@ def with_noise(delay):
     return [steady(closed, g * entry, s) for g, s in ((KP, TILT), (KD, RATE))]
 
 
-def wave_variance():
-    """Variance over time under the cosine."""
+def wave_response():
+    """Attitude under the torque that varies as a cosine, from rest, at the samples."""
     fine, state, angles = 200, np.zeros(2), [0.0]
     step = PERIOD / fine
     for k in range(COUNT):
         control = -KP * state[0] - KD * state[1]
         for j in range(fine):
             torque = WAVE * np.cos(WAVE_RATE * (k * fine + j + 0.5) * step)
-            turn = (control + torque) / INERTIA
+            turn = (control + torque) / INERTIA[0]
             state = state + np.array([state[1] * step + turn * step**2 / 2.0, turn * step])
         angles.append(state[0])
-    return np.var(angles[round(AFTER / PERIOD) :])
+    return np.array(angles)
+
+
+def write_parts(folder):
+    """Write what the scenarios name: body, wheel and controller."""
+    (folder / "body.toml").write_text(f"[body]\ninertia = {INERTIA.tolist()}\n{WHEELS}")
+    (folder / "wheel.toml").write_text(WHEEL)
+    shutil.copy(EXAMPLES / "own_controller.py", folder)
 
 
 def filter_step(z, noise, gain):
@@ -194,7 +201,7 @@ def truths():
         "attitude noise": tilt,
         "rate noise": rate,
         "external torque": (SPREAD / KP) ** 2,
-        "environment.torque.wave": wave_variance(),
+        "environment.torque.wave": np.var(wave_response()[round(AFTER / PERIOD) :]),
     }
     delay = {"attitude noise": late_tilt, "rate noise": late_rate}
     with_gyro = {"star tracker noise": tracker, "gyro noise": angle, "gyro bias walk": bias}
@@ -228,9 +235,7 @@ def main():
     begun = time.perf_counter()
     with tempfile.TemporaryDirectory() as name:
         folder = Path(name)
-        (folder / "body.toml").write_text(f"[body]\ninertia = [{INERTIA}, 0.12, 0.14]\n{WHEELS}")
-        (folder / "wheel.toml").write_text(WHEEL)
-        shutil.copy(EXAMPLES / "own_controller.py", folder)
+        write_parts(folder)
         for scenario, truth in truths().items():
             path = folder / f"{scenario}.toml"
             path.write_text(f'name = "{scenario}"\n{SCENARIOS[scenario]}')

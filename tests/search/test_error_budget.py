@@ -2,15 +2,29 @@
 
 import itertools
 import json
-import shutil
 from dataclasses import replace
 from math import factorial
-from pathlib import Path
 
 import numpy as np
 import pytest
 
 import gyrostat as gs
+from benchmarks.error_budget import (
+    AFTER,
+    COUNT,
+    EXAMPLES,
+    INERTIA,
+    KD,
+    KP,
+    PERIOD,
+    RATE,
+    SCENARIOS,
+    SPREAD,
+    TILT,
+    TORQUE,
+    wave_response,
+    write_parts,
+)
 from gyrostat.campaigns.draws import draw
 from gyrostat.campaigns.noise import noise_of
 from gyrostat.core.errors import InputError
@@ -20,43 +34,9 @@ from gyrostat.search.contributions import Sets, contributions, statistic_without
 from gyrostat.search.error_budget import BudgetQuestion
 from gyrostat.search.found_budget import budget_of
 
-EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
-PERIOD, AFTER, COUNT = 0.25, 40.0, 400
-INERTIA, KP, KD = np.array([0.06, 0.12, 0.14]), 0.02, 0.08
-TILT, RATE = np.radians(0.003), np.radians(0.002)
-TORQUE, SPREAD, WAVE, WAVE_RATE = 2e-7, 1e-7, 3e-7, 0.4
 LINEAR = f"""
 name = "linear"
-[run]
-duration = "{COUNT * PERIOD} s"
-control_period = "{PERIOD} s"
-[spacecraft]
-file = "body.toml"
-[controller]
-python = "own_controller.py:AttitudePD"
-kp = {KP}
-kd = {KD}
-[sensors]
-attitude_sigma = {TILT}
-rate_sigma = {RATE}
-[environment]
-external_torque = [{TORQUE}, 0.0, 0.0]
-[[environment.torque]]
-name = "wave"
-kind = "harmonic"
-rate = {WAVE_RATE}
-cosine = [{WAVE}, 0.0, 0.0]
-[metrics]
-after = "{AFTER} s"
-[[dispersion]]
-key = "environment.external_torque.x"
-distribution = "normal"
-sigma = {SPREAD}
-[[requirement]]
-index = "APE"
-level = 0.95
-value = "20 arcsec"
-axis = "x"
+{SCENARIOS["noise"]}
 [[requirement]]
 index = "RPE"
 level = 0.95
@@ -73,20 +53,6 @@ window = "1 s"
 stability = "5 s"
 interpretation = "ensemble"
 """
-WHEELS = "\n".join(
-    f'[[wheel]]\nname = "{name}"\naxis = {axis}\ntorque_limit = 1.0\nmomentum_limit = 1.0\n'
-    'model = "wheel.toml"\n'
-    for name, axis in (("x", [1.0, 0, 0]), ("y", [0, 1.0, 0]), ("z", [0, 0, 1.0]))
-)
-WHEEL = """
-[wheel]
-inertia = 2e-5
-motor_constant = 0.005
-[friction]
-model = "viscous-coulomb"
-viscous = 0.0
-coulomb = 0.0
-"""
 
 
 @pytest.fixture(scope="module")
@@ -94,9 +60,7 @@ def folder(tmp_path_factory):
     """The linear scenario with what it names."""
     folder = tmp_path_factory.mktemp("linear")
     (folder / "linear.toml").write_text(LINEAR)
-    (folder / "body.toml").write_text(f"[body]\ninertia = {INERTIA.tolist()}\n{WHEELS}")
-    (folder / "wheel.toml").write_text(WHEEL)
-    shutil.copy(EXAMPLES / "own_controller.py", folder)
+    write_parts(folder)
     return folder
 
 
@@ -140,21 +104,6 @@ def noise_variance(index, axis, gain, sigma):
     """Variance of an index from white noise of the measurement, rad²."""
     response = impulse_response(INERTIA[axis], gain)
     return sigma**2 * np.sum(np.convolve(response, kernel(index)) ** 2)
-
-
-def wave_response():
-    """Attitude under the torque that varies as a cosine, from rest, at the samples."""
-    fine = 200
-    time = PERIOD / fine
-    state, angles, control = np.zeros(2), [0.0], 0.0
-    for k in range(COUNT):
-        control = -KP * state[0] - KD * state[1]
-        for j in range(fine):
-            middle = (k * fine + j + 0.5) * time
-            turn = (control + WAVE * np.cos(WAVE_RATE * middle)) / INERTIA[0]
-            state = state + np.array([state[1] * time + turn * time**2 / 2.0, turn * time])
-        angles.append(state[0])
-    return np.array(angles)
 
 
 def wave_variance(index):

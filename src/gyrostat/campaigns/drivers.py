@@ -112,7 +112,7 @@ def _each(columns: Sequence[Vector]) -> Iterator[Vector]:
 
 
 def _patterns(metrics: Sequence[Vector]) -> Iterator[tuple[NDArray[np.bool_], list[int]]]:
-    """As `alike`, with one bit in memory for each run and metric."""
+    """As `alike`, column by column, with one bit in memory for each run and metric."""
     kinds: dict[bytes, list[int]] = {}
     runs = 0
     for column in range(len(metrics)):
@@ -149,9 +149,7 @@ def alike(metrics: Matrix) -> Iterator[tuple[NDArray[np.bool_], NDArray[np.int64
     Args:
         metrics: Values of the metrics, (runs, metrics), NaN for missing ones.
     """
-    patterns, kinds = np.unique(np.isfinite(metrics), axis=1, return_inverse=True)
-    for kind, pattern in enumerate(patterns.T):
-        yield pattern, np.flatnonzero(kinds.ravel() == kind)
+    return ((has, np.array(columns)) for has, columns in _patterns([*metrics.T]))
 
 
 def _groups(drawn: Matrix, metrics: Matrix) -> Iterator[_Group]:

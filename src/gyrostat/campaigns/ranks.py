@@ -42,7 +42,7 @@ def _order(values: Vector) -> tuple[NDArray[np.int64], NDArray[np.bool_]]:
 
 def _doubled(order: NDArray[np.int64], is_first: NDArray[np.bool_]) -> NDArray[np.unsignedinteger]:
     count = len(order)
-    kind = np.uint32 if count < 2**31 else np.uint64
+    kind = _kind(count)
     ranks, first = np.empty(count, kind), 0
     while first < count:
         last = min(first + ROWS, count)
@@ -56,6 +56,11 @@ def _doubled(order: NDArray[np.int64], is_first: NDArray[np.bool_]) -> NDArray[n
     return ranks
 
 
+def _kind(count: int) -> np.dtype[np.unsignedinteger]:
+    """Type of twice the rank of so many runs."""
+    return np.dtype(np.uint32 if count < 2**31 else np.uint64)
+
+
 class Ranks:
     """Ranks of several quantities over the same runs; a context, which removes its file at its end.
 
@@ -66,7 +71,7 @@ class Ranks:
     def __init__(self, runs: int):
         self._runs = runs
         self._count = 0
-        self._kind = np.dtype(np.uint32 if runs < 2**31 else np.uint64)
+        self._kind = _kind(runs)
         self._file = tempfile.SpooledTemporaryFile(IN_MEMORY)  # noqa: SIM115
 
     def __enter__(self) -> Self:

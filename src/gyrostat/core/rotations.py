@@ -45,6 +45,13 @@ def cross_matrix(vector: Vector3) -> Float[Array, "3 3"]:
     return jnp.array([[zero, -z, y], [z, zero, -x], [-y, x, zero]])
 
 
+def direction_at(longitude: Scalar, latitude: Scalar) -> Vector3:
+    """Unit vector at a longitude, about z from x, and a latitude, rad."""
+    level = jnp.cos(latitude)
+    up = jnp.sin(latitude) * jnp.ones(())
+    return jnp.stack([level * jnp.cos(longitude), level * jnp.sin(longitude), up])
+
+
 def product(first: Quaternion, second: Quaternion) -> Quaternion:
     """Hamilton product: R(first second) = R(first) R(second)."""
     a, u = first[0], first[1:]

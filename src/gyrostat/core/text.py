@@ -35,6 +35,12 @@ def measured(value: float, sigma: float) -> str:
     return scaled if power == 0 else f"({scaled})e{power:+03d}"
 
 
+def shortened(parts: Sequence[str], most: int) -> str:
+    """Parts separated by commas; of more than a number, the first ones and how many follow."""
+    listed = [*parts[:most], *([f"{len(parts) - most} more"] if len(parts) > most else [])]
+    return ", ".join(listed)
+
+
 def aligned(rows: Sequence[Sequence[str]], header: Sequence[str]) -> list[str]:
     """Align a table in columns, for a terminal."""
     every = [list(header), *[list(row) for row in rows]]

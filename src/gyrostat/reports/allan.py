@@ -12,14 +12,13 @@ from gyrostat.core.outputs import new_files
 from gyrostat.identification.gyro.fit import AxisNoise
 from gyrostat.identification.gyro.noise import NAMES, allan_variances
 from gyrostat.identification.gyro.parameters import PARAMETERS
-from gyrostat.identification.gyro.result import GyroNoise
+from gyrostat.identification.gyro.result import DEGREES_PER_HOUR, GyroNoise
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
 from gyrostat.reports.drawing import literal, panels, svg
 
 FILES = ("allan.json", "allan.svg", "sensors.toml")
 HEIGHT = 3.4
 """Height of the panel of an axis, inches."""
-_DEGREES_PER_HOUR = np.degrees(3600.0)
 
 
 def allan_figure(result: GyroNoise) -> Figure:
@@ -39,7 +38,7 @@ def allan_figure(result: GyroNoise) -> Figure:
 
 def _axis(axes: Axes, noise: AxisNoise) -> None:
     """Draw one axis."""
-    time, scale = noise.time, _DEGREES_PER_HOUR
+    time, scale = noise.time, DEGREES_PER_HOUR
     parameters = [noise.parameters[name] for name in NAMES]
     parts = [
         each.value**2 * row for each, row in zip(parameters, allan_variances(time), strict=True)

@@ -6,15 +6,16 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.text import shortened
 from gyrostat.runs.build_parts import named_parts
 from gyrostat.runs.reference_path import ReferencePath, flown_path, reference_path
+from gyrostat.runs.tracker_forecast import CAUSES
 from gyrostat.scenario.component import Context
 from gyrostat.scenario.kinds.orbits import nominal_orbit
 from gyrostat.scenario.scenario import KEEP_OUT, Scenario
 from gyrostat.scenario.structure import structure_of
 from gyrostat.telemetry.signals import runs
 
-BODIES = {"sun": "the Sun", "earth": "the Earth", "moon": "the Moon"}
 MOST_LISTED = 6
 """Largest number of intervals in a line."""
 
@@ -84,11 +85,9 @@ def _lines(found: list[Violation], where: str) -> list[str]:
     lines = []
     for key in dict.fromkeys((each.instrument, each.body) for each in found):
         own = [each for each in found if (each.instrument, each.body) == key]
-        listed = [f"{each.begin:.1f} s to {each.end:.1f} s" for each in own[:MOST_LISTED]]
-        if len(own) > MOST_LISTED:
-            listed.append(f"{len(own) - MOST_LISTED} more")
+        texts = [f"{each.begin:.1f} s to {each.end:.1f} s" for each in own]
         lines.append(
-            f"warning: keep_out {key[0]}: found {BODIES[key[1]]} too near to its boresight "
-            f"{where}, {', '.join(listed)}; expected never"
+            f"warning: keep_out {key[0]}: found {CAUSES[key[1]]} too near to its boresight "
+            f"{where}, {shortened(texts, MOST_LISTED)}; expected never"
         )
     return lines

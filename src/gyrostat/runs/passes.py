@@ -7,7 +7,7 @@ import numpy as np
 
 from gyrostat.control.guidance import Sunlight
 from gyrostat.core.jax64 import jax
-from gyrostat.core.text import plain
+from gyrostat.core.text import plain, shortened
 from gyrostat.core.types import Vector
 from gyrostat.runs.build_parts import named_parts
 from gyrostat.scenario.component import Context
@@ -18,10 +18,10 @@ from gyrostat.telemetry.signals import runs
 
 STEP = 10.0
 """Time between the samples from which passes are found, s; shorter ones can be missed."""
-HALVINGS = 24
-"""Halvings of an interval of `STEP` that contains a begin or an end."""
 MOST_LISTED = 8
 """Largest number of passes or eclipses in a line."""
+HALVINGS = 24
+"""Halvings of an interval of `STEP` that contains a begin or an end."""
 
 
 class Pass(NamedTuple):
@@ -82,14 +82,12 @@ def pass_lines(scenario: Scenario, found: list[Pass]) -> list[str]:
 
 def _listed(found: list[Pass]) -> str:
     parts = []
-    for each in found[:MOST_LISTED]:
+    for each in found:
         text = f"{each.begin:.1f} s to {each.end:.1f} s"
         if each.highest is not None:
             text += f" (highest {np.degrees(each.highest):.1f} deg)"
         parts.append(text)
-    if len(found) > MOST_LISTED:
-        parts.append(f"{len(found) - MOST_LISTED} more")
-    return ", ".join(parts) or "none"
+    return shortened(parts, MOST_LISTED) or "none"
 
 
 def _intervals(view: Callable[[Vector], Vector], time: Vector) -> list[tuple[float, float]]:

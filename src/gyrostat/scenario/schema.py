@@ -109,6 +109,11 @@ def vector(
     return Key(dimension, default, meaning, shape=(3,), source=source)
 
 
+def between_poles(meaning: str, default: float | None = None) -> Key:
+    """Key of an angle between both poles."""
+    return Key("angle", default, meaning, -1.5708, 1.5708)
+
+
 RUN: dict[str, Key] = {
     "duration": positive("time", None, "Duration of a run; a whole number of control periods."),
     "control_period": positive("time", None, "Time between samples, and between commands."),

@@ -9,21 +9,15 @@ from gyrostat.campaigns.summary import Estimate
 from gyrostat.core.pictured import Pictured
 from gyrostat.core.text import aligned
 from gyrostat.scenario.requirement import Requirement
-from gyrostat.search.contributions import (
-    Contributions,
-)
+from gyrostat.search.contributions import Contributions
 from gyrostat.search.error_budget import FEWEST
 
 ARCSEC = float(np.degrees(3600.0))
 """Arcseconds per radian."""
 BIAS, LAG, REST = "bias (mean error)", "controller lag (all sources off)", "interactions"
 """Lines of a budget that are no sources."""
-
-
 LARGE = 0.1
 """Share of the interactions in the whole from which contributions are rough."""
-
-
 FEW, MOST = 0.05, 0.5
 """Fraction of the runs that are the worst, and the share of the mean square that is too much."""
 

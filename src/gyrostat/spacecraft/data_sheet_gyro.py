@@ -8,6 +8,7 @@ from jaxtyping import Array, Float, PRNGKeyArray
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.checked import Checked, limit, signed, size
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.limiting import quantised
 from gyrostat.spacecraft.rate_gyro import BodyMotion, RateGyro
 from gyrostat.wheel.array import zeros
 
@@ -30,12 +31,6 @@ class GyroMemory(NamedTuple):
     flicker: Float[Array, "processes 3"]
     passed: Vector3
     rest: Vector3
-
-
-def quantised(value: Vector3, step: Scalar) -> Vector3:
-    """Value rounded to whole steps; unchanged if the step is 0."""
-    positive = jnp.where(step > 0.0, step, 1.0)
-    return jnp.where(step > 0.0, positive * jnp.round(value / positive), value)
 
 
 class DataSheetGyro(Checked):

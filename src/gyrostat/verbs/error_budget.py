@@ -63,10 +63,10 @@ def budget(
             cannot be used.
     """
     from gyrostat.core.files import check_writable
-    from gyrostat.reports.campaign import write_campaign
     from gyrostat.search.error_budget import BudgetQuestion
-    from gyrostat.search.execute import Options, run_search
+    from gyrostat.search.execute import Options
     from gyrostat.search.found_budget import found_budget
+    from gyrostat.verbs.searches import run_question
 
     folder = Path(out)
     check_writable(folder)
@@ -77,12 +77,7 @@ def budget(
     question = BudgetQuestion.of(definition, runs, metrics, orders, windows)
     total = len(question.sets) * runs
     say(f"{len(question.sources)} sources, {len(question.sets)} sets of {runs} runs: {total} runs")
-    run_search(
-        *(question.scenario, folder, question),
-        Options(total, seed, workers, 0, force, verify),
-        on_progress=on_progress,
-        say=say,
-        variants=question.variants,
-    )
-    write_campaign(folder, command=command, say=say)
+    options = Options(total, seed, workers, 0, force, verify)
+    about = say, on_progress, command, question.variants
+    run_question(question.scenario, folder, question, options, *about)
     return found_budget(folder)

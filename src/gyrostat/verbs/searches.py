@@ -1,7 +1,7 @@
 """Searches among the runs of a scenario, for the verbs `campaign` and `tune`."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -81,10 +81,12 @@ def run_question(
     say: Say,
     on_progress: Callable[[int, int], None] | None,
     command: str,
+    variants: "Sequence[Scenario]" = (),
 ) -> dict[str, Any]:
     """Carry out a search and write its report; returns the content of report.json."""
     from gyrostat.reports.campaign import write_campaign
     from gyrostat.search.execute import run_search
 
-    run_search(scenario, folder, question, options, on_progress=on_progress, say=say)
+    about = {"on_progress": on_progress, "say": say, "variants": variants}
+    run_search(scenario, folder, question, options, **about)
     return json.loads(write_campaign(folder, command=command, say=say))

@@ -8,6 +8,7 @@ from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked, Rule, within
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
+from gyrostat.core.limiting import quantised
 
 SETTLED = 40.0
 """Number of time constants after which exp(-t/tau) is below rounding."""
@@ -72,13 +73,12 @@ class Driver(Checked):
         unlimited = jnp.isinf(self.bus_voltage)
         ahead = supply / jnp.where(unlimited, 1.0, self.resistance)
         limit = jnp.minimum(limit, jnp.where(unlimited, jnp.inf, jnp.maximum(ahead, 0.0)))
-        quantised = self.current_quantum > 0.0
-        quantum = jnp.where(quantised, self.current_quantum, 1.0)
-        size = jnp.abs(command)
-        size = jnp.where(quantised, quantum * jnp.round(size / quantum), size)
+        has_quantum = self.current_quantum > 0.0
+        quantum = jnp.where(has_quantum, self.current_quantum, 1.0)
+        size = quantised(jnp.abs(command), self.current_quantum)
         # largest multiple of the quantum within the limit, also if rounding gives 2.9999 for 3
         largest = jnp.where(
-            quantised & jnp.isfinite(limit),
+            has_quantum & jnp.isfinite(limit),
             quantum
             * jnp.floor(jnp.where(jnp.isfinite(limit), limit, 0.0) / quantum * (1.0 + 1e-12)),
             limit,

@@ -9,11 +9,11 @@ from typing import Annotated
 
 import equinox as eqx
 
-from gyrostat.control.guidance.pointing import Aim, as_tree
-from gyrostat.control.guidance.targets import across
+from gyrostat.control.guidance.pointing import Aim, as_tree, axes_of
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.checked import Checked, positive, signed
 from gyrostat.core.jax64 import jnp
+from gyrostat.core.limiting import within
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 
 
@@ -33,11 +33,10 @@ class Scanned(Checked):
 
     def __call__(self, orbit: OrbitEnvironment, time: Scalar) -> tuple[Vector3, Vector3]:
         """Directions at a time, s."""
-        first, second = self.aim(orbit, time)
-        first = first / jnp.sqrt(first @ first)
-        one, other = across(first, second)
+        aim = self.aim(orbit, time)
+        first, one, other = axes_of(*aim)
         along, beside = self.pattern(time)
-        return first + jnp.tan(along) * one + jnp.tan(beside) * other, second
+        return first + jnp.tan(along) * one + jnp.tan(beside) * other, aim[1]
 
 
 class Raster(Checked):
@@ -66,7 +65,7 @@ class Raster(Checked):
     def __call__(self, time: Scalar) -> tuple[Scalar, Scalar]:
         """Offsets at a time, s; rad."""
         since, last = time - self.begin, self.lines - 1.0
-        line = _within(jnp.floor(since / (self.line_time + self.turn_time)), last)
+        line = within(jnp.floor(since / (self.line_time + self.turn_time)), 0.0, last)
         inside = since - line * (self.line_time + self.turn_time)
         sign = 1.0 - 2.0 * (line - 2.0 * jnp.floor(0.5 * line))
         before, after = -inside / self.turn_time, (inside - self.line_time) / self.turn_time
@@ -108,7 +107,7 @@ class Mosaic(Checked):
     def __call__(self, time: Scalar) -> tuple[Scalar, Scalar]:
         """Offsets at a time, s; rad."""
         since, last = time - self.begin, self.columns * self.rows - 1.0
-        tile = _within(jnp.floor(since / (self.dwell + self.step_time)), last)
+        tile = within(jnp.floor(since / (self.dwell + self.step_time)), 0.0, last)
         inside = since - tile * (self.dwell + self.step_time)
         share = _smooth((inside - self.dwell) / self.step_time)
         column, row = self._place(tile)
@@ -127,17 +126,13 @@ class Mosaic(Checked):
         return column + backward * (self.columns - 1.0 - 2.0 * column), row
 
 
-def _within(value: Scalar, last: Scalar) -> Scalar:
-    return jnp.where(value < 0.0, 0.0, jnp.where(value > last, last, value))
-
-
 def _smooth(share: Scalar) -> Scalar:
     """From 0 to 1, at rest and without acceleration at both ends."""
-    share = _within(share, 1.0)
+    share = within(share, 0.0, 1.0)
     return share**3 * (10.0 + share * (6.0 * share - 15.0))
 
 
 def _halt(share: Scalar) -> Scalar:
     """Way from rate 1 to rest at a share of 1, without acceleration at both ends."""
-    share = _within(share, 1.0)
+    share = within(share, 0.0, 1.0)
     return share - share**3 + 0.5 * share**4

@@ -104,20 +104,23 @@ class Pointing(Checked):
 
 
 def frame_of_axes(first: Vector3, second: Vector3) -> Quaternion:
-    """Attitude of a frame of two axes: the first, the second across it, and their cross product.
+    """Attitude of the frame of `axes_of` two axes, which are the rows of its rotation matrix."""
+    return rotations.from_matrix(jnp.stack(axes_of(first, second)))
 
-    The rows of its rotation matrix are these axes.
+
+def axes_of(first: Vector3, second: Vector3) -> tuple[Vector3, Vector3, Vector3]:
+    """Unit vectors: a first axis, the part of a second one across it, and their cross product.
 
     Args:
         first: Axis of any length, (3,).
-        second: Axis of any length, (3,). If both are parallel, the result is NaN.
+        second: Axis of any length, (3,). If both are parallel, the last two are NaN.
     """
     first = first / jnp.sqrt(first @ first)
     second = second / jnp.sqrt(second @ second)
     second = second - (second @ first) * first
     length = jnp.sqrt(second @ second)
     second = jnp.where(length > PARALLEL, second / length, jnp.nan)
-    return rotations.from_matrix(jnp.stack([first, second, jnp.cross(first, second)]))
+    return first, second, jnp.cross(first, second)
 
 
 def check_axes(body: Quaternion) -> None:

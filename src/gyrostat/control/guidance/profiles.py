@@ -15,6 +15,7 @@ from gyrostat.core.arrays import Quaternion, Scalar
 from gyrostat.core.checked import Checked, Rule
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.limiting import within
 from gyrostat.spacecraft.environment import CircularOrbit
 
 LARGEST_STEP = np.radians(60.0)
@@ -154,8 +155,7 @@ class Table(Checked):
     def __call__(self, time: Scalar) -> Quaternion:
         """Attitude at a time, s."""
         times = jnp.asarray(self.times)
-        # not `clip`, whose derivative at the ends would be half of the spline's
-        time = jnp.where(time < times[0], times[0], jnp.where(time > times[-1], times[-1], time))
+        time = within(time, times[0], times[-1])
         row = jnp.clip(_last_before(times, time), 0, len(self.times) - 2)
         attitudes, slopes = jnp.asarray(self.attitudes), jnp.asarray(self.slopes)
         length = times[row + 1] - times[row]

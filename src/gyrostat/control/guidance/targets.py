@@ -9,11 +9,12 @@ from typing import Annotated
 import equinox as eqx
 from jaxtyping import Array, Float
 
-from gyrostat.control.guidance.pointing import Aim, GroundTarget, as_tree
+from gyrostat.control.guidance.pointing import Aim, GroundTarget, as_tree, axes_of
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.checked import Checked, positive, signed
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.rotations import to_inertial
+from gyrostat.core.limiting import within
+from gyrostat.core.rotations import direction_at, to_inertial
 from gyrostat.spacecraft.orbit.earth import EARTH_RADIUS
 from gyrostat.spacecraft.orbit.orbit_environment import FLATTENING, OrbitEnvironment, interpolated
 
@@ -56,15 +57,7 @@ class Celestial(Checked):
 
     def __call__(self, orbit: OrbitEnvironment, time: Scalar) -> tuple[Vector3, Vector3]:
         """Directions at a time, s."""
-        across = jnp.cos(self.declination)
-        direction = jnp.stack(
-            [
-                across * jnp.cos(self.right_ascension),
-                across * jnp.sin(self.right_ascension),
-                jnp.sin(self.declination) * jnp.ones(()),
-            ]
-        )
-        return direction, orbit.velocity(time)
+        return direction_at(self.right_ascension, self.declination), orbit.velocity(time)
 
 
 class Limb(Checked):
@@ -85,7 +78,7 @@ class Limb(Checked):
     def __call__(self, orbit: OrbitEnvironment, time: Scalar) -> tuple[Vector3, Vector3]:
         """Directions at a time, s."""
         position, velocity = orbit.position(time), orbit.velocity(time)
-        ahead, normal = across(position, velocity)
+        _, ahead, normal = axes_of(position, velocity)
         level = jnp.cos(self.azimuth) * ahead + jnp.sin(self.azimuth) * normal
         # scaled along the axis of the Earth, the ellipsoid is the unit sphere
         pole = to_inertial(orbit.earth(time), jnp.array([0.0, 0.0, 1.0]))
@@ -123,8 +116,7 @@ class GroundStrip(Checked):
 
     def __call__(self, orbit: OrbitEnvironment, time: Scalar) -> tuple[Vector3, Vector3]:
         """Directions at a time, s."""
-        share = (time - self.begin) / self.duration
-        share = jnp.where(share < 0.0, 0.0, jnp.where(share > 1.0, 1.0, share))
+        share = within((time - self.begin) / self.duration, 0.0, 1.0)
         first, last = self.first, self.last
         east = last.longitude - first.longitude
         east = east - 2.0 * jnp.pi * jnp.round(east / (2.0 * jnp.pi))
@@ -153,16 +145,3 @@ class OtherSpacecraft(Checked):
         share = (orbit.offset + time) / self.step
         there = interpolated(jnp.asarray(self.pieces), share, 0, 3)
         return there - orbit.position(time), orbit.velocity(time)
-
-
-def across(first: Vector3, second: Vector3) -> tuple[Vector3, Vector3]:
-    """Unit vector of the part of a vector across another one, and the unit vector across both.
-
-    Args:
-        first: Vector, (3,).
-        second: Vector of another direction, (3,).
-    """
-    first = first / jnp.sqrt(first @ first)
-    part = second - (second @ first) * first
-    part = part / jnp.sqrt(part @ part)
-    return part, jnp.cross(first, part)

@@ -8,7 +8,7 @@ from typing import Annotated
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked, signed
 from gyrostat.core.jax64 import jnp
-from gyrostat.core.rotations import to_inertial
+from gyrostat.core.rotations import direction_at, to_inertial
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.torques.eclipse import sunlight
 
@@ -34,13 +34,8 @@ class StationView(Checked):
         """Elevation above the plane across the geodetic vertical at a time, s; rad."""
         place = (self.latitude, self.longitude, self.height)
         sight = self.orbit.position(time) - self.orbit.ground(*place, time)
-        level = jnp.cos(self.latitude)
-        vertical = [
-            level * jnp.cos(self.longitude),
-            level * jnp.sin(self.longitude),
-            jnp.sin(self.latitude) * jnp.ones(()),
-        ]
-        up = sight @ to_inertial(self.orbit.earth(time), jnp.stack(vertical))
+        vertical = direction_at(self.longitude, self.latitude)
+        up = sight @ to_inertial(self.orbit.earth(time), vertical)
         return jnp.arctan2(up, jnp.sqrt(sight @ sight - up**2))
 
     def __call__(self, time: Scalar) -> Scalar:

@@ -56,21 +56,21 @@ def degrees_of_freedom(variances: Vector, count: int, interval: float, sizes: Ve
         terms = count - 2 * size + 1
         step = max(1, size // _STEPS)
         lag = np.arange(0, min(terms, _REACH * size), step)
-        smooth, pulses = np.zeros(lag.size), np.zeros(3)
-        pulse_lags = size * np.arange(3)
-        at_pulses = np.zeros(3)
+        pulse_lag = size * np.arange(3)
+        smooth, at_pulses, pulses = np.zeros(lag.size), np.zeros(3), np.zeros(3)
         for variance, (name, kernel) in zip(variances, ANGLE_KERNELS.items(), strict=True):
+            part = variance * _second_difference(kernel, pulse_lag, size, interval)
             if name == PULSE:
-                pulses += variance * _second_difference(kernel, pulse_lags, size, interval)
+                pulses = part
             else:
+                at_pulses += part
                 smooth += variance * _second_difference(kernel, lag, size, interval)
-                at_pulses += variance * _second_difference(kernel, pulse_lags, size, interval)
         # the trapezoidal rule on both sides of lag 0, and the pulses at their own lags
         weight = np.where(lag == 0, step, 2.0 * step) * (terms - lag)
-        pulse_weight = np.array([1.0, 2.0, 2.0]) * np.maximum(terms - pulse_lags, 0)
-        spread = np.sum(weight * smooth**2)
-        spread += np.sum(pulse_weight * ((at_pulses + pulses) ** 2 - at_pulses**2))
-        found.append((terms * (at_pulses[0] + pulses[0])) ** 2 / spread)
+        pulse_weight = np.array([1.0, 2.0, 2.0]) * np.maximum(terms - pulse_lag, 0)
+        total = at_pulses + pulses
+        spread = np.sum(weight * smooth**2) + np.sum(pulse_weight * (total**2 - at_pulses**2))
+        found.append((terms * total[0]) ** 2 / spread)
     return np.maximum(np.array(found), 1.0)
 
 

@@ -17,10 +17,11 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.fft import dct
 from scipy.optimize import brentq, nnls
-from scipy.stats import chi2, norm
+from scipy.stats import chi2
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.gyro.noise import LOWEST, NAMES, coefficient_variances
+from gyrostat.identification.gyro.parameters import QUANTILE
 
 LEVEL = 0.95
 """Confidence level of all intervals."""
@@ -197,7 +198,7 @@ class Transformed:
         scale = np.sqrt(np.diag(information))
         inverse = np.linalg.pinv(information / np.outer(scale, scale), rcond=1e-10)
         spread = float(np.sqrt((slope / scale) @ inverse @ (slope / scale)))
-        return float(norm.ppf(0.5 + 0.5 * LEVEL)) * float(np.sqrt(best.ramp_variance + spread))
+        return QUANTILE * float(np.sqrt(best.ramp_variance + spread))
 
 
 def _root(function: Callable[[float], float], low: float, high: float) -> float:

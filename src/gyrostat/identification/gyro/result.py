@@ -10,7 +10,8 @@ from gyrostat.core.text import plain
 from gyrostat.identification.gyro.fit import AxisNoise
 from gyrostat.identification.gyro.parameters import PARAMETERS, Estimate
 
-_DEGREES_PER_HOUR = np.degrees(3600.0)
+DEGREES_PER_HOUR = float(np.degrees(3600.0))
+"""Degrees an hour of a radian a second."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -41,7 +42,7 @@ class GyroNoise(Pictured):
         lines = [f"{self.name}: {hours:.3g} h of {plain(1.0 / self.interval)} Hz"]
         width = max(len(kind.title) for kind in PARAMETERS.values())
         for each in self.axes:
-            lines.append(f"  {each.axis}: mean {plain(each.mean * _DEGREES_PER_HOUR)} deg/h")
+            lines.append(f"  {each.axis}: mean {plain(each.mean * DEGREES_PER_HOUR)} deg/h")
             for name, kind in PARAMETERS.items():
                 lines.append(
                     f"    {kind.letter} {kind.title.ljust(width)}  {each.parameters[name].text()}"

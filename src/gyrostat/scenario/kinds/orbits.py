@@ -65,11 +65,10 @@ def _shared_periods(scenario: Scenario) -> float:
 
 def nominal_orbit(scenario: Scenario) -> OrbitEnvironment | None:
     """Tables of the nominal run from its phase, with the splines of the campaign; None without."""
-    orbit = planned_orbit(scenario)
+    orbit = orbit_of_run(scenario.values, planned_orbit(scenario), scenario.dispersed)
     if orbit is None or has_own_orbits(scenario.dispersed):
         return orbit
-    offset = scenario.values[PHASE] / tau * float(orbit.period)
-    return replace(orbit.until(scenario.duration + offset), offset=offset)
+    return orbit.until(scenario.duration)
 
 
 def orbit_with_moon(scenario: Scenario) -> OrbitEnvironment | None:

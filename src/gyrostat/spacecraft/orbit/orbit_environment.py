@@ -14,6 +14,7 @@ from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, positive, signed
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.limiting import within
 from gyrostat.core.rotations import normalised, to_inertial
 from gyrostat.spacecraft.orbit.earth import EARTH, EARTH_RADIUS
 
@@ -216,8 +217,7 @@ def interpolated(
         first: First channel.
         last: Channel after the last one.
     """
-    # not `clip`, whose derivative at the ends would be half of the spline's
-    share = jnp.where(share < 0.0, 0.0, jnp.where(share > len(pieces), len(pieces), share))
+    share = within(share, 0.0, len(pieces))
     row = jnp.clip(jnp.floor(share), 0.0, len(pieces) - 1.0)
     share = share - row
     start = (row.astype(int), 0, first)

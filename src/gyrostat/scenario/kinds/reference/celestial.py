@@ -7,7 +7,7 @@ from gyrostat.control.guidance import Celestial
 from gyrostat.core.arrays import Scalar
 from gyrostat.scenario.aimed_kind import AimedKind
 from gyrostat.scenario.reference_kind import PlannedReference
-from gyrostat.scenario.schema import Key
+from gyrostat.scenario.schema import Key, between_poles
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,9 +18,7 @@ class CelestialKind(AimedKind):
     right_ascension: Annotated[
         Scalar, Key("angle", None, 'Right ascension (ICRS), such as "18h36m56.3s".')
     ]
-    declination: Annotated[
-        Scalar, Key("angle", None, 'Declination (ICRS), such as "38d47m01s".', -1.5708, 1.5708)
-    ]
+    declination: Annotated[Scalar, between_poles('Declination (ICRS), such as "38d47m01s".')]
 
     def target(self, planned: PlannedReference, place: str) -> Celestial:
         """See `AimedKind.target`."""

@@ -7,7 +7,7 @@ from gyrostat.control.guidance import GroundStrip, GroundTarget
 from gyrostat.core.arrays import Scalar
 from gyrostat.scenario.aimed_kind import AimedKind
 from gyrostat.scenario.reference_kind import PlannedReference
-from gyrostat.scenario.schema import Key, positive, size
+from gyrostat.scenario.schema import Key, between_poles, positive, size
 
 
 @dataclass(frozen=True, eq=False)
@@ -15,13 +15,9 @@ class GroundStripKind(AimedKind):
     """Pointing at a place that moves along the ground (`gyrostat.control.guidance.GroundStrip`)."""
 
     name = "ground_strip"
-    first_latitude: Annotated[
-        Scalar, Key("angle", None, "Geodetic latitude of the first end.", -1.5708, 1.5708)
-    ]
+    first_latitude: Annotated[Scalar, between_poles("Geodetic latitude of the first end.")]
     first_longitude: Annotated[Scalar, Key("angle", None, "Its longitude, to the east.")]
-    last_latitude: Annotated[
-        Scalar, Key("angle", None, "Geodetic latitude of the last end.", -1.5708, 1.5708)
-    ]
+    last_latitude: Annotated[Scalar, between_poles("Geodetic latitude of the last end.")]
     last_longitude: Annotated[Scalar, Key("angle", None, "Its longitude, to the east.")]
     height: Annotated[Scalar, Key("length", 0.0, "Height of both above the ellipsoid.")]
     begin: Annotated[Scalar, size("time", None, "Time of the run at the first end.")]

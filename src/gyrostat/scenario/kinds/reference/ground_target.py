@@ -7,7 +7,7 @@ from gyrostat.control.guidance import GroundTarget
 from gyrostat.core.arrays import Scalar
 from gyrostat.scenario.aimed_kind import AimedKind
 from gyrostat.scenario.reference_kind import PlannedReference
-from gyrostat.scenario.schema import Key
+from gyrostat.scenario.schema import Key, between_poles
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,7 +18,7 @@ class GroundTargetKind(AimedKind):
     """
 
     name = "ground_target"
-    latitude: Annotated[Scalar, Key("angle", None, "Geodetic latitude (WGS 84).", -1.5708, 1.5708)]
+    latitude: Annotated[Scalar, between_poles("Geodetic latitude (WGS 84).")]
     longitude: Annotated[Scalar, Key("angle", None, "Longitude, to the east.")]
     height: Annotated[Scalar, Key("length", 0.0, "Height above the ellipsoid.")]
 

@@ -6,7 +6,7 @@ from typing import Annotated
 from gyrostat.control.guidance import StationView
 from gyrostat.core.arrays import Scalar
 from gyrostat.scenario.component import ORBIT, Context, Kind
-from gyrostat.scenario.schema import Key
+from gyrostat.scenario.schema import Key, between_poles
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,11 +18,11 @@ class GroundStation(Kind):
 
     name = "ground"
     needs = frozenset({ORBIT})
-    latitude: Annotated[Scalar, Key("angle", None, "Geodetic latitude (WGS 84).", -1.5708, 1.5708)]
+    latitude: Annotated[Scalar, between_poles("Geodetic latitude (WGS 84).")]
     longitude: Annotated[Scalar, Key("angle", None, "Longitude, to the east.")]
     height: Annotated[Scalar, Key("length", 0.0, "Height above the ellipsoid.")]
     least_elevation: Annotated[
-        Scalar, Key("angle", 0.0, "Elevation at which a pass begins and ends.", -1.5708, 1.5708)
+        Scalar, between_poles("Elevation at which a pass begins and ends.", 0.0)
     ]
 
     def make(self, context: Context) -> StationView:
