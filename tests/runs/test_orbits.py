@@ -102,6 +102,25 @@ def test_an_exported_controller_has_the_splines_of_the_campaign(read, monkeypatc
         np.testing.assert_array_equal(table, planned.coefficients[:count])
 
 
+@pytest.mark.parametrize("key", ["phase", "inclination"])
+def test_an_exported_controller_begins_at_the_phase(read, monkeypatch, key):
+    """Also where each run has tables of its own, which start at the phase."""
+    row = '[[dispersion]]\nkey = "orbit.{}"\ndistribution = "normal"\nsigma = "0.1 deg"\n'
+    text = ORBIT + 'phase = "90 deg"\n[reference]\nkind = "nadir"\n' + row.format(key)
+    scenario = read(text)
+    exported = import_module("gyrostat.exports.scenario_controller")
+    monkeypatch.setattr(exported, "flight_loop", lambda name, title, made, *_: Loop(made))
+    made = exported.scenario_controller(scenario, "hold").controller
+    leaves = jax.tree.leaves(made, is_leaf=lambda part: isinstance(part, OrbitEnvironment))
+    orbits = [part for part in leaves if isinstance(part, OrbitEnvironment)]
+    (expected,) = setup_of(scenario).reference.modes
+    assert orbits
+    for orbit in orbits:
+        for time in (0.0, 50.0):
+            place = expected.orbit.position(time)
+            np.testing.assert_allclose(orbit.position(time), place, rtol=1e-9, atol=1.0)
+
+
 def test_phase_starts_the_run_later_along_the_orbit(read):
     scenario = read(ORBIT + GRADIENT + PHASE)
     orbit = plans_of(scenario).orbit

@@ -13,7 +13,7 @@ from gyrostat.exports.target import STEPS, Target
 from gyrostat.exports.targets import flight_loop
 from gyrostat.runs.phases import Phases
 from gyrostat.runs.plans import plans_of, setup_of
-from gyrostat.scenario.kinds.orbits import nominal_orbit
+from gyrostat.scenario.kinds.orbits import PHASE, has_own_orbits, nominal_orbit
 from gyrostat.scenario.kinds.registry import chosen
 from gyrostat.scenario.reference_kind import POSITION_ERROR
 from gyrostat.scenario.scenario import Scenario
@@ -42,13 +42,10 @@ def scenario_controller(scenario: Scenario, on_bad: str) -> Target:
     """
     # the error of the position belongs to the run, not to the controller
     prefixes = (POSITION_ERROR, *(f"event.{event.name}." for event in scenario.events))
-    nominal = replace(
-        scenario,
-        events=(),
-        dispersions=(),
-        guard=None,
-        values={k: v for k, v in scenario.values.items() if not k.startswith(prefixes)},
-    )
+    values = {k: v for k, v in scenario.values.items() if not k.startswith(prefixes)}
+    if has_own_orbits(scenario.dispersed):
+        values[PHASE] = 0.0  # the tables of the nominal run start there
+    nominal = replace(scenario, events=(), dispersions=(), guard=None, values=values)
     # without dispersions, the tables would have other splines than those of the campaign
     plans = plans_of(nominal)._replace(orbit=nominal_orbit(scenario))
     setup = setup_of(nominal, plans)
