@@ -29,7 +29,7 @@ from gyrostat.codegen.prune import prune
 from gyrostat.codegen.row_choice import smallest
 from gyrostat.codegen.scope import FLIGHT, Scope
 from gyrostat.codegen.sharing import share_tables
-from gyrostat.codegen.tracing import as_arrays, trace
+from gyrostat.codegen.tracing import Trace, as_arrays, trace
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 
@@ -67,7 +67,8 @@ def emit(
             support; the message names the line of Python.
     """
     dialect = Dialect(precision)
-    roots, inner, structs = smallest(lambda scope: _lowered(entries, scope), FLIGHT)
+    traced = [_traced(entry) for entry in entries]
+    roots, inner, structs = smallest(lambda scope: _lowered(traced, scope), FLIGHT)
     tops = [root.function for root in roots]
     reserved = {identifier(struct.name) for struct in structs.every} | {f.name for f in tops}
     for function in inner:
@@ -111,16 +112,22 @@ _TOP = """\
 _MEMORY = "#include <string.h>\n"
 
 
+class _Traced(NamedTuple):
+    entry: Entry
+    arguments: dict[str, Any]
+    trace: Trace
+
+
 class _Lowered(NamedTuple):
     roots: list[_Root]
     inner: list[Function]
     structs: Structs
 
 
-def _lowered(entries: Sequence[Entry], scope: Scope) -> tuple[_Lowered, Memo, Cost]:
+def _lowered(traced: Sequence[_Traced], scope: Scope) -> tuple[_Lowered, Memo, Cost]:
     """Entries as functions of scalars and tables, without what is not needed."""
     structs, lowering = Structs(), Lowering(scope)
-    roots = [_lower(entry, structs, lowering) for entry in entries]
+    roots = [_lower(each, structs, lowering) for each in traced]
     tops = [root.function for root in roots]
     for function in (*lowering.functions, *tops):
         fold_ranges(function)
@@ -130,21 +137,26 @@ def _lowered(entries: Sequence[Entry], scope: Scope) -> tuple[_Lowered, Memo, Co
     return _Lowered(roots, inner, structs), lowering.memo, cost(remaining)
 
 
-def _lower(entry: Entry, structs: Structs, lowering: Lowering) -> _Root:
-    """Entry as a function of scalars, which are fields of structs."""
+def _traced(entry: Entry) -> _Traced:
+    """Entry with its operations, which serve however often they are lowered."""
     for name in (entry.name, *entry.arguments, *entry.results):
         if identifier(name) != name:
             raise InputError(f"{entry.name}: found the name {name!r}, expected an unused name of C")
     arguments = {name: as_arrays(tree) for name, tree in entry.arguments.items()}
-    traced = trace(entry.function, list(arguments.values()), entry.name)
+    return _Traced(entry, arguments, trace(entry.function, list(arguments.values()), entry.name))
+
+
+def _lower(traced: _Traced, structs: Structs, lowering: Lowering) -> _Root:
+    """Entry as a function of scalars, which are fields of structs."""
+    entry, arguments, operations = traced
     contents = {n: structs.of(tree, f"{entry.name}_{n}") for n, tree in arguments.items()}
     inputs: list[Scalars | Data] = []
     for name, tree in arguments.items():
         arrays = _arrays(name, contents[name], name in entry.results, tree)
         inputs += [data_or_scalars(each) if isinstance(each, Data) else each for each in arrays]
     body: Block = []
-    outputs = lowering.arrays(traced.jaxpr, inputs, body)
-    trees = traced.results if len(entry.results) > 1 else (traced.results,)
+    outputs = lowering.arrays(operations.jaxpr, inputs, body)
+    trees = operations.results if len(entry.results) > 1 else (operations.results,)
     if not isinstance(trees, tuple) or len(trees) != len(entry.results):
         raise InputError(
             f"{entry.name}: found {len(entry.results)} names of results, expected as many as the "
