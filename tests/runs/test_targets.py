@@ -13,7 +13,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.runs.keep_out_times import violations
 from gyrostat.runs.passes import passes_of
-from gyrostat.runs.reference_path import nominal_setup, reference_path
+from gyrostat.runs.reference_path import flown_path, nominal_setup, reference_path
 from gyrostat.scenario_files.scenario_file import read_scenario
 from gyrostat.spacecraft.orbit import CircularElements
 from gyrostat.spacecraft.orbit.sun import moon_position, sun_position
@@ -267,3 +267,19 @@ def test_a_body_that_is_too_near_is_listed_with_its_times(scenario, body):
     assert 0 < np.count_nonzero(expected) < len(times)
     warnings = gs.check(path).warnings
     assert any(f"keep_out camera: found the {body.title()} too near" in line for line in warnings)
+
+
+def test_the_time_with_a_body_too_near_to_any_boresight_is_a_metric(scenario):
+    ahead = KEEP_OUT.format("sun", 60.0).replace("[0, 0, 1]", "[1, 0, 0]")
+    above = KEEP_OUT.format("moon", 110.0).replace("[0, 0, 1]", "[0, 0, -1]")
+    both = ahead + above.replace("camera", "mirror")
+    run = gs.simulate(scenario(both, "nadir", duration=4000), engine="native")
+    definition = read_scenario(scenario(both, "nadir", duration=4000))
+    history = {name: run[name].values for name in ("attitude", "rate")}
+    found = violations(definition, flown_path(definition, history))
+    near = np.zeros((2, 4000), bool)
+    for each in found:
+        near[int(each.instrument == "mirror"), round(each.begin) : round(each.end)] = True
+    counts = np.count_nonzero(near, axis=1)
+    assert np.all((counts > 0) & (counts < 4000)), counts
+    assert run.attrs["keep_out_time"] == np.count_nonzero(near.any(axis=0))

@@ -11,6 +11,7 @@ from gyrostat.scenario.metrics.budget import Budget
 from gyrostat.scenario.sensing import Values, arrays_of
 from gyrostat.scenario.structure import Structure
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
+from gyrostat.spacecraft.sensors.keep_out import KeepOut
 
 
 class Assembly(NamedTuple):
@@ -32,6 +33,7 @@ class Assembly(NamedTuple):
         guide: Reference that the controller computes; None if it has the targets of the phases.
         sensor: Sensor of the plant.
         metrics: User-defined metrics by name.
+        keep_outs: Instruments that keep angles to bright bodies.
     """
 
     structure: Structure
@@ -49,6 +51,7 @@ class Assembly(NamedTuple):
     guide: Reference | None = None
     sensor: Any = None
     metrics: Mapping[str, Any] = {}
+    keep_outs: tuple[KeepOut, ...] = ()
 
     def component(self, section: str) -> Any:
         """Kind of a section with its values."""

@@ -12,6 +12,7 @@ from gyrostat.runs.designs import Plans
 from gyrostat.scenario.metrics.budget import Budget
 from gyrostat.scenario.sensing import Values
 from gyrostat.scenario.structure import Structure
+from gyrostat.spacecraft.sensors.keep_out import KeepOut
 
 STAGES: tuple[Stage, ...] = (
     build_control.choose_law,  # a limit of the controller can be one of the body
@@ -50,6 +51,7 @@ class Setup(NamedTuple):
         metrics: User-defined metrics by name.
         reference: Reference attitude at the true position; None for the targets of the phases.
         budget: Momentum budget; None unless it is requested.
+        keep_outs: Instruments that keep angles to bright bodies.
     """
 
     plant: Any
@@ -61,6 +63,7 @@ class Setup(NamedTuple):
     metrics: dict[str, Any]
     reference: Reference | None = None
     budget: Budget | None = None
+    keep_outs: tuple[KeepOut, ...] = ()
 
 
 def build(structure: Structure, values: Values, plans: Plans) -> Setup:
@@ -71,4 +74,5 @@ def build(structure: Structure, values: Values, plans: Plans) -> Setup:
     targets = jnp.asarray(plans.targets)
     loop = run.plant, run.controller, run.sensor, run.start
     metrics = dict(run.metrics)
-    return Setup(*loop, run.starts, targets, metrics, run.reference, run.budget)
+    of_orbit = run.reference, run.budget, run.keep_outs
+    return Setup(*loop, run.starts, targets, metrics, *of_orbit)

@@ -13,6 +13,7 @@ from gyrostat.runs.designs import phase_starts
 from gyrostat.runs.phases import Phases, in_orbit
 from gyrostat.scenario.build_spacecraft import has_section, of_wheels
 from gyrostat.scenario.controller_kind import Beginning
+from gyrostat.scenario.scenario import KEEP_OUT
 from gyrostat.scenario.sensing import guarded, with_faults
 from gyrostat.spacecraft import AddedSensors
 from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHeads
@@ -98,6 +99,9 @@ def add_guard(run: Assembly) -> dict[str, Any]:
 
 
 def add_metrics(run: Assembly) -> dict[str, Any]:
-    """User-defined metrics."""
+    """User-defined metrics, and instruments whose angles a metric evaluates."""
     context = context_of(run, "orbit")
-    return {"metrics": named_parts(run.structure, run.values, "metric", context)}
+    metrics, keep_outs = (
+        named_parts(run.structure, run.values, section, context) for section in ("metric", KEEP_OUT)
+    )
+    return {"metrics": metrics, "keep_outs": tuple(keep_outs.values())}

@@ -47,10 +47,8 @@ def violations(scenario: Scenario, path: ReferencePath) -> list[Violation]:
     parts = named_parts(structure_of(scenario), scenario.values, KEEP_OUT, context)
     found = []
     for name, keep_out in parts.items():
-        near = jax.jit(jax.vmap(keep_out))(jnp.asarray(path.attitude), path.time)
+        near = jax.jit(jax.vmap(keep_out.violated))(jnp.asarray(path.attitude), path.time)
         for body, rows in near._asdict().items():
-            if scenario.values[f"{KEEP_OUT}.{name}.{body}"] == 0.0:
-                continue  # a camera of the Earth looks at it
             found += [
                 Violation(name, body, first * path.step, min(last * path.step, scenario.duration))
                 for first, last in runs(np.asarray(rows))

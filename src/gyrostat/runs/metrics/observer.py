@@ -96,7 +96,8 @@ class Observer(eqx.Module):
         sections = ("metrics", "run", "sensors")
         options = {k: v for k, v in values.items() if k.split(".")[0] in sections}
         windows = tuple(WindowObserver.of(w, structure, values) for w in structure.windows)
-        run = RunStart(*(options, setup.plant.spacecraft, setup.start), heads_of(structure.parts))
+        start = options, setup.plant.spacecraft, setup.start
+        run = RunStart(*start, heads_of(structure.parts), setup.keep_outs)
         metrics: tuple[Any, ...] = tuple(kind.of(run) for kind in kinds_of_run(structure.parts))
         metrics += () if setup.budget is None else (setup.budget,)
         static_fields = (structure.count, structure.boresight, structure.signals)

@@ -13,6 +13,7 @@ from gyrostat.scenario.metrics.sample import Sample
 from gyrostat.scenario.metrics.statistic import LAST, Statistic
 from gyrostat.scenario.schema import Key
 from gyrostat.spacecraft import Spacecraft
+from gyrostat.spacecraft.sensors.keep_out import KeepOut
 
 TOLERANCE = 1e-9
 """Tolerance of times, s: a multiple of the control period has a rounding error."""
@@ -41,12 +42,14 @@ class RunStart(NamedTuple):
         spacecraft: Spacecraft.
         state: State of the plant.
         heads: Number of star tracker heads.
+        keep_outs: Instruments that keep angles to bright bodies.
     """
 
     values: Mapping[str, Scalar]
     spacecraft: Spacecraft
     state: Any
     heads: int = 0
+    keep_outs: tuple[KeepOut, ...] = ()
 
 
 class RunEnd(NamedTuple):

@@ -58,3 +58,14 @@ class KeepOut(Checked):
             near_moon &= angle_between(moon, -position) > earth
         near_sun = jnp.logical_not(dark) & (from_sun < self.sun)
         return Near(near_sun, from_limb < self.earth, near_moon)
+
+    def violated(self, attitude: Quaternion, time: Scalar) -> Near:
+        """Which bodies are nearer than an angle above 0: those with 0 may be in view.
+
+        Args:
+            attitude: Attitude of the body, (4,), scalar first.
+            time: Time, s.
+        """
+        near = self(attitude, time)
+        angles = self.sun, self.earth, self.moon
+        return Near(*(is_near & (angle > 0.0) for is_near, angle in zip(near, angles, strict=True)))
