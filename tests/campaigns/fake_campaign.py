@@ -7,6 +7,7 @@ import os
 import signal
 import sys
 import time
+from functools import partial
 from importlib import import_module
 from pathlib import Path
 from typing import NamedTuple
@@ -65,7 +66,7 @@ class History:
 
 def fly(job):
     """Made-up numbers that depend on the run alone."""
-    time.sleep(PAUSE)
+    time.sleep(float(os.environ.get("FAKE_PAUSE", PAUSE)))
     runs = np.array(job.runs)
     if int(os.environ.get("FAKE_DIES_AT", -1)) in job.runs:
         once = os.environ.get("FAKE_DIES_ONCE")
@@ -86,17 +87,18 @@ def main():
     """Simulate the campaign."""
     # workers do not load the main module: what they compute must be importable, or sent by value
     by_value = len(sys.argv) > 4
+    say = partial(print, file=sys.stderr)
     job = fly if by_value else import_module(Path(__file__).stem).fly
     done = run_campaign(
         SCENARIO,
         Path(sys.argv[1]),
         runs=int(sys.argv[2]),
-        opener=cluster(sys.argv[4]) if by_value else None,
+        opener=cluster(sys.argv[4], say) if by_value else None,
         workers=1,
         block=4,
         engine="jax",
         fly_job=job,
-        say=lambda text: print(text, file=sys.stderr),
+        say=say,
     )
     assert by_value or "pandas" not in sys.modules, "its import takes 0.2 s"
     print(done)

@@ -192,16 +192,3 @@ def test_two_at_once_are_refused(tmp_path):
     ended(first)
     assert code == 1
     assert "found another campaign running here" in messages
-
-
-def test_a_killed_dask_worker_costs_nothing(tmp_path, undisturbed):
-    distributed = pytest.importorskip("distributed", reason="gyrostat[cluster] is not installed")
-    with distributed.LocalCluster(
-        n_workers=2, threads_per_worker=1, dashboard_address=None, host="127.0.0.1"
-    ) as workers:
-        process = start(tmp_path, 0.1, workers.scheduler_address)
-        begun(process, tmp_path)
-        os.kill(next(iter(workers.workers.values())).pid, signal.SIGKILL)
-        code, messages = ended(process)
-    assert code == 0, messages
-    assert (tmp_path / "runs.parquet").read_bytes() == undisturbed

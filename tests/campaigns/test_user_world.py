@@ -13,8 +13,9 @@ import pytest
 
 from gyrostat.campaigns import Store, run_campaign
 from gyrostat.campaigns import replay as fly_again
+from gyrostat.campaigns.cluster import cluster
 from gyrostat.campaigns.engine import fly
-from gyrostat.campaigns.executors import cluster, threads
+from gyrostat.campaigns.executors import threads
 from gyrostat.campaigns.jobs import work_here
 from gyrostat.codegen.simd import compiler
 from gyrostat.core.errors import InputError

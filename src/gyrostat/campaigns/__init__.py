@@ -1,8 +1,9 @@
 """Monte Carlo campaigns: simulation of a scenario with dispersed parameters."""
 
+from gyrostat.campaigns.cluster import cluster
 from gyrostat.campaigns.description import Campaign
 from gyrostat.campaigns.execute import replay, run_campaign
-from gyrostat.campaigns.executors import cluster, processes
+from gyrostat.campaigns.executors import processes
 from gyrostat.campaigns.jobs import Job
 from gyrostat.campaigns.labelled_runs import campaign_runs
 from gyrostat.campaigns.store import Store

@@ -1,4 +1,4 @@
-"""Executors: threads, local processes or a Dask cluster behind one interface."""
+"""Executors: threads and local processes behind one interface; `cluster` adds those of Dask."""
 
 import atexit
 import contextlib
@@ -24,7 +24,6 @@ from multiprocessing.context import SpawnContext, SpawnProcess
 from typing import Any
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.extras import missing
 
 Opener = Callable[[], contextlib.AbstractContextManager[Executor]]
 BARREN = 3
@@ -147,40 +146,6 @@ def threads(workers: int) -> Opener:
             yield pool
         finally:
             pool.shutdown(cancel_futures=True)
-
-    return open_executor
-
-
-def cluster(address: str) -> Opener:
-    """Create an opener of the workers of a Dask scheduler.
-
-    Args:
-        address: Address of the scheduler, such as "tcp://10.0.0.1:8786".
-
-    Raises:
-        InputError: Dask is not installed, or there is no scheduler at this address.
-    """
-    try:
-        from distributed import (  # pyright: ignore[reportMissingImports]
-            Client,
-            KilledWorker,
-        )
-    except ImportError:
-        raise missing("--scheduler", "dask and distributed", "cluster") from None
-
-    @contextlib.contextmanager
-    def open_executor() -> Iterator[Executor]:
-        try:
-            client = Client(address, timeout=10)
-        except (OSError, ValueError) as error:
-            raise InputError(
-                f"--scheduler: found no answer from {address} ({error}), expected a Dask scheduler"
-            ) from None
-        with client:
-            try:
-                yield client.get_executor(pure=False)
-            except KilledWorker as error:  # a job whose workers were killed several times
-                raise BrokenExecutor(str(error)) from error
 
     return open_executor
 

@@ -4,8 +4,10 @@ from collections.abc import Callable
 from functools import lru_cache
 from typing import Any, NamedTuple
 
+from gyrostat.campaigns.cluster import Cluster
 from gyrostat.campaigns.description import Campaign
 from gyrostat.campaigns.executors import Opener, processes, threads
+from gyrostat.campaigns.handshake import handshake
 from gyrostat.core.engines import ACCELERATED
 from gyrostat.core.processors import usable_cores
 from gyrostat.runs.fingerprint import use_engine
@@ -84,6 +86,10 @@ def executor_for(
         The opener, the number of workers, and the function.
     """
     cores = usable_cores()
+    if isinstance(opener, Cluster):
+        asked = handshake(campaign.engine, [_scenario(campaign.scenario)])
+        # the handshake has done what `work` does before
+        return opener.with_handshake(asked), workers or ELSEWHERE, fly_job or work_here
     if opener is not None:
         return opener, workers or ELSEWHERE, fly_job or work
     if campaign.engine.get("engine") in ACCELERATED:

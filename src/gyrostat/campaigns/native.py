@@ -70,6 +70,7 @@ class Program(NamedTuple):
         seen: See `Stored`.
         records: See `Stored`.
         starts: Index of the first sample of each chunk.
+        stored: What the cache has of it.
     """
 
     begin: Compiled
@@ -77,6 +78,7 @@ class Program(NamedTuple):
     seen: Any
     records: Any
     starts: range
+    stored: Stored
 
     def chunks(
         self, nominal: Vector, drawn: Drawn, plans: Plans, keys: Words, asked: Sequence[int]
@@ -129,7 +131,7 @@ def program_of(
     if stored is not None and not verify:
         libraries = [stored_library(part.library) for part in (stored.begin, stored.chunk)]
         if None not in libraries:
-            return _load(structure, stored, *libraries)
+            return load(structure, stored, *libraries)
     traces, metrics, records = trace(structure, plans, parts)
     begin, chunk = map(_part, traces)
     entry = Stored(begin, chunk, metrics, records)
@@ -142,7 +144,7 @@ def program_of(
     with ThreadPoolExecutor(1) as pool:  # the compiler is another process
         begin_future = pool.submit(library, traced_begin.text)
         chunk_library = library(traced_chunk.text)
-    program = _load(structure, entry, begin_future.result(), chunk_library)
+    program = load(structure, entry, begin_future.result(), chunk_library)
     if cache is not None:
         cache.write(name, pickle.dumps(entry))
     return program
@@ -220,8 +222,16 @@ def _part(each: Traced) -> Part:
     return Part(digest, library_name(each.text), each.layout)
 
 
-def _load(structure: Structure, stored: Stored, *libraries: Any) -> Program:
+def load(structure: Structure, stored: Stored, *libraries: Any) -> Program:
+    """Program from what is stored of it and its loaded libraries.
+
+    Args:
+        structure: Structure of the scenario.
+        stored: What is stored.
+        libraries: Libraries of the initialisation and of a chunk.
+    """
     begin, chunk = (
         Compiled(part.layout, each) for part, each in zip(stored[:2], libraries, strict=True)
     )
-    return Program(begin, chunk, stored.seen, stored.records, runner_of(structure).starts)
+    starts = runner_of(structure).starts
+    return Program(begin, chunk, stored.seen, stored.records, starts, stored)

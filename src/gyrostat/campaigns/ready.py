@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gyrostat.campaigns.accelerated import AcceleratedProgram, accelerated_program
+from gyrostat.campaigns.delivered_programs import delivered_program
 from gyrostat.campaigns.native import Program, program_name, program_of
 from gyrostat.codegen.jax_versions import require_supported
 from gyrostat.codegen.simd.compiler import require_compiler
@@ -93,8 +94,10 @@ def make_ready(scenario: Scenario, engine: str, parts: int = 0) -> Ready:
     structure, plans = structure_of(scenario), plans_of(scenario)
     program = None
     if engine == "native":
-        name = program_name(structure, plans, parts)
-        program = _program(_Wanted(name, structure, plans, parts))
+        program = delivered_program(scenario, parts)
+        if program is None:
+            name = program_name(structure, plans, parts)
+            program = _program(_Wanted(name, structure, plans, parts))
     elif engine in ACCELERATED:
         program = accelerated_program(structure, plans, engine)
     nominal = np.array([*scenario.values.values()])

@@ -3,7 +3,7 @@
 import os
 import platform
 import sys
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from importlib.metadata import PackageNotFoundError, version
 
 from gyrostat.codegen.simd import compiler_options, compiler_version
@@ -50,11 +50,25 @@ def engine_record(device: str, flags: str, engine: str = "jax") -> dict[str, str
             record[package] = version(package)
         except PackageNotFoundError:  # simulation will fail as well
             record[package] = "none"
-    return {**record, "gyrostat": source_digest(), "instructions": instructions()}
+    known = {"gyrostat": source_digest(), "instructions": instructions()}
+    return {**record, **known, "mathematical library": mathematical_library()}
 
 
-def use_engine(record: Record) -> None:
+def mathematical_library() -> str:
+    """Name and version of the C library, whose functions such as `pow` compiled programs call."""
+    try:
+        return os.confstr("CS_GNU_LIBC_VERSION") or "unknown"
+    except ValueError:  # not glibc: part of the system
+        return f"{platform.system()} {platform.release()}"
+
+
+def use_engine(record: Record, where: str = "this process", unused: Collection[str] = ()) -> None:
     """Configure this process for a recorded engine; call it before any computation.
+
+    Args:
+        record: Fingerprint.
+        where: See `refuse_other`.
+        unused: See `refuse_other`.
 
     Raises:
         InputError: The process has other versions or instructions, or no such device.
@@ -63,7 +77,7 @@ def use_engine(record: Record) -> None:
     os.environ["JAX_PLATFORMS"] = _PLATFORM[record["device"]]
     if "jax" in sys.modules:
         sys.modules["jax"].config.update("jax_platforms", _PLATFORM[record["device"]])
-    refuse_other(record, "this process")
+    refuse_other(record, where, unused)
     if record["device"] == "gpu":
         from gyrostat.core.jax64 import jax
 
@@ -75,19 +89,21 @@ def use_engine(record: Record) -> None:
             ) from None
 
 
-def refuse_other(record: Record, where: str) -> None:
+def refuse_other(record: Record, where: str, unused: Collection[str] = ()) -> None:
     """Check that this process has the recorded engine.
 
     Args:
         record: Fingerprint in the store.
         where: Start of the error message: the process or folder.
+        unused: Names in the fingerprint that do not matter here: "compiler" where the compiled
+            program is delivered.
 
     Raises:
         InputError: The fingerprint differs, so that results would differ from those of the store.
     """
     engine = engine_record(record["device"], record["flags"], record.get("engine", "jax"))
     for name, value in engine.items():
-        if record.get(name) != value:
+        if name not in unused and record.get(name) != value:
             common = recorded(record) if name == "instructions" else None
             hint = f" (--instructions {common}, or {set_before(common)})" if common else ""
             raise InputError(

@@ -161,7 +161,7 @@ def campaign(
         seed=seed,
         device=device,
         engine=engine,
-        opener=None if scheduler is None else cluster(scheduler),
+        opener=None if scheduler is None else cluster(scheduler, say),
         workers=workers,
         block=block,
         keep=whole_numbers(keep, "--keep"),

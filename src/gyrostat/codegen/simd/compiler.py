@@ -132,6 +132,21 @@ def stored_library(name: str) -> ctypes.CDLL | None:
     return _loaded[name]
 
 
+def delivered_library(content: bytes) -> ctypes.CDLL:
+    """Load a library that another machine has compiled, once per process.
+
+    Args:
+        content: Shared library.
+
+    Raises:
+        InputError: It cannot be loaded.
+    """
+    name = f"delivered-{hashlib.sha256(content).hexdigest()}"
+    if name not in _loaded:
+        _loaded[name] = _load(content, "the delivered program")
+    return _loaded[name]
+
+
 def library_name(text: str, more: tuple[str, ...] = ()) -> str:
     """Name of the library of a C module in the cache.
 
@@ -249,7 +264,7 @@ def _compile(cache: Cache, text: str, command: tuple[str, ...]) -> bytes:
         ) from None
 
 
-def _load(content: bytes, compiler: str) -> ctypes.CDLL:
+def _load(content: bytes, origin: str) -> ctypes.CDLL:
     """Load a library from a file just written, so that exactly the verified bytes are loaded.
 
     The file is deleted at once; the library stays loaded. The cache folder may forbid execution.
@@ -266,7 +281,7 @@ def _load(content: bytes, compiler: str) -> ctypes.CDLL:
         except OSError as error:
             reason = error
     raise InputError(
-        f"C compiler: found {reason}, expected {compiler} to make a library that can be loaded"
+        f"C compiler: found {reason}, expected {origin} to be a library that can be loaded"
     )
 
 

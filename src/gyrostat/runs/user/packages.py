@@ -41,14 +41,18 @@ def other_packages(scenario: Scenario) -> list[str]:
     ]
 
 
-def refuse_other_packages(scenario: Scenario) -> None:
+def refuse_other_packages(scenario: Scenario, where: str = "this process") -> None:
     """Check that this process has the packages of a scenario.
+
+    Args:
+        scenario: Scenario.
+        where: Start of the error message.
 
     Raises:
         InputError: A version differs, so that results could differ from those of other processes.
     """
     for package in other_packages(scenario):
-        raise InputError(f"this process: found {package}, with which the scenario was read")
+        raise InputError(f"{where}: found {package}, with which the scenario was read")
 
 
 def _import_names(sources: tuple[Source, ...]) -> list[str]:

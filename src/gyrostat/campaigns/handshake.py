@@ -1,0 +1,154 @@
+"""Check of a worker before its first job: it must give the same bytes as this process."""
+
+import hashlib
+import json
+from collections.abc import Callable, Collection, Iterable, Mapping
+from dataclasses import dataclass, field
+from functools import cached_property
+from typing import Any, NamedTuple
+
+from gyrostat.campaigns.delivered_programs import (
+    Label,
+    content_of,
+    digest_of_content,
+    install_programs,
+    missing_programs,
+)
+from gyrostat.core.errors import InputError
+from gyrostat.runs.fingerprint import FLAGS, Record, engine_record, use_engine
+from gyrostat.scenario.scenario import Scenario
+
+
+@dataclass(frozen=True)
+class Handshake:
+    """What a worker must have and must be like.
+
+    Attributes:
+        record: Fingerprint of the engine.
+        unused: Names in the fingerprint that may differ; see `gyrostat.runs.fingerprint`.
+        labels: Programs of the native engine.
+        scenarios: Texts of scenarios with parts of the user, whose packages are compared.
+        contents: Digest -> content of each program; it is not sent with the handshake.
+    """
+
+    record: Record
+    unused: tuple[str, ...] = ()
+    labels: tuple[Label, ...] = ()
+    scenarios: tuple[str, ...] = ()
+    contents: Mapping[str, bytes] = field(default_factory=dict, compare=False)
+
+    @cached_property
+    def identity(self) -> str:
+        """Digest of all that is compared."""
+        parts = (dict(self.record), self.unused, self.labels, self.scenarios)
+        return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
+
+    def __getstate__(self) -> dict[str, Any]:
+        """State without the contents of the programs."""
+        return {**self.__dict__, "contents": {}}
+
+
+def handshake(
+    record: Record | None = None, scenarios: Iterable[Scenario] = (), parts: int = 0
+) -> Handshake:
+    """Handshake with the workers of a computation; compiles the programs that they receive.
+
+    Args:
+        record: Fingerprint of the engine; None for JAX on a processor.
+        scenarios: Scenarios that the workers simulate.
+        parts: See `gyrostat.campaigns.native.program_of`.
+
+    Raises:
+        InputError: A program cannot be made.
+    """
+    from gyrostat.campaigns.ready import make_ready
+    from gyrostat.scenario.kinds.registry import is_shipped
+    from gyrostat.scenario.structure import structure_of
+
+    if record is None:
+        record = engine_record("cpu", FLAGS["cpu"])
+    scenarios = [*scenarios]
+    contents, labels = {}, []
+    foreign = [each.text() for each in scenarios if not is_shipped(structure_of(each))]
+    if record.get("engine") == "native":
+        for scenario in scenarios:
+            if is_shipped(structure_of(scenario)):  # otherwise the worker traces it
+                program: Any = make_ready(scenario, "native", parts).program
+                content = content_of(program)
+                digest = digest_of_content(content)
+                contents[digest] = content
+                labels.append(Label(scenario.digest(), parts, digest))
+    unused = () if foreign else ("compiler",)
+    return Handshake(record, unused, tuple(labels), tuple(foreign), contents)
+
+
+class Answer(NamedTuple):
+    """Answer of a worker.
+
+    Attributes:
+        refusal: Why the worker cannot be used; empty if it can.
+        missing: Digests of programs that it does not have.
+    """
+
+    refusal: str = ""
+    missing: Collection[str] = ()
+
+
+_accepted: dict[str, Handshake] = {}
+
+
+def greet(asked: Handshake, where: str, contents: Mapping[str, bytes]) -> Answer:
+    """Check this process, a worker, and install the programs.
+
+    Args:
+        asked: Handshake.
+        where: Name of the worker, for the refusal.
+        contents: Digest -> content of programs that it was missing.
+    """
+    try:
+        use_engine(asked.record, where, asked.unused)
+        # after the flags of JAX are set
+        from gyrostat.campaigns.ready import make_ready
+        from gyrostat.runs.user.packages import refuse_other_packages
+
+        for text in asked.scenarios:
+            refuse_other_packages(Scenario.from_text(text), where)
+        missing = [digest for digest in missing_programs(asked.labels) if digest not in contents]
+        if missing:
+            return Answer(missing=missing)
+        if install_programs(asked.labels, contents):
+            # the same scenario, compiled by another machine
+            _accepted.clear()
+            make_ready.cache_clear()
+    except InputError as error:
+        text = str(error)
+        return Answer(text if text.startswith(where) else f"{where}: {text}")
+    _accepted[asked.identity] = asked
+    return Answer()
+
+
+class Outcome(NamedTuple):
+    """Result of a job in a worker.
+
+    Attributes:
+        was_greeted: Whether the process had accepted the handshake; otherwise there is no result.
+        result: Result of the job.
+    """
+
+    was_greeted: bool
+    result: Any = None
+
+
+def carry_out_greeted(identity: str, function: Callable[[Any], Any], job: Any) -> Outcome:
+    """Apply a function to a job in a worker that has accepted a handshake.
+
+    A worker that is started again under the same address has not.
+
+    Args:
+        identity: Identity of the handshake.
+        function: Function.
+        job: Job.
+    """
+    if identity not in _accepted:
+        return Outcome(False)
+    return Outcome(True, function(job))

@@ -1,0 +1,77 @@
+"""Handshake with a worker, here this process."""
+
+import dataclasses
+import os
+import pickle
+
+import pytest
+
+from gyrostat.campaigns import delivered_programs, handshake
+from gyrostat.campaigns.delivered_programs import Label, digest_of_content, install_programs
+from gyrostat.campaigns.handshake import Answer, Handshake, carry_out_greeted, greet
+from gyrostat.core.errors import InputError
+from gyrostat.runs.fingerprint import engine_record, mathematical_library
+
+WHERE = "worker tcp://10.0.0.3:41"
+
+
+@pytest.fixture
+def record(monkeypatch):
+    """Fingerprint of this process; the process has accepted nothing."""
+    monkeypatch.setattr(handshake, "_accepted", {})
+    monkeypatch.setattr(delivered_programs, "_contents", {})
+    monkeypatch.setattr(delivered_programs, "_labels", {})
+    return engine_record("cpu", os.environ["XLA_FLAGS"])
+
+
+@pytest.mark.parametrize(
+    "name", ["gyrostat", "python", "numpy", "jaxlib", "instructions", "mathematical library"]
+)
+def test_a_worker_that_differs_is_refused_with_worker_found_and_expected(record, name):
+    answer = greet(Handshake({**record, name: "another"}), WHERE, {})
+    assert answer.refusal.startswith(f"{WHERE}: found {name} {record[name]}, expected another")
+    assert carry_out_greeted(Handshake({**record, name: "another"}).identity, abs, -2) == (
+        False,
+        None,
+    )
+
+
+def test_a_compiler_matters_only_where_programs_are_not_delivered(record):
+    asked = Handshake({**record, "compiler": "another"}, ("compiler",))
+    assert greet(asked, WHERE, {}) == Answer()
+    assert carry_out_greeted(asked.identity, abs, -2) == (True, 2)
+
+
+def test_programs_are_asked_for_by_digest_and_damaged_ones_refused(record):
+    content = pickle.dumps((None, []))
+    label = Label("scenario", 0, digest_of_content(content))
+    asked = Handshake(record, labels=(label,), contents={label.program: content})
+    assert pickle.loads(pickle.dumps(asked)).contents == {}
+    assert greet(asked, WHERE, {}) == Answer(missing=[label.program])
+    damaged = greet(asked, WHERE, {label.program: content + b"."})
+    assert damaged.refusal.startswith(f"{WHERE}: program: found digest ")
+    assert greet(asked, WHERE, {label.program: content}) == Answer()
+    assert greet(asked, WHERE, {}) == Answer()
+    assert greet(dataclasses.replace(asked), WHERE, {}) == Answer()
+
+
+def test_another_program_for_the_same_runs_ends_earlier_handshakes(record):
+    contents = [pickle.dumps((None, [])), pickle.dumps((None, []), protocol=2)]
+    labels = [Label("scenario", 0, digest_of_content(each)) for each in contents]
+    pairs = zip(labels, contents, strict=True)
+    first, second = (Handshake(record, labels=(a,), contents={a.program: b}) for a, b in pairs)
+    assert greet(first, WHERE, first.contents) == Answer()
+    assert greet(second, WHERE, second.contents) == Answer()
+    assert carry_out_greeted(first.identity, abs, -1) == (False, None)
+    assert carry_out_greeted(second.identity, abs, -1) == (True, 1)
+
+
+def test_content_that_cannot_be_loaded_is_an_error(record):
+    content = pickle.dumps((None, [b"not a library"]))
+    label = Label("scenario", 0, digest_of_content(content))
+    with pytest.raises(InputError, match="expected the delivered program to be a library"):
+        install_programs([label], {label.program: content})
+
+
+def test_the_mathematical_library_has_a_name_and_a_version():
+    assert len(mathematical_library().split()) >= 2
