@@ -252,7 +252,7 @@ def fake_flights(monkeypatch):
     from gyrostat.campaigns.engine import Flown
     from gyrostat.core.threefry import threefry
     from gyrostat.scenario.metrics.results import metrics_of
-    from gyrostat.search import execute, flights
+    from gyrostat.search import execute
 
     def fake(scenario, runs, values, keys, *, keep=()):
         place = scenario.dispersed.index("wheel.a.speed")
@@ -271,7 +271,6 @@ def fake_flights(monkeypatch):
         calls.append(len(given[1]))
         return fake(*given, **options)
 
-    monkeypatch.setattr(flights, "fly_given", counted)
     monkeypatch.setattr(engine, "fly_given", counted)
     monkeypatch.setattr(execute, "prepare", lambda *given, **options: None)
     return SimpleNamespace(calls=calls, fly=fake)

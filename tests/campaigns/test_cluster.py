@@ -1,5 +1,6 @@
 """Workers of a Dask scheduler that share no disk with the campaign, nor always its software."""
 
+import json
 import os
 import shutil
 import subprocess
@@ -150,3 +151,41 @@ def test_a_lost_scheduler_ends_the_campaign_and_another_goes_on(tmp_path, undist
     assert code == 0
     assert f"of {FAKE_RUNS} runs are already complete" in messages
     assert (out / "runs.parquet").read_bytes() == undisturbed
+
+
+def table(folder):
+    """Bytes of the table and of the report's numbers."""
+    report = json.loads((folder / "report.json").read_text())
+    return (folder / "runs.parquet").read_bytes(), {k: v for k, v in report.items() if k != "out"}
+
+
+@pytest.mark.parametrize(
+    "options",
+    [("--rare", "error_max > 2 deg", "--runs", "4100"), ("--worst-case", "error_rms")],
+    ids=["rare", "worst case"],
+)
+def test_searches_give_the_same_bytes(cluster, folder, local, tmp_path, options):
+    scenario = folder / "search.toml"
+    scenario.write_text((folder / "scenario.toml").read_text().partition("[[requirement]]")[0])
+    words = [sys.executable, "-c", GYROSTAT, "campaign", str(scenario), "--runs", "700", *options]
+    for out, more in (("here", ()), ("there", ("--scheduler", cluster.address))):
+        result = subprocess.run(
+            [*words, "--out", str(tmp_path / out), *more], capture_output=True, text=True
+        )
+        assert "Traceback" not in result.stderr
+        assert result.returncode in (0, 1), result.stderr
+    assert table(tmp_path / "here") == table(tmp_path / "there")
+
+
+def test_experiments_of_a_paper_give_the_same_claims(tmp_path):
+    words = [sys.executable, "-c", GYROSTAT, "reproduce", "moreira-lopes-kuga", "--quick"]
+    clean = {name: each for name, each in os.environ.items() if name != "XLA_FLAGS"}
+    with processes(tmp_path / "dask") as cluster:
+        for _ in range(2):
+            cluster.worker(XLA_FLAGS="")
+        for out, more in (("here", ()), ("there", ("--scheduler", cluster.address))):
+            command = [*words, "--out", str(tmp_path / out), *more]
+            result = subprocess.run(command, capture_output=True, text=True, env=clean)
+            assert result.returncode == 0, result.stderr
+    first, second = ((tmp_path / out / "claims.json").read_bytes() for out in ("here", "there"))
+    assert first == second

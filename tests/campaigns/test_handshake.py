@@ -19,6 +19,7 @@ WHERE = "worker tcp://10.0.0.3:41"
 def record(monkeypatch):
     """Fingerprint of this process; the process has accepted nothing."""
     monkeypatch.setattr(handshake, "_accepted", {})
+    monkeypatch.setattr(handshake, "_flags", set())
     monkeypatch.setattr(delivered_programs, "_contents", {})
     monkeypatch.setattr(delivered_programs, "_labels", {})
     return engine_record("cpu", os.environ["XLA_FLAGS"])
@@ -64,6 +65,12 @@ def test_another_program_for_the_same_runs_ends_earlier_handshakes(record):
     assert greet(second, WHERE, second.contents) == Answer()
     assert carry_out_greeted(first.identity, abs, -1) == (False, None)
     assert carry_out_greeted(second.identity, abs, -1) == (True, 1)
+
+
+def test_a_worker_of_a_computation_with_other_flags_must_start_again(record):
+    assert greet(Handshake(record), WHERE, {}) == Answer()
+    answer = greet(Handshake({**record, "flags": ""}), WHERE, {})
+    assert "found flags of an earlier computation" in answer.refusal
 
 
 def test_content_that_cannot_be_loaded_is_an_error(record):

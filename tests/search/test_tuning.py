@@ -7,11 +7,11 @@ import pytest
 from scipy.special import ndtr
 
 import gyrostat as gs
+from gyrostat.campaigns import engine
 from gyrostat.campaigns.engine import Flown
 from gyrostat.core.errors import InputError
 from gyrostat.reports.tuning import front, front_figure
 from gyrostat.scenario_files.scenario_file import read_scenario
-from gyrostat.search import flights
 from gyrostat.search.condition import Condition
 from gyrostat.search.moves import Answers
 from gyrostat.search.tune import COMMON, _finalists, fewest_flights, tune
@@ -33,7 +33,7 @@ def gains(fake_flights, monkeypatch):
         columns["torque_rms"] = scatter * gain
         return Flown(columns, None)
 
-    monkeypatch.setattr(flights, "fly_given", fly)
+    monkeypatch.setattr(engine, "fly_given", fly)
 
 
 def test_the_best_gain_is_found_and_written(folder, gains, tmp_path):
@@ -141,14 +141,14 @@ def test_given_values_that_are_better_on_the_last_runs_are_kept():
 
 
 def test_a_metric_that_most_runs_lack_is_no_result(scenario, gains, tmp_path, monkeypatch):
-    fly = flights.fly_given
+    fly = engine.fly_given
 
     def early(*given, **options):
         flown = fly(*given, **options)
         status = (np.arange(len(flown.columns["run"])) % 5 == 0).astype(np.int8)
         return Flown(flown.columns | {"status": status}, None)
 
-    monkeypatch.setattr(flights, "fly_given", early)
+    monkeypatch.setattr(engine, "fly_given", early)
     said = []
     found = gs.tune(scenario, KEY, "error_rms", tmp_path, runs=fewest_flights(), say=said.append)
     assert found["doubts"] == ["5 % or more of the runs end early or have no error_rms"]

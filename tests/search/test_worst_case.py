@@ -8,9 +8,10 @@ import pytest
 from scipy.special import ndtr
 
 import gyrostat as gs
+from gyrostat.campaigns import engine
 from gyrostat.core.errors import InputError
 from gyrostat.reports.worst_case import outcome
-from gyrostat.search import flights, tune, worst
+from gyrostat.search import tune, worst
 from gyrostat.search.moves import FIRST, Answers
 from gyrostat.search.worst import Bounds, fewest_flights, noise_share, worst_case
 from gyrostat.search.worst_case import WorstCase
@@ -245,7 +246,7 @@ def test_a_metric_that_no_run_has_gives_no_worst_case(
         missing = np.full(len(flown.columns["run"]), np.nan)
         return flown._replace(columns=flown.columns | {"crossing_peak": missing})
 
-    monkeypatch.setattr(flights, "fly_given", lacking)
+    monkeypatch.setattr(engine, "fly_given", lacking)
     said = []
     found = gs.campaign(
         scenario, 700, tmp_path, worst_case="crossing_peak", worst=0, say=said.append

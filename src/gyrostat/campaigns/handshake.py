@@ -49,14 +49,14 @@ class Handshake:
 
 
 def handshake(
-    record: Record | None = None, scenarios: Iterable[Scenario] = (), parts: int = 0
+    record: Record | None = None, scenarios: Iterable[tuple[Scenario, int]] = ()
 ) -> Handshake:
     """Handshake with the workers of a computation; compiles the programs that they receive.
 
     Args:
         record: Fingerprint of the engine; None for JAX on a processor.
-        scenarios: Scenarios that the workers simulate.
-        parts: See `gyrostat.campaigns.native.program_of`.
+        scenarios: Scenarios that the workers simulate, each with its `parts`; see
+            `gyrostat.campaigns.native.program_of`.
 
     Raises:
         InputError: A program cannot be made.
@@ -69,9 +69,9 @@ def handshake(
         record = engine_record("cpu", FLAGS["cpu"])
     scenarios = [*scenarios]
     contents, labels = {}, []
-    foreign = [each.text() for each in scenarios if not is_shipped(structure_of(each))]
+    foreign = [each.text() for each, _ in scenarios if not is_shipped(structure_of(each))]
     if record.get("engine") == "native":
-        for scenario in scenarios:
+        for scenario, parts in scenarios:
             if is_shipped(structure_of(scenario)):  # otherwise the worker traces it
                 program: Any = make_ready(scenario, "native", parts).program
                 content = content_of(program)
@@ -95,6 +95,8 @@ class Answer(NamedTuple):
 
 
 _accepted: dict[str, Handshake] = {}
+_flags: set[str] = set()
+"""Flags of XLA, which it reads once in each process."""
 
 
 def greet(asked: Handshake, where: str, contents: Mapping[str, bytes]) -> Answer:
@@ -105,6 +107,10 @@ def greet(asked: Handshake, where: str, contents: Mapping[str, bytes]) -> Answer
         where: Name of the worker, for the refusal.
         contents: Digest -> content of programs that it was missing.
     """
+    flags = asked.record["flags"]
+    if _flags and flags not in _flags:
+        found = "flags of an earlier computation, which JAX keeps"
+        return Answer(f"{where}: found {found}, expected those of this one: start the worker again")
     try:
         use_engine(asked.record, where, asked.unused)
         # after the flags of JAX are set
@@ -123,6 +129,7 @@ def greet(asked: Handshake, where: str, contents: Mapping[str, bytes]) -> Answer
     except InputError as error:
         text = str(error)
         return Answer(text if text.startswith(where) else f"{where}: {text}")
+    _flags.add(flags)
     _accepted[asked.identity] = asked
     return Answer()
 

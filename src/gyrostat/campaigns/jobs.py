@@ -87,7 +87,7 @@ def executor_for(
     """
     cores = usable_cores()
     if isinstance(opener, Cluster):
-        asked = handshake(campaign.engine, [_scenario(campaign.scenario)])
+        asked = handshake(campaign.engine, [(_scenario(campaign.scenario), 0)])
         # the handshake has done what `work` does before
         return opener.with_handshake(asked), workers or ELSEWHERE, fly_job or work_here
     if opener is not None:

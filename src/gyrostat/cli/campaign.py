@@ -9,7 +9,7 @@ import typer
 
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json, say
-from gyrostat.cli.options import ForceModel, Json, Out, Verify, Workers
+from gyrostat.cli.options import ForceModel, Json, Out, Scheduler, Verify, Workers
 from gyrostat.cli.progress import Progress
 from gyrostat.core.instructions import limit_process, recorded
 from gyrostat.verbs.single_runs import replayed, simulated
@@ -30,7 +30,6 @@ CampaignEngine = Annotated[
         "auto: native if there is a C compiler."
     ),
 ]
-Scheduler = Annotated[str | None, typer.Option(help="Address of a Dask scheduler with workers.")]
 
 
 def simulate(
@@ -188,6 +187,7 @@ def tune(
     ] = 50_000,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all random draws.")] = 0,
     workers: Workers = None,
+    scheduler: Scheduler = None,
     force: ForceModel = False,
     verify: Verify = False,
     json_output: Json = False,

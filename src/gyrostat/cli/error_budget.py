@@ -7,7 +7,7 @@ import typer
 
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json
-from gyrostat.cli.options import ForceModel, Json, Out, Verify, Workers
+from gyrostat.cli.options import ForceModel, Json, Out, Scheduler, Verify, Workers
 from gyrostat.cli.progress import Progress
 
 
@@ -41,6 +41,7 @@ def budget(
         ),
     ] = None,
     workers: Workers = None,
+    scheduler: Scheduler = None,
     force: ForceModel = False,
     verify: Verify = False,
     json_output: Json = False,

@@ -7,7 +7,7 @@ import typer
 
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json
-from gyrostat.cli.options import Force, Json, Out
+from gyrostat.cli.options import Force, Json, Out, Scheduler
 
 
 def monitor(
@@ -55,6 +55,7 @@ def monitor(
     flights: Annotated[
         int, typer.Option(help="With --rehearse: flights of each fault, and healthy ones.")
     ] = 3,
+    scheduler: Scheduler = None,
     force: Force = False,
     json_output: Json = False,
 ) -> None:

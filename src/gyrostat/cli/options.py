@@ -18,10 +18,11 @@ ForceModel = Annotated[
     ),
 ]
 Json = Annotated[bool, typer.Option("--json", help="Print only the result, as JSON.")]
+Scheduler = Annotated[str | None, typer.Option(help="Address of a Dask scheduler with workers.")]
 Workers = Annotated[
     int | None,
     typer.Option(
-        min=1, max=1024, help="Processes [default: one per core, threads for a small campaign]."
+        min=1, max=100_000, help="Processes [default: one per core, threads for a small campaign]."
     ),
 ]
 Verify = Annotated[

@@ -6,7 +6,7 @@ import typer
 
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json
-from gyrostat.cli.options import Force, Json, Out
+from gyrostat.cli.options import Force, Json, Out, Scheduler
 
 
 def reproduce(
@@ -18,6 +18,7 @@ def reproduce(
     ],
     out: Out,
     quick: Annotated[bool, typer.Option(help="Fewer seeds; takes less than two minutes.")] = False,
+    scheduler: Scheduler = None,
     force: Force = False,
     json_output: Json = False,
 ) -> None:

@@ -6,12 +6,14 @@ ones, and ones with each fault.
 
 from collections.abc import Callable, Iterator, Mapping
 from dataclasses import dataclass, field
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 from scipy.stats import chi2
 
+from gyrostat.campaigns.executors import Opener
+from gyrostat.campaigns.mapped import mapped
 from gyrostat.monitoring.blocks import Samples
 from gyrostat.monitoring.change.assess import WheelHealth, assess, reference_to
 from gyrostat.monitoring.change.detector import YEAR, AlarmSettings
@@ -142,6 +144,7 @@ def rehearse(
     plan: Plan,
     assumptions: tuple[str, ...] = (),
     say: Callable[[str], None] = lambda message: None,
+    opener: Opener | None = None,
 ) -> Rehearsal:
     """Fly healthy flights and flights with each fault, and monitor them.
 
@@ -150,22 +153,29 @@ def rehearse(
         plan: Size of the rehearsal, and the telemetry.
         assumptions: What is assumed beside the files.
         say: Receives each message for the user.
+        opener: Opens an executor, whose jobs are the flights of a fault; None for this process.
     """
     say(f"flying {plan.flights} healthy flights of {plan.days} days")
-    table, healths = _flown(cell, [Flight(n) for n in range(plan.flights)], plan.days, plan)
+    healthy = _Batch(cell, [Flight(n) for n in range(plan.flights)], plan.days, plan)
+    ((table, healths),) = mapped(_flown, [healthy], opener)
+    flights_of = {
+        name: [_faulty(kind, n, cell.vehicle.count) for n in range(plan.flights)]
+        for name, kind in FAULTS.items()
+        # a wheel that never stops does not show stiction
+        if name != "stiction" or np.any(table["crossings"] > 0.0)
+    }
+    say(f"flying {plan.flights} flights with each of {', '.join(flights_of)}")
+    days = int(ONSET) + 5 + AFTER
+    batches = [_Batch(cell, flights, days, plan) for flights in flights_of.values()]
     expected = {}
-    for name, kind in FAULTS.items():
-        if name == "stiction" and not np.any(table["crossings"] > 0.0):
-            continue  # a wheel that never stops does not show it
-        say(f"flying {plan.flights} flights with {name}")
-        flights = [_faulty(kind, n, cell.vehicle.count) for n in range(plan.flights)]
-        _, faulty = _flown(cell, flights, int(ONSET) + 5 + AFTER, plan)
+    results = mapped(_flown, batches, opener)
+    for (name, flights), (_, faulty) in zip(flights_of.items(), results, strict=True):
         onsets = {
             f"{flight.number}/wheel{fault.wheel + 1}": int(fault.day)
             for flight in flights
             for fault in flight.faults
         }
-        expected[name] = _expected(name, kind.usual_size, onsets, faulty)
+        expected[name] = _expected(name, FAULTS[name].usual_size, onsets, faulty)
     good = table["valid"]
     return Rehearsal(
         len(table) / YEAR,
@@ -197,10 +207,18 @@ def _faulty(kind: type[Fault], number: int, wheels: int) -> Flight:
     return Flight(1000 + number, tuple(faults))
 
 
-def _flown(
-    cell: Cell, flights: list[Flight], days: int, plan: Plan
-) -> tuple[Windows, list[WheelHealth]]:
+class _Batch(NamedTuple):
+    """Flights that are simulated together."""
+
+    cell: Cell
+    flights: list[Flight]
+    days: int
+    plan: Plan
+
+
+def _flown(batch: _Batch) -> tuple[Windows, list[WheelHealth]]:
     """Window table and health of all wheels of a batch; a wheel is called FLIGHT/NAME."""
+    cell, flights, days, plan = batch
     known = known_wheels(cell.vehicle, plan.sampling)
     monitors = [WheelMonitor(known) for _ in flights]
     for flown in Fleet(cell, flights).days(days):

@@ -8,6 +8,9 @@ from importlib.resources import files
 from itertools import chain
 from typing import Any, Self, get_args
 
+from gyrostat.campaigns.executors import Opener
+from gyrostat.campaigns.mapped import mapped
+from gyrostat.core.messages import silent
 from gyrostat.core.text import aligned, plain
 from gyrostat.papers.claims import Claim, Row, Value, Verdict
 from gyrostat.papers.figures import Drawing
@@ -152,17 +155,22 @@ class Paper:
         settings = tuple(table["settings"])
         return cls(table["name"], table["citation"], settings, rows, experiments, full)
 
-    def reproduce(self, *, quick: bool, say: Say) -> Reproduction:
+    def reproduce(self, *, quick: bool, say: Say, opener: Opener | None = None) -> Reproduction:
         """Run the experiments and judge each claim.
 
         Args:
             quick: Whether to use fewer records and seeds and no dispersed runs; takes less than two
                 minutes.
             say: Called with one line of progress at a time.
+            opener: Opens an executor, each of whose jobs is an experiment, without progress; None
+                for this process.
         """
-        run = Run(quick, lambda text: say(f"{self.name}: {text}"))
         experiments = self.experiments if quick else self.experiments + self.full
-        return self.judged([experiment(run) for experiment in experiments], quick=quick)
+        if opener is None:
+            run = Run(quick, lambda text: say(f"{self.name}: {text}"))
+            return self.judged([experiment(run) for experiment in experiments], quick=quick)
+        jobs = [(experiment, quick) for experiment in experiments]
+        return self.judged(mapped(_part, jobs, opener), quick=quick)
 
     def judged(self, parts: Sequence[Part], *, quick: bool = False) -> Reproduction:
         """Judge the claims by the results of the experiments.
@@ -186,6 +194,15 @@ class Paper:
         )
         drawings = tuple(chain.from_iterable(part.drawings for part in parts))
         return Reproduction(self, claims, drawings, complete=not quick)
+
+
+_runs: dict[bool, Run] = {}
+
+
+def _part(job: tuple[Experiment, bool]) -> Part:
+    """Result of an experiment in a worker, which shares simulations with its other experiments."""
+    experiment, quick = job
+    return experiment(_runs.setdefault(quick, Run(quick, silent)))
 
 
 def shown(value: Value) -> str:

@@ -7,10 +7,12 @@ from typing import Any, NamedTuple, Protocol
 import numpy as np
 
 from gyrostat.campaigns.blocks import columns_of, table_at
+from gyrostat.campaigns.cluster import Cluster
 from gyrostat.campaigns.description import Campaign
 from gyrostat.campaigns.execute import replay
 from gyrostat.campaigns.executors import Opener, kept_open, threads
-from gyrostat.campaigns.jobs import work_here
+from gyrostat.campaigns.handshake import handshake
+from gyrostat.campaigns.jobs import ELSEWHERE, work_here
 from gyrostat.campaigns.noise import parts_of
 from gyrostat.campaigns.ready import prepare
 from gyrostat.campaigns.store import Store
@@ -18,7 +20,7 @@ from gyrostat.core.files import set_aside
 from gyrostat.core.processors import usable_cores
 from gyrostat.core.types import Vector
 from gyrostat.core.validation import check_seed
-from gyrostat.runs.fingerprint import FLAGS, engine_record, refuse_other
+from gyrostat.runs.fingerprint import FLAGS, Record, engine_record, refuse_other
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.structure import structure_of
 from gyrostat.search.flights import PIECE, Columns, Flights, Piece, together
@@ -51,10 +53,12 @@ class Options(NamedTuple):
     Attributes:
         runs: Largest number of runs.
         seed: Seed of the draws.
-        workers: Number of threads; None for one for each core.
+        workers: Number of threads; None for one for each core. Of an executor, the number of its
+            workers; see `gyrostat.campaigns.jobs.executor_for`.
         worst: Number of worst runs whose histories are kept.
         force: See `gyrostat.campaigns.run_campaign`.
         verify: See `gyrostat.campaigns.native.program_of`.
+        opener: Opens the executor; None for threads of this process.
     """
 
     runs: int
@@ -63,6 +67,7 @@ class Options(NamedTuple):
     worst: int = 3
     force: bool = False
     verify: bool = False
+    opener: Opener | None = None
 
 
 def run_search(
@@ -95,7 +100,8 @@ def run_search(
     """
     check_seed(options.seed)
     question.searches(options.runs, options.seed)  # before compiling
-    for variant in {structure_of(each): each for each in (*variants, scenario)}.values():
+    scenarios = *variants, scenario
+    for variant in {structure_of(each): each for each in scenarios}.values():
         prepare(variant, parts=parts_of(variant), verify=options.verify)
     record = engine_record("cpu", FLAGS["cpu"], "native")
     description = scenario.text(), scenario.digest(), options.seed, options.runs, PIECE, record
@@ -104,13 +110,25 @@ def run_search(
         campaign = store.begin(Campaign(*description, question.options()), force=options.force)
         refuse_other(campaign.engine, str(out))
         store.check(campaign)
-        with kept_open(threads(options.workers or usable_cores())) as pool:
-            flown = scenario, campaign, question, pool, on_progress
+        opener, workers = _executor(options, record, scenarios)
+        with kept_open(opener) as pool:
+            flown = scenario, campaign, question, pool, workers, on_progress
             count = _fly(store, *flown, variants)
             store.merge(campaign, count)
             numbers = sorted(_worst(store, question, options.worst) - store.histories(campaign))
             replay(store, campaign, numbers, pool, fly_job=work_here)
     return store.table
+
+
+def _executor(
+    options: Options, record: Record, scenarios: Sequence[Scenario]
+) -> tuple[Opener, int]:
+    """Executor of a search and the number of its workers."""
+    if isinstance(options.opener, Cluster):
+        asked = handshake(record, [(each, parts_of(each)) for each in scenarios])
+        return options.opener.with_handshake(asked), options.workers or ELSEWHERE
+    workers = options.workers or usable_cores()
+    return options.opener or threads(workers), workers
 
 
 def _fly(
@@ -119,6 +137,7 @@ def _fly(
     campaign: Campaign,
     question: Question,
     pool: Opener,
+    workers: int,
     on_progress: Callable[[int, int], None] | None,
     variants: Sequence[Scenario],
 ) -> int:
@@ -148,6 +167,7 @@ def _fly(
         found=load,
         store=keep,
         opener=pool,
+        workers=workers,
         on_progress=tell,
         variants=variants,
     )

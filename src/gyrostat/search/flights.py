@@ -6,9 +6,9 @@ interruption it starts again, and finds the results of stored pieces instead of 
 
 import contextlib
 import itertools
-import os
 from collections import defaultdict
 from collections.abc import Callable, Generator, Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,8 +17,9 @@ from scipy.special import ndtr, ndtri
 
 from gyrostat.campaigns.description import Campaign
 from gyrostat.campaigns.draws import check_values, shares, values_at
-from gyrostat.campaigns.engine import LANES, fly_given
+from gyrostat.campaigns.engine import LANES
 from gyrostat.campaigns.executors import Opener, carry_out
+from gyrostat.campaigns.jobs import Job, work_here
 from gyrostat.campaigns.noise import PARENT, REPLACED, noise_of, parts_of
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
@@ -56,7 +57,8 @@ class Flights:
         response: Columns of a table -> response of its runs.
         found: Piece -> its stored columns; None if there are none.
         store: Called with the number of a simulated piece and its columns.
-        opener: Opens the executor, threads of this process; None if every piece is stored.
+        opener: Opens the executor; None if every piece is stored.
+        workers: Number of its workers.
         on_progress: Called with the number of finished flights.
         variants: Scenarios that flights can have instead, with the same dispersed keys; the first
             is `scenario`.
@@ -75,14 +77,19 @@ class Flights:
         found: Callable[[Piece], Columns | None],
         store: Callable[[int, Columns], None] = lambda number, columns: None,
         opener: Opener | None = None,
+        workers: int = 1,
         on_progress: Callable[[int], None] = lambda count: None,
         variants: Sequence[Scenario] = (),
     ):
         self.count = self.refused = self._pieces = 0
         self._scenario, self._campaign, self._response = scenario, campaign, response
         self._found, self._store, self._opener = found, store, opener
+        self._window = 2 * workers + 2
         self._on_progress = on_progress
         self._variants = variants or (scenario,)
+        self._campaigns = [
+            replace(campaign, scenario=each.text(), digest=each.digest()) for each in self._variants
+        ]
         self._variant_of = np.zeros(0, np.int64)
         self._parents, self._shares = np.zeros(0, np.int64), np.zeros(0)
 
@@ -142,10 +149,13 @@ class Flights:
                 self._pieces += 1
         tables = {piece.number: self._found(piece) for piece in pieces}
         pending = [piece for piece in pieces if tables[piece.number] is None]
+        waiting = {piece.number: piece for piece in pending}
         progress = self.count - sum(len(piece.runs) for piece in pending)
 
-        def take(piece: Piece, columns: Columns) -> None:
+        def take(job: Job, results: Any) -> None:
             nonlocal progress
+            piece = waiting[job.block]
+            columns = {**results.columns, **self._noise_columns(piece)}
             self._store(piece.number, columns)
             tables[piece.number] = columns
             progress += len(piece.runs)
@@ -157,8 +167,8 @@ class Flights:
                     "search: found requested runs that are not in the table, expected all of them: "
                     "use the version that started it, or another folder"
                 )
-            window = 2 * (os.cpu_count() or 1) + 2
-            carry_out(pending, self._simulate, self._opener, take, window=window)
+            jobs = map(self._job, pending)
+            carry_out(jobs, work_here, self._opener, take, window=self._window)
         if not pieces:
             return self._response(defaultdict(lambda: np.zeros(0)))
         responses = []
@@ -178,12 +188,12 @@ class Flights:
         expected |= self._noise_columns(piece)
         return all(np.array_equal(columns[name], each) for name, each in expected.items())
 
-    def _simulate(self, piece: Piece) -> Columns:
-        """Simulate a piece: columns of its runs."""
+    def _job(self, piece: Piece) -> Job:
+        """Job that simulates a piece."""
         scenario, seed = self._variants[piece.variant], self._campaign.seed
         keys = noise_of(piece.runs, self._parents, self._shares, seed, parts_of(scenario))
-        columns = fly_given(scenario, piece.runs, piece.values, keys).columns
-        return {**columns, **self._noise_columns(piece)}
+        runs, campaign = tuple(piece.runs.tolist()), self._campaigns[piece.variant]
+        return Job(campaign, runs, (), piece.number, (piece.values, keys))
 
     def _noise_columns(self, piece: Piece) -> dict[str, Any]:
         return {PARENT: self._parents[piece.runs], REPLACED: self._shares[piece.runs]}

@@ -11,6 +11,7 @@ from gyrostat.core.messages import to_stderr as to_stderr
 if TYPE_CHECKING:
     from pathlib import Path
 
+    from gyrostat.campaigns.executors import Opener
     from gyrostat.core.types import Vector
     from gyrostat.spacecraft import Spacecraft, SpacecraftFile
 
@@ -42,6 +43,23 @@ def in_si(value: Quantity, dimension: str, where: str) -> float:
 def in_si_or_none(value: Quantity | None, dimension: str, where: str) -> float | None:
     """Convert a quantity to SI; None stays None."""
     return None if value is None else in_si(value, dimension, where)
+
+
+def opener_of(scheduler: str | None, say: Say) -> "Opener | None":
+    """Opener of the workers of a Dask scheduler; None for this machine.
+
+    Args:
+        scheduler: Address of the scheduler, or None.
+        say: Called with a message about each worker that is refused.
+
+    Raises:
+        InputError: Dask is not installed.
+    """
+    if scheduler is None:
+        return None
+    from gyrostat.campaigns.cluster import cluster
+
+    return cluster(scheduler, say)
 
 
 def is_number(value: object) -> bool:

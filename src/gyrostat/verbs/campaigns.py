@@ -12,6 +12,7 @@ from gyrostat.verbs.arguments import (
     Say,
     check_device,
     folder_name,
+    opener_of,
     refuse_given,
     silent,
     to_stderr,
@@ -127,7 +128,7 @@ def campaign(
         return campaign_plan(definition, runs, seed, **given, say=say)
     question = None
     if rare is not None or worst_case is not None:
-        campaign_options = {"--scheduler": scheduler, "--keep": keep, "--worst-by": worst_by}
+        campaign_options = {"--keep": keep, "--worst-by": worst_by}
         is_rare = rare is not None
         campaign_options |= {"--worst-case": worst_case if is_rare else None}
         campaign_options |= {"--block": block}
@@ -144,9 +145,10 @@ def campaign(
     if question is not None:
         from gyrostat.search.execute import Options
 
-        options = Options(runs, seed, workers, worst, force, verify)
+        opener = opener_of(scheduler, say)
+        options = Options(runs, seed, workers, worst, force, verify, opener)
         return searches.search(question, definition, folder, options, say, on_progress, command)
-    from gyrostat.campaigns import campaign_runs, cluster, run_campaign
+    from gyrostat.campaigns import campaign_runs, run_campaign
     from gyrostat.campaigns.pointing.text import requirement_lines
     from gyrostat.reports.campaign import write_campaign
     from gyrostat.runs.user.trial import say_bad_commands
@@ -161,7 +163,7 @@ def campaign(
         seed=seed,
         device=device,
         engine=engine,
-        opener=None if scheduler is None else cluster(scheduler, say),
+        opener=opener_of(scheduler, say),
         workers=workers,
         block=block,
         keep=whole_numbers(keep, "--keep"),

@@ -4,7 +4,7 @@ from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gyrostat.verbs.arguments import Say, silent
+from gyrostat.verbs.arguments import Say, opener_of, silent
 from gyrostat.verbs.scenario_check import say_unlikely, scenario_of
 
 if TYPE_CHECKING:
@@ -22,6 +22,7 @@ def budget(
     orders: int = 0,
     window: str | Iterable[str] = (),
     workers: int | None = None,
+    scheduler: str | None = None,
     force: bool = False,
     verify: bool = False,
     on_progress: Callable[[int, int], None] | None = None,
@@ -48,6 +49,7 @@ def budget(
         window: Window of the metrics, or "run", or several; for a scenario without requirements.
             None: all windows.
         workers: Number of threads; None: one for each core.
+        scheduler: As for `campaign`.
         force: As for `campaign`.
         verify: As for `campaign`.
         on_progress: Function called with the number of runs done and the total number.
@@ -77,7 +79,7 @@ def budget(
     question = BudgetQuestion.of(definition, runs, metrics, orders, windows)
     total = len(question.sets) * runs
     say(f"{len(question.sources)} sources, {len(question.sets)} sets of {runs} runs: {total} runs")
-    options = Options(total, seed, workers, 0, force, verify)
+    options = Options(total, seed, workers, 0, force, verify, opener_of(scheduler, say))
     about = say, on_progress, command, question.variants
     run_question(question.scenario, folder, question, options, *about)
     return found_budget(folder)

@@ -5,7 +5,15 @@ from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gyrostat.verbs.arguments import Quantity, Say, in_si, in_si_or_none, named, silent
+from gyrostat.verbs.arguments import (
+    Quantity,
+    Say,
+    in_si,
+    in_si_or_none,
+    named,
+    refuse_given,
+    silent,
+)
 from gyrostat.verbs.rehearsal import rehearsed
 from gyrostat.verbs.telemetry_logs import joined_telemetry, write_template
 
@@ -34,6 +42,7 @@ def monitor(
     rehearse: "str | Path | None" = None,
     period: Quantity = "1s",
     flights: int = 3,
+    scheduler: str | None = None,
     force: bool = False,
     say: Say = silent,
     command: str = "gyrostat.monitor",
@@ -62,6 +71,8 @@ def monitor(
             spacecraft are simulated, healthy and with each fault, and monitored.
         period: With `rehearse`: time between rows of telemetry, s.
         flights: With `rehearse`: number of healthy flights, and of flights with each fault.
+        scheduler: With `rehearse`: address of a Dask scheduler, whose workers fly one fault each.
+            Telemetry is one stream: each window starts from the one before it.
         force: Whether to replace files that gyrostat did not write.
         say: Function that receives each message for the user.
         command: Text that the page names as its origin.
@@ -84,7 +95,9 @@ def monitor(
     if rehearse is not None:
         if telemetry:
             raise InputError("--rehearse: found telemetry too, expected one of the two")
-        return rehearsed(rehearse, out, wheels, period, flights, alarm, force=force, say=say)
+        options = {"scheduler": scheduler, "force": force, "say": say}
+        return rehearsed(rehearse, out, wheels, period, flights, alarm, **options)
+    refuse_given({"--scheduler": scheduler}, "telemetry", "--rehearse")
     if not telemetry:
         raise InputError("telemetry: found no file, expected files of telemetry, or --rehearse")
     known = read_wheels(wheels, spacecraft)

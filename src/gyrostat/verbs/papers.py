@@ -4,7 +4,7 @@ import json
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gyrostat.verbs.arguments import Say, silent
+from gyrostat.verbs.arguments import Say, opener_of, silent
 
 if TYPE_CHECKING:
     from gyrostat.papers import Reproduction
@@ -15,6 +15,7 @@ def reproduce(
     out: "str | Path | None" = None,
     *,
     quick: bool = False,
+    scheduler: str | None = None,
     force: bool = False,
     say: Say = silent,
     command: str = "gyrostat.reproduce",
@@ -25,6 +26,7 @@ def reproduce(
         paper: "carrara-kuga", "moreira-lopes-kuga", "carvalho-fenili" or "endo-sekiguchi-nonaka".
         out: Folder for claims.json and report.html; None writes no file.
         quick: Whether to use fewer seeds.
+        scheduler: Address of a Dask scheduler, whose workers run one experiment each.
         force: Whether to replace files that gyrostat did not write.
         say: Function that receives each message for the user.
         command: Text that the page names as its origin.
@@ -38,7 +40,7 @@ def reproduce(
     experiment = paper_named(paper)
     if out is not None:
         check_outputs(Path(out), ("claims.json", "report.html"), by="reproduce", force=force)
-    result = experiment.reproduce(quick=quick, say=say)
+    result = experiment.reproduce(quick=quick, say=say, opener=opener_of(scheduler, say))
     if out is not None:
         text = json.dumps(result.to_dict(), indent=1, ensure_ascii=False, allow_nan=False)
         page = result.page(command=command)

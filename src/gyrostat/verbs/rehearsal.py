@@ -3,7 +3,7 @@
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-from gyrostat.verbs.arguments import Quantity, Say, in_si
+from gyrostat.verbs.arguments import Quantity, Say, in_si, opener_of
 
 if TYPE_CHECKING:
     from gyrostat.monitoring.change.detector import AlarmSettings
@@ -20,6 +20,7 @@ def rehearsed(
     flights: int,
     settings: "AlarmSettings",
     *,
+    scheduler: str | None,
     force: bool,
     say: Say,
 ) -> "Rehearsal":
@@ -51,7 +52,7 @@ def rehearsed(
     periods = max(1, min(8, round(seconds / vehicle.control_period)))
     cell = Cell(vehicle, LOW, SLEWS, periods=periods)
     plan = Plan(flights, sampling=Sampling(period=seconds), settings=settings)
-    result = rehearse(cell, plan, assumptions(vehicle), say)
+    result = rehearse(cell, plan, assumptions(vehicle), say, opener_of(scheduler, say))
     for line in result.lines():
         say(line)
     if out is not None:

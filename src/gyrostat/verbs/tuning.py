@@ -7,7 +7,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError
-from gyrostat.verbs.arguments import Named, Say, named, silent
+from gyrostat.verbs.arguments import Named, Say, named, opener_of, silent
 from gyrostat.verbs.scenario_check import say_unlikely, scenario_of
 
 if TYPE_CHECKING:
@@ -27,6 +27,7 @@ def tune(
     runs: int = 50_000,
     seed: int = 0,
     workers: int | None = None,
+    scheduler: str | None = None,
     force: bool = False,
     verify: bool = False,
     on_progress: Callable[[int, int], None] | None = None,
@@ -49,6 +50,7 @@ def tune(
         runs: Largest number of runs.
         seed: Seed of all draws.
         workers: Number of threads; None: one for each core.
+        scheduler: As for `campaign`.
         force: As for `campaign`.
         verify: As for `campaign`.
         on_progress: Function called with the number of runs done and the largest number.
@@ -76,7 +78,7 @@ def tune(
     say_unlikely(definition, say)
     limits = [subject_to] if isinstance(subject_to, str) else [*subject_to]
     question = Tuning.of(definition, named(free, "--free", bare=True), minimise, limits)
-    options = Options(runs, seed, workers, 0, force, verify)
+    options = Options(runs, seed, workers, 0, force, verify, opener_of(scheduler, say))
     free_scenario = question.scenario(definition)
     content = run_question(free_scenario, folder, question, options, say, on_progress, command)
     values = {each["key"]: each["after"] for each in content["free"]}
