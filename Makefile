@@ -4,6 +4,7 @@
 #   make soak    the long attacks of benchmarks/soak_*.py, under 15 minutes
 #   make mutants 200 wrong factors, signs and terms, and the tests that feel them; about two hours
 #   make peers   the tests against FMPy, Basilisk and OpenTURNS, which are left out where these are not installed
+#   make cluster the tests with workers of Dask and a server of S3, in an environment of their own
 #   make check   everything that must pass before a change goes in
 #   make newest  the built wheel with the newest of everything, for each Python that is here
 #   make dist    wheel and source distribution, checked and installed
@@ -22,7 +23,7 @@ PINS := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test soak mutants peers newest dist check lint format types contracts docs types-and-docs clean
+.PHONY: help demo test soak mutants peers cluster newest dist check lint format types contracts docs types-and-docs clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -69,6 +70,12 @@ mutants: $(VENV)/.test
 peers: $(VENV)/.peers
 	$(BIN)/python -m pytest -q tests/exports tests/spacecraft/test_against_basilisk.py \
 		tests/spacecraft/test_torques_against_basilisk.py tests/campaigns/test_effects.py
+
+# without constraints.txt: botocore bounds a pinned package from above
+cluster:
+	$(PYTHON) -m venv $(VENV)-cluster
+	$(VENV)-cluster/bin/pip install -q -e '.[test,cluster,s3,servers]'
+	$(VENV)-cluster/bin/python -m pytest -q tests/campaigns/test_cluster.py tests/campaigns/test_object_store.py
 
 newest:
 	@.ci/newest

@@ -15,6 +15,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gyrostat.campaigns import cluster, run_campaign
+from gyrostat.core.remote_folder import local_folder
 from gyrostat.scenario import Scenario
 from gyrostat.scenario.metrics.results import metrics_of
 
@@ -89,17 +90,18 @@ def main():
     by_value = len(sys.argv) > 4
     say = partial(print, file=sys.stderr)
     job = fly if by_value else import_module(Path(__file__).stem).fly
-    done = run_campaign(
-        SCENARIO,
-        Path(sys.argv[1]),
-        runs=int(sys.argv[2]),
-        opener=cluster(sys.argv[4], say) if by_value else None,
-        workers=1,
-        block=4,
-        engine="jax",
-        fly_job=job,
-        say=say,
-    )
+    with local_folder(sys.argv[1], say) as (folder, say):
+        done = run_campaign(
+            SCENARIO,
+            folder,
+            runs=int(sys.argv[2]),
+            opener=cluster(sys.argv[4], say) if by_value else None,
+            workers=1,
+            block=4,
+            engine="jax",
+            fly_job=job,
+            say=say,
+        )
     assert by_value or "pandas" not in sys.modules, "its import takes 0.2 s"
     print(done)
 

@@ -11,7 +11,9 @@ from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json, say
 from gyrostat.cli.options import ForceModel, Json, Out, Scheduler, Verify, Workers
 from gyrostat.cli.progress import Progress
+from gyrostat.core.errors import InputError
 from gyrostat.core.instructions import limit_process, recorded
+from gyrostat.core.remote_folder import text_of
 from gyrostat.verbs.single_runs import replayed, simulated
 
 if TYPE_CHECKING:
@@ -87,8 +89,11 @@ def campaign(
     scenario: Annotated[Path, typer.Argument(help="scenario.toml with [[dispersion]] tables.")],
     runs: Annotated[int, typer.Option(min=1, help="Number of runs.")],
     out: Annotated[
-        Path | None,
-        typer.Option(help="Folder for the results [default: named after scenario, runs and seed]."),
+        str | None,
+        typer.Option(
+            help="Folder for the results, or s3://BUCKET/PREFIX [default: named after scenario, "
+            "runs and seed]."
+        ),
     ] = None,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all random draws.")] = 0,
     workers: Workers = None,
@@ -165,7 +170,7 @@ def campaign(
 def _print_campaign(dataset: "xr.Dataset", *, plan: bool) -> None:
     """Print the plan of a campaign, or its report.json."""
     if not plan:
-        print_json(Path(dataset.attrs["folder"]) / "report.json")
+        print(text_of(dataset.attrs["folder"], "report.json"), end="")
         return
     from gyrostat.verbs.campaign_plan import plan_content
 
@@ -203,7 +208,7 @@ def tune(
 
 
 def replay(
-    folder: Annotated[Path, typer.Argument(help="Folder of a finished campaign.")],
+    folder: Annotated[str, typer.Argument(help="Folder of a finished campaign, or its address.")],
     run: Annotated[int, typer.Argument(min=0, help="Number of the run.")],
 ) -> None:
     """Repeat one run of a campaign, bit for bit, and write its history and its report."""
@@ -211,16 +216,16 @@ def replay(
     call(replayed, locals(), command=command_line())
 
 
-def _recorded_instructions(folder: Path) -> str | None:
+def _recorded_instructions(folder: str) -> str | None:
     """Common instruction set of a campaign, before anything is imported that depends on it."""
     try:
-        return recorded(json.loads((folder / "campaign.json").read_bytes())["engine"])
-    except (OSError, ValueError, LookupError, TypeError, AttributeError):
+        return recorded(json.loads(text_of(folder, "campaign.json"))["engine"])
+    except (InputError, OSError, ValueError, LookupError, TypeError, AttributeError):
         return None  # what is wrong is told later
 
 
 def report(
-    folder: Annotated[Path, typer.Argument(help="Folder of a finished campaign.")],
+    folder: Annotated[str, typer.Argument(help="Folder of a finished campaign, or its address.")],
     check: Annotated[
         bool,
         typer.Option("--check", help="Exit with code 1 unless every pointing requirement is met."),
@@ -230,7 +235,7 @@ def report(
     """Write the report of a campaign: report.html and report.json."""
     content = call(verbs.report, locals(), command=command_line())
     if json_output:
-        print_json(folder / "report.json")
+        print(text_of(folder, "report.json"), end="")
     unmet = [r for r in content.get("requirements", ()) if r["verdict"] != "pass"]
     if check and unmet:
         say("check: " + ", ".join(f"{r['name']}: {r['verdict']}" for r in unmet))

@@ -13,6 +13,7 @@ EXTRAS = {
     "opencl": ("pyopencl>=2024.1",),
     "orbit": ("sgp4>=2.23", "ppigrf>=2.0", "pyerfa>=2.0.1.4", "pymsis>=0.10"),
     "posterior": ("blackjax>=1.2",),
+    "s3": ("s3fs>=2024.10",),
     "search": ("cma>=4.0",),
 }
 """Extra -> its packages, as in pyproject.toml."""

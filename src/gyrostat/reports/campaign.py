@@ -29,13 +29,16 @@ if TYPE_CHECKING:
     from gyrostat.core.types import Vector
 
 
-def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) -> str:
+def write_campaign(
+    folder: Path, *, command: str, say: Callable[[str], None], address: str | None = None
+) -> str:
     """Write report.json and report.html of a finished campaign, and print a summary.
 
     Args:
         folder: Folder of the campaign.
         command: Command line that produced the report.
         say: Called with each line of the summary.
+        address: Address of which the folder is a copy; None: the folder itself.
 
     Returns:
         Text of report.json.
@@ -51,6 +54,7 @@ def write_campaign(folder: Path, *, command: str, say: Callable[[str], None]) ->
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
     with store.locked(), store.results(campaign) as scratch:
         (scratch / "report.json").write_text(text + "\n", encoding="utf-8")
+        page = page if address is None else page.replace(str(folder), address)
         (scratch / "report.html").write_text(page, encoding="utf-8")
     for line in lines:
         say(line)

@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.remote_folder import local_folder
 from gyrostat.verbs.arguments import Say, silent
 
 
@@ -18,7 +19,7 @@ def report(
     """Write report.html and report.json of a finished campaign into its folder.
 
     Args:
-        folder: Folder of a finished campaign.
+        folder: Folder of a finished campaign, or its address as for `campaign`.
         check: Whether the pointing requirements are to be checked: the command line then ends with
             exit code 1 unless all are met.
         say: Function that receives each message for the user.
@@ -33,7 +34,9 @@ def report(
     """
     from gyrostat.reports.campaign import write_campaign
 
-    content = json.loads(write_campaign(Path(folder), command=command, say=say))
+    with local_folder(folder, say, "FOLDER") as (copy, tell):
+        text = write_campaign(copy, command=command, say=tell, address=str(folder))
+    content = json.loads(text)
     if check and not content.get("requirements"):
         kind = "a scenario without [[requirement]]" if "requirements" in content else "a search"
         raise InputError(f"{folder}: found {kind}, expected a campaign with [[requirement]]")

@@ -57,8 +57,9 @@ def campaign(
     Args:
         scenario: Scenario with dispersions, or path of scenario.toml.
         runs: Number of runs.
-        out: Folder of the campaign. None: a folder in the current one, named after scenario, runs
-            and seed, as "cubesat-1000-runs-seed-1"; reported to `say`, or on stderr without it.
+        out: Folder of the campaign, or an address of fsspec, "s3://bucket/prefix". None: a folder
+            in the current one, named after scenario, runs and seed, as
+            "cubesat-1000-runs-seed-1"; reported to `say`, or on stderr without it.
         seed: Seed of all draws.
         workers: Number of worker processes; None: one for each core, or threads of this process
             for a small campaign of the native engine.
@@ -103,8 +104,9 @@ def campaign(
             cannot be used.
     """
     from gyrostat.core.files import check_writable
+    from gyrostat.core.remote_folder import is_remote, local_folder
 
-    if out is not None:
+    if out is not None and not is_remote(out):
         check_writable(Path(out))
     if worst < 0:
         raise InputError(f"--worst: found {worst}, expected 0 or more")
@@ -137,9 +139,9 @@ def campaign(
         refuse_given(campaign_options, option, "a campaign")
         question = searches.question_of(definition, runs, seed, rare, worst_case or "", within, say)
         searches.check_native(option, device, engine)
-    folder = Path(folder_name(definition.name, runs, seed) if out is None else out)
+    folder = folder_name(definition.name, runs, seed) if out is None else out
     if out is None:
-        check_writable(folder)
+        check_writable(Path(folder))
         # the chosen folder is always reported
         (to_stderr if say is silent else say)(f"the files of the campaign are written to {folder}")
     if question is not None:
@@ -147,7 +149,10 @@ def campaign(
 
         opener = opener_of(scheduler, say)
         options = Options(runs, seed, workers, worst, force, verify, opener)
-        return searches.search(question, definition, folder, options, say, on_progress, command)
+        with local_folder(folder, say) as (copy, tell):
+            about = options, tell, on_progress, command
+            found = searches.search(question, definition, copy, *about, address=str(folder))
+            return _read(found, folder)
     from gyrostat.campaigns import campaign_runs, run_campaign
     from gyrostat.campaigns.pointing.text import requirement_lines
     from gyrostat.reports.campaign import write_campaign
@@ -156,26 +161,36 @@ def campaign(
     refuse_given({"--within": within}, "campaign", "--worst-case")
     for line in requirement_lines(definition, runs):
         say(line)
-    run_campaign(
-        definition,
-        folder,
-        runs=runs,
-        seed=seed,
-        device=device,
-        engine=engine,
-        opener=opener_of(scheduler, say),
-        workers=workers,
-        block=block,
-        keep=whole_numbers(keep, "--keep"),
-        worst=worst,
-        worst_by=worst_by,
-        force=force,
-        verify=verify,
-        on_progress=on_progress,
-        say=say,
-    )
-    write_campaign(folder, command=command, say=say)
-    dataset = campaign_runs(folder)
+    with local_folder(folder, say) as (copy, tell):
+        run_campaign(
+            definition,
+            copy,
+            runs=runs,
+            seed=seed,
+            device=device,
+            engine=engine,
+            opener=opener_of(scheduler, say),
+            workers=workers,
+            block=block,
+            keep=whole_numbers(keep, "--keep"),
+            worst=worst,
+            worst_by=worst_by,
+            force=force,
+            verify=verify,
+            on_progress=on_progress,
+            say=tell,
+        )
+        write_campaign(copy, command=command, say=tell, address=str(folder))
+        dataset = _read(campaign_runs(copy), folder)
     columns = {name: dataset[name] for name in ("run", "status", "ended")}
     say_bad_commands(definition, columns, say)
     return dataset
+
+
+def _read(dataset: "xr.Dataset", folder: "str | Path") -> "xr.Dataset":
+    """Dataset of a folder; that of one on an object store is read as a whole."""
+    from gyrostat.core.remote_folder import is_remote
+
+    if is_remote(folder):
+        dataset = dataset.load()
+    return dataset.assign_attrs(folder=str(folder))

@@ -56,13 +56,17 @@ def question_of(
 
 
 def search(
-    question: "RareFailure | WorstCase", scenario: "Scenario", folder: Path, *about: Any
+    question: "RareFailure | WorstCase",
+    scenario: "Scenario",
+    folder: Path,
+    *about: Any,
+    **further: Any,
 ) -> "xr.Dataset":
     """Carry out a search; returns what `gyrostat.campaign` does. See `run_question`."""
     from gyrostat.campaigns import campaign_runs
     from gyrostat.search.rare import RareFailure
 
-    content = run_question(scenario, folder, question, *about)
+    content = run_question(scenario, folder, question, *about, **further)
     if isinstance(question, RareFailure):
         result = {name: content[name] for name in ("probability", "low", "high", "below")}
     else:
@@ -82,11 +86,15 @@ def run_question(
     on_progress: Callable[[int, int], None] | None,
     command: str,
     variants: "Sequence[Scenario]" = (),
+    address: str | None = None,
 ) -> dict[str, Any]:
-    """Carry out a search and write its report; returns the content of report.json."""
+    """Carry out a search and write its report; returns the content of report.json.
+
+    See `gyrostat.search.execute.run_search` and `gyrostat.reports.campaign.write_campaign`.
+    """
     from gyrostat.reports.campaign import write_campaign
     from gyrostat.search.execute import run_search
 
     about = {"on_progress": on_progress, "say": say, "variants": variants}
     run_search(scenario, folder, question, options, **about)
-    return json.loads(write_campaign(folder, command=command, say=say))
+    return json.loads(write_campaign(folder, command=command, say=say, address=address))

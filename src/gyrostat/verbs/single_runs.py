@@ -1,6 +1,7 @@
 """Verbs on one run: simulate, replay."""
 
-from collections.abc import Mapping
+import contextlib
+from collections.abc import Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
@@ -140,13 +141,33 @@ def replay(
     """
     import xarray as xr
 
-    path = replayed(folder, run, say=say, command=command)
-    with xr.open_dataset(path, engine="h5netcdf") as history:
+    with (
+        _replay(folder, run, say=say, command=command) as path,
+        xr.open_dataset(path, engine="h5netcdf") as history,
+    ):
         return history.load()
 
 
-def replayed(folder: "str | Path | xr.Dataset", run: int, *, say: Say, command: str) -> Path:
-    """Path of the history that `replay` writes, which has the same arguments, without xarray."""
+def replayed(folder: "str | Path | xr.Dataset", run: int, *, say: Say, command: str) -> None:
+    """Write what `replay` writes, which has the same arguments, without xarray."""
+    with _replay(folder, run, say=say, command=command):
+        pass
+
+
+@contextlib.contextmanager
+def _replay(
+    folder: "str | Path | xr.Dataset", run: int, *, say: Say, command: str
+) -> Iterator[Path]:
+    """Replay a run; gives the path of its history."""
+    from gyrostat.core.remote_folder import local_folder
+
+    address = folder if isinstance(folder, str | Path) else folder.attrs["folder"]
+    with local_folder(address, say, "FOLDER") as (path, tell):
+        yield _replayed_in(path, run, say=tell, command=command)
+
+
+def _replayed_in(path: Path, run: int, *, say: Say, command: str) -> Path:
+    """Replay a run of the campaign in a folder; returns the path of its history."""
     from gyrostat.campaigns import Store
     from gyrostat.campaigns import replay as simulate_again
     from gyrostat.campaigns.jobs import executor_for
@@ -156,7 +177,6 @@ def replayed(folder: "str | Path | xr.Dataset", run: int, *, say: Say, command: 
     from gyrostat.scenario.scenario import Scenario
     from gyrostat.search.error_budget import BUDGET
 
-    path = Path(folder if isinstance(folder, str | Path) else folder.attrs["folder"])
     store = Store(path, say)
     campaign = store.known()
     if campaign.search is not None and BUDGET in campaign.search:
