@@ -24,6 +24,7 @@ def cluster(tmp_path_factory):
     """Scheduler with one worker that has no compiler."""
     with processes(tmp_path_factory.mktemp("dask")) as started:
         started.worker(PATH="/nonexistent")
+        started.wait()
         yield started
 
 
@@ -137,6 +138,7 @@ def test_a_lost_scheduler_ends_the_campaign_and_another_goes_on(tmp_path, undist
     out = tmp_path / "out"
     with processes(tmp_path / "first") as cluster:
         cluster.worker(FAKE_PAUSE="0.4")
+        cluster.wait()
         process = start(out, 0.0, cluster.address)
         begun(process, out)
         cluster.scheduler.kill()
@@ -147,6 +149,7 @@ def test_a_lost_scheduler_ends_the_campaign_and_another_goes_on(tmp_path, undist
     assert "repeat the command" in line
     with processes(tmp_path / "second") as cluster:
         cluster.worker()
+        cluster.wait()
         code, messages = ended(start(out, 0.0, cluster.address))
     assert code == 0
     assert f"of {FAKE_RUNS} runs are already complete" in messages
@@ -183,6 +186,7 @@ def test_experiments_of_a_paper_give_the_same_claims(tmp_path):
     with processes(tmp_path / "dask") as cluster:
         for _ in range(2):
             cluster.worker(XLA_FLAGS="")
+        cluster.wait()
         for out, more in (("here", ()), ("there", ("--scheduler", cluster.address))):
             command = [*words, "--out", str(tmp_path / out), *more]
             result = subprocess.run(command, capture_output=True, text=True, env=clean)

@@ -8,10 +8,11 @@ import pytest
 
 from gyrostat.campaigns import delivered_programs, handshake
 from gyrostat.campaigns.delivered_programs import Label, digest_of_content, install_programs
-from gyrostat.campaigns.handshake import Answer, Handshake, carry_out_greeted, greet
+from gyrostat.campaigns.handshake import Answer, Handshake, Outcome, carry_out_greeted, greet
 from gyrostat.core.errors import InputError
 from gyrostat.runs.fingerprint import engine_record, mathematical_library
 
+JOBS = [(abs, -2), (float, "3")]
 WHERE = "worker tcp://10.0.0.3:41"
 
 
@@ -31,16 +32,15 @@ def record(monkeypatch):
 def test_a_worker_that_differs_is_refused_with_worker_found_and_expected(record, name):
     answer = greet(Handshake({**record, name: "another"}), WHERE, {})
     assert answer.refusal.startswith(f"{WHERE}: found {name} {record[name]}, expected another")
-    assert carry_out_greeted(Handshake({**record, name: "another"}).identity, abs, -2) == (
-        False,
-        None,
+    assert carry_out_greeted(Handshake({**record, name: "another"}).identity, JOBS) == Outcome(
+        False
     )
 
 
 def test_a_compiler_matters_only_where_programs_are_not_delivered(record):
     asked = Handshake({**record, "compiler": "another"}, ("compiler",))
     assert greet(asked, WHERE, {}) == Answer()
-    assert carry_out_greeted(asked.identity, abs, -2) == (True, 2)
+    assert carry_out_greeted(asked.identity, JOBS).results == [2, 3.0]
 
 
 def test_programs_are_asked_for_by_digest_and_damaged_ones_refused(record):
@@ -63,8 +63,8 @@ def test_another_program_for_the_same_runs_ends_earlier_handshakes(record):
     first, second = (Handshake(record, labels=(a,), contents={a.program: b}) for a, b in pairs)
     assert greet(first, WHERE, first.contents) == Answer()
     assert greet(second, WHERE, second.contents) == Answer()
-    assert carry_out_greeted(first.identity, abs, -1) == (False, None)
-    assert carry_out_greeted(second.identity, abs, -1) == (True, 1)
+    assert not carry_out_greeted(first.identity, JOBS).was_greeted
+    assert carry_out_greeted(second.identity, JOBS).results == [2, 3.0]
 
 
 def test_a_worker_of_a_computation_with_other_flags_must_start_again(record):

@@ -5,19 +5,21 @@ import threading
 import time
 from collections import deque
 from collections.abc import Callable
-from concurrent.futures import Executor, Future, InvalidStateError
-from dataclasses import dataclass, field
+from concurrent.futures import Executor, Future
 from queue import Empty, SimpleQueue
 from typing import Any
 
 from gyrostat.campaigns.cluster_connection import Connection, is_lost
+from gyrostat.campaigns.cluster_tasks import Batch, Task, Worker, settle
 from gyrostat.campaigns.handshake import Answer, Handshake, Outcome, carry_out_greeted, greet
 from gyrostat.core.errors import InputError
 
-LOOK = 0.5
+LOOK = 1.0
 """Time between two looks at the list of workers, s."""
 DEPTH = 2
-"""Jobs that a worker has for each of its threads: one waits while another is computed."""
+"""Calls that a worker has for each of its threads: one waits while another is computed."""
+CALL = 1.0
+"""Time of a call, into which short jobs are joined, s: Dask needs some milliseconds for each."""
 LOSSES = 3
 """Number of workers that one job may end before the computation fails."""
 PATIENCE = 20.0
@@ -25,29 +27,7 @@ PATIENCE = 20.0
 GONE = 10.0
 """Time without an answer after which the scheduler is lost, s."""
 SLOW = 4.0
-"""A job that takes this many times the median is given to a second worker that is free."""
-
-
-@dataclass(eq=False)
-class _Task:
-    """Job with its future, and the workers that compute it."""
-
-    function: Callable[[Any], Any]
-    job: Any
-    future: Future = field(default_factory=Future)
-    copies: dict[str, Any] = field(default_factory=dict)
-    begun: float = 0.0
-    losses: int = 0
-
-
-@dataclass(eq=False)
-class _Worker:
-    """Worker of the cluster; `tasks` are those that it has."""
-
-    threads: int
-    is_accepted: bool = False
-    refusal: str = ""
-    tasks: set[_Task] = field(default_factory=set)
+"""A call that takes this many times the median is given to a second worker that is free."""
 
 
 class ClusterPool(Executor):
@@ -62,11 +42,13 @@ class ClusterPool(Executor):
     def __init__(self, connection: Connection, asked: Handshake, say: Callable[[str], None]):
         self._connection, self._asked, self._say = connection, asked, say
         self._events: SimpleQueue[tuple[str, Any]] = SimpleQueue()
-        self._workers: dict[str, _Worker] = {}
-        self._waiting: deque[_Task] = deque()
-        self._tasks: set[_Task] = set()
-        self._free: deque[str] = deque()  # one entry for each job that a worker can take
-        self._durations: deque[float] = deque(maxlen=101)
+        self._workers: dict[str, Worker] = {}
+        self._waiting: deque[Task] = deque()
+        self._batches: set[Batch] = set()
+        self._free: deque[str] = deque()  # one entry for each call that a worker can take
+        self._calls_at_once = 0
+        self._seconds: deque[float] = deque(maxlen=101)  # of a job in its worker
+        self._turnarounds: deque[float] = deque(maxlen=101)  # of a call
         self._failure: InputError | None = None
         self._answered = self._useful = time.monotonic()
         self._had_worker, self._has_told = False, False
@@ -82,7 +64,7 @@ class ClusterPool(Executor):
         if self._failure is not None:
             raise self._failure
         (job,) = args
-        task = _Task(fn, job)
+        task = Task(fn, job)
         self._events.put(("submit", task))
         return task.future
 
@@ -97,7 +79,7 @@ class ClusterPool(Executor):
             self._handle_events()
         except Exception as error:
             self._fail(f"--scheduler: found {type(error).__name__} ({error}), expected no error")
-        self._connection.cancel([copy for task in self._tasks for copy in task.copies.values()])
+        self._connection.cancel([call for batch in self._batches for call in batch.calls.values()])
 
     def _handle_events(self) -> None:
         """Handle one event after another, and look at the list of workers in between."""
@@ -118,19 +100,20 @@ class ClusterPool(Executor):
                 looked = time.monotonic()
                 self._connection.ask_for_workers(lambda found: self._events.put(("workers", found)))
                 self._judge()
-                self._double_slow_tasks()
+                self._double_slow_calls()
             self._place()
 
     def _listed(self, listed: dict[str, int]) -> None:
         self._answered = time.monotonic()
         for address in set(self._workers) - set(listed):
             worker = self._workers.pop(address)
+            self._withdraw(address, worker)
             # those that wait in the worker did not end it
-            order = sorted(worker.tasks, key=lambda task: task.begun)
-            for place, task in enumerate(order):
-                self._lose(task, address, counted=place < worker.threads)
+            order = sorted(worker.batches, key=lambda batch: batch.begun)
+            for place, batch in enumerate(order):
+                self._lose(batch, address, counted=place < worker.threads)
         for address in set(listed) - set(self._workers):
-            self._workers[address] = _Worker(max(1, listed[address]))
+            self._workers[address] = Worker(max(1, listed[address]))
             self._greet(address, {})
         if not listed and not self._has_told:
             self._has_told = True
@@ -158,7 +141,15 @@ class ClusterPool(Executor):
             self._say(f"{answer.refusal}: the worker is not used")
         else:
             worker.is_accepted = self._had_worker = True
-            self._free.extend([address] * (DEPTH * worker.threads))
+            self._calls_at_once += DEPTH * worker.threads
+            self._free.extend([address] * (DEPTH * worker.threads - len(worker.batches)))
+
+    def _withdraw(self, address: str, worker: Worker) -> None:
+        """Give a worker no further jobs."""
+        if worker.is_accepted:
+            worker.is_accepted = False
+            self._calls_at_once -= DEPTH * worker.threads
+            self._free = deque(each for each in self._free if each != address)
 
     def _judge(self) -> None:
         """Fail if the scheduler is lost or no worker can be used."""
@@ -180,107 +171,116 @@ class ClusterPool(Executor):
 
     def _fail(self, message: str) -> None:
         self._failure = InputError(message)
-        for task in self._tasks:
-            _settle(task, error=self._failure)
-        self._tasks.clear()
+        started = (task for batch in self._batches for task in batch.tasks)
+        for task in (*self._waiting, *started):
+            settle(task, error=self._failure)
+        self._batches.clear()
         self._waiting.clear()
 
-    def _submitted(self, task: _Task) -> None:
+    def _submitted(self, task: Task) -> None:
         if self._failure is not None:
-            _settle(task, error=self._failure)
+            settle(task, error=self._failure)
             return
-        self._tasks.add(task)
         self._waiting.append(task)
 
     def _place(self) -> None:
         """Give waiting jobs to free workers."""
         while self._waiting and self._free:
-            address = self._free.popleft()
-            worker = self._workers.get(address)
-            if worker is None or not worker.is_accepted:
-                continue
-            task = self._waiting.popleft()
-            if task in self._tasks:
-                self._start(task, address)
-            else:
-                self._free.append(address)
+            batch = Batch(self._next_tasks())
+            self._batches.add(batch)
+            self._start(batch, self._free.popleft())
 
-    def _start(self, task: _Task, address: str) -> None:
-        task.begun = task.begun or time.monotonic()
-        identity = self._asked.identity
-        copy = self._connection.send(address, carry_out_greeted, identity, task.function, task.job)
-        task.copies[address] = copy
-        self._workers[address].tasks.add(task)
+    def _next_tasks(self) -> list[Task]:
+        """Waiting jobs for one call: as many as take its time, while every worker gets some."""
+        tasks = [self._waiting.popleft()]
+        size = 1
+        if self._seconds and not tasks[0].losses:
+            usual = sorted(self._seconds)[len(self._seconds) // 2]
+            size = min(int(CALL / max(usual, 1e-3)), len(self._waiting) // self._calls_at_once)
+        while len(tasks) < size and not self._waiting[0].losses:
+            tasks.append(self._waiting.popleft())
+        return tasks
+
+    def _start(self, batch: Batch, address: str) -> None:
+        batch.begun = batch.begun or time.monotonic()
+        jobs = [(task.function, task.job) for task in batch.tasks]
+        call = self._connection.send(address, carry_out_greeted, self._asked.identity, jobs)
+        batch.calls[address] = call
+        self._workers[address].batches.add(batch)
         self._connection.when_done(
-            copy, lambda result: self._events.put(("done", (task, address, copy, *result)))
+            call, lambda result: self._events.put(("done", (batch, address, call, *result)))
         )
 
-    def _done(self, event: tuple[_Task, str, Any, Outcome | None, Exception | None]) -> None:
-        task, address, copy, outcome, error = event
-        if task.copies.get(address) is not copy:
+    def _done(self, event: tuple[Batch, str, Any, Outcome | None, Exception | None]) -> None:
+        batch, address, call, outcome, error = event
+        if batch.calls.get(address) is not call:
             return
-        worker = self._workers.get(address)
         if error is not None and is_lost(error):
-            self._lose(task, address)
+            self._lose(batch, address)
             return
-        self._release(task, address)
+        self._release(batch, address)
         if outcome is not None and not outcome.was_greeted:
-            if task in self._tasks and not task.copies:
-                self._waiting.appendleft(task)
+            self._repeat(batch)
+            worker = self._workers.get(address)
             if worker is not None and worker.is_accepted:
-                worker.is_accepted = False
+                self._withdraw(address, worker)
                 self._greet(address, {})
             return
-        if task in self._tasks:
-            self._tasks.discard(task)
-            self._durations.append(time.monotonic() - task.begun)
-            _settle(task, None if outcome is None else outcome.result, error)
+        if batch not in self._batches:
+            return
+        self._batches.discard(batch)
+        self._turnarounds.append(time.monotonic() - batch.begun)
+        if outcome is None:
+            for task in batch.tasks:
+                settle(task, error=error)
+        else:
+            self._seconds.append(outcome.seconds / len(batch.tasks))
+            for task, result in zip(batch.tasks, outcome.results, strict=True):
+                settle(task, result)
 
-    def _release(self, task: _Task, address: str) -> None:
-        """A worker has finished a job and can take another."""
-        task.copies.pop(address, None)
+    def _release(self, batch: Batch, address: str) -> None:
+        """A worker has finished a call and can take another."""
+        batch.calls.pop(address, None)
         worker = self._workers.get(address)
         if worker is not None:
-            worker.tasks.discard(task)
+            worker.batches.discard(batch)
             if worker.is_accepted:
                 self._free.append(address)
 
-    def _lose(self, task: _Task, address: str, *, counted: bool = True) -> None:
-        """A worker was lost with a job, which another one repeats."""
-        copy = task.copies.get(address)
-        self._release(task, address)
-        if copy is not None:
-            self._connection.cancel([copy])
-        if task not in self._tasks:
+    def _repeat(self, batch: Batch) -> None:
+        """Let another worker compute the jobs of a call that has no result, unless one does."""
+        if batch in self._batches and not batch.calls:
+            self._batches.discard(batch)
+            self._waiting.extendleft(reversed(batch.tasks))
+
+    def _lose(self, batch: Batch, address: str, *, counted: bool = True) -> None:
+        """A worker was lost with a call."""
+        call = batch.calls.get(address)
+        self._release(batch, address)
+        if call is not None:
+            self._connection.cancel([call])
+        if batch not in self._batches:
             return
-        task.losses += counted
-        if task.losses >= LOSSES:
+        for task in batch.tasks:
+            task.losses += counted  # it is not joined with others any more
+        if max(task.losses for task in batch.tasks) >= LOSSES:
             self._fail(
                 f"--scheduler: found {LOSSES} workers that ended during one job, expected workers "
                 "that keep running (is there enough memory?)"
             )
-        elif not task.copies:
-            self._waiting.appendleft(task)
+        self._repeat(batch)
 
-    def _double_slow_tasks(self) -> None:
-        """Give jobs of slow workers to free ones too; the first result counts, all are the same."""
-        if self._waiting or not self._free or not self._durations:
+    def _double_slow_calls(self) -> None:
+        """Give calls of slow workers to idle ones too; the first result counts, all are equal."""
+        if self._waiting or not self._free or not self._turnarounds:
             return
-        usual = sorted(self._durations)[len(self._durations) // 2]
+        usual = sorted(self._turnarounds)[len(self._turnarounds) // 2]
         now = time.monotonic()
-        idle = {a for a in self._free if a in self._workers and not self._workers[a].tasks}
-        for task in sorted(self._tasks, key=lambda each: each.begun):
+        idle = {address for address in self._free if not self._workers[address].batches}
+        for batch in sorted(self._batches, key=lambda each: each.begun):
             if not idle:
                 return
-            if len(task.copies) == 1 and now - task.begun > max(SLOW * usual, LOOK):
+            if len(batch.calls) == 1 and now - batch.begun > max(SLOW * usual, LOOK):
                 address = idle.pop()
                 self._free.remove(address)
-                self._start(task, address)
-
-
-def _settle(task: _Task, result: Any = None, error: BaseException | None = None) -> None:
-    with contextlib.suppress(InvalidStateError):
-        if error is not None:
-            task.future.set_exception(error)
-        else:
-            task.future.set_result(result)
+                self._start(batch, address)

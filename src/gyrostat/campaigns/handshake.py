@@ -2,7 +2,8 @@
 
 import hashlib
 import json
-from collections.abc import Callable, Collection, Iterable, Mapping
+import time
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
 from typing import Any, NamedTuple
@@ -135,27 +136,30 @@ def greet(asked: Handshake, where: str, contents: Mapping[str, bytes]) -> Answer
 
 
 class Outcome(NamedTuple):
-    """Result of a job in a worker.
+    """Results of jobs in a worker.
 
     Attributes:
-        was_greeted: Whether the process had accepted the handshake; otherwise there is no result.
-        result: Result of the job.
+        was_greeted: Whether the process had accepted the handshake; otherwise there are no results.
+        results: Results of the jobs.
+        seconds: Time that they took, s.
     """
 
     was_greeted: bool
-    result: Any = None
+    results: Sequence[Any] = ()
+    seconds: float = 0.0
 
 
-def carry_out_greeted(identity: str, function: Callable[[Any], Any], job: Any) -> Outcome:
-    """Apply a function to a job in a worker that has accepted a handshake.
+def carry_out_greeted(identity: str, jobs: Sequence[tuple[Callable[[Any], Any], Any]]) -> Outcome:
+    """Apply functions to jobs in a worker that has accepted a handshake.
 
     A worker that is started again under the same address has not.
 
     Args:
         identity: Identity of the handshake.
-        function: Function.
-        job: Job.
+        jobs: Functions, each with its job.
     """
     if identity not in _accepted:
         return Outcome(False)
-    return Outcome(True, function(job))
+    began = time.perf_counter()
+    results = [function(job) for function, job in jobs]
+    return Outcome(True, results, time.perf_counter() - began)

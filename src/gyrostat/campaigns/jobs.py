@@ -13,7 +13,7 @@ from gyrostat.core.processors import usable_cores
 from gyrostat.runs.fingerprint import use_engine
 from gyrostat.scenario.scenario import Scenario
 
-ELSEWHERE = 128
+ELSEWHERE = 2048
 """Assumed number of workers of an executor if it is not given."""
 FEW_PERIODS = 40_000_000
 """Control periods of all runs up to which the native engine simulates a campaign in threads of this
