@@ -9,6 +9,9 @@ from gyrostat.control.guidance.guide import Following as Following
 from gyrostat.control.guidance.guide import Guide as Guide
 from gyrostat.control.guidance.guided import Guided as Guided
 from gyrostat.control.guidance.guided import toward as toward
+from gyrostat.control.guidance.keep_out_cones import KeepOutCones as KeepOutCones
+from gyrostat.control.guidance.keep_out_slew import PlannedSlew as PlannedSlew
+from gyrostat.control.guidance.keep_out_slew import plan_slew as plan_slew
 from gyrostat.control.guidance.patterns import Mosaic as Mosaic
 from gyrostat.control.guidance.patterns import Raster as Raster
 from gyrostat.control.guidance.patterns import Scanned as Scanned
@@ -26,6 +29,7 @@ from gyrostat.control.guidance.reference import Reference as Reference
 from gyrostat.control.guidance.slew import SlewLimits as SlewLimits
 from gyrostat.control.guidance.slew import Slews as Slews
 from gyrostat.control.guidance.slew import Transition as Transition
+from gyrostat.control.guidance.slew_bound import shortest_time as shortest_time
 from gyrostat.control.guidance.slew_profile import SlewProfile as SlewProfile
 from gyrostat.control.guidance.targets import Celestial as Celestial
 from gyrostat.control.guidance.targets import GroundStrip as GroundStrip

@@ -1,0 +1,203 @@
+"""Slews that lead boresights around keep-out cones, in the shortest time that was found."""
+
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+from jaxtyping import Array, Bool, Float
+from numpy.typing import ArrayLike
+
+from gyrostat.control.guidance.bowed_path import BowedPath
+from gyrostat.control.guidance.keep_out_cones import KeepOutCones
+from gyrostat.control.guidance.path_timing import SHARES, WheelRoom, fastest
+from gyrostat.control.guidance.slew import SlewLimits
+from gyrostat.control.guidance.slew_profile import SlewProfile
+from gyrostat.core import rotations
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.jax64 import jax, jnp
+
+SAMPLES = 33, 65
+"""Samples of a path in the coarse and in the fine search."""
+SIZES = np.geomspace(0.02, 2.4, 12)
+"""Sizes of the bows of the coarse search, rad."""
+SIDES = 20
+"""Directions of the bows of the coarse search, all around the eigenaxis."""
+ROUNDS = 24
+"""Rounds of the refinement."""
+BLOCKED = 1e9
+"""Cost of a path that enters a cone, s, times 1 plus its excess."""
+TINY = 1e-9
+"""Angle of a slew below which it has no axis, rad."""
+
+
+class PlannedSlew(NamedTuple):
+    """Path and timing of a slew from rest to rest.
+
+    Attributes:
+        path: Attitude over the progress.
+        profile: Progress over time.
+        is_clear: Whether the whole path is outside of all cones.
+        ends_blocked: Whether the start and the end are inside a cone, (2,); then no path is clear.
+        crossings: Number of wheels that pass through zero speed.
+    """
+
+    path: BowedPath
+    profile: SlewProfile
+    is_clear: Bool[Array, ""]
+    ends_blocked: Bool[Array, " 2"]
+    crossings: Scalar
+
+    @property
+    def duration(self) -> Scalar:
+        """Duration, s."""
+        return self.profile.duration
+
+    def __call__(self, time: Scalar) -> Quaternion:
+        """Attitude at a time after the start, s; constant before the start and after the end."""
+        return self.path(self.profile(time))
+
+
+class SlewCase(NamedTuple):
+    """Slew to plan.
+
+    Attributes:
+        start: Attitude at the start, (4,).
+        end: Attitude at the end, (4,).
+        cones: Cones that boresights stay out of.
+        limits: Limits of the slew.
+        room: Wheels that it may use; None: they are not considered.
+        crossing_time: Time that may be lost to avoid a zero crossing of a wheel, s.
+    """
+
+    start: Quaternion
+    end: Quaternion
+    cones: KeepOutCones
+    limits: SlewLimits
+    room: WheelRoom | None
+    crossing_time: Scalar = 0.0
+
+    @property
+    def turn(self) -> Vector3:
+        """Rotation vector of the eigenaxis slew, (3,), rad."""
+        return rotations.rotation_vector(rotations.error(self.end, self.start))
+
+    def eigenaxis(self) -> PlannedSlew:
+        """Eigenaxis slew, whether it is clear or not."""
+        return self.planned(BowedPath.eigenaxis(self.start, self.turn))
+
+    def planned(self, path: BowedPath) -> PlannedSlew:
+        """Slew along a path."""
+        samples = path.sampled(SAMPLES[1])
+        timing = fastest(path, samples, self.limits, self.room, self.crossing_time, SHARES[1])
+        profile = timing.profile(samples, self.limits.jerk)
+        ends = jnp.stack([jnp.any(self.cones.clearance(q) < 0.0) for q in (self.start, self.end)])
+        is_clear = jnp.asarray(self.cones.excess(path, samples) <= 0.0)
+        return PlannedSlew(path, profile, is_clear, ends, timing.crossings)
+
+    def bowed(self) -> PlannedSlew:
+        """Fastest clear slew of a search over bows; if none is clear, the one with least excess.
+
+        A grid of bows across the axis, on the shorter and on the longer way around, gives the
+        first paths; the best of them are refined by a pattern search over both bows. The number of
+        operations is fixed.
+        """
+        turn = self.turn
+        angle = jnp.sqrt(turn @ turn)
+        axis = jnp.where(angle > TINY, turn / jnp.maximum(angle, TINY), jnp.eye(3)[0])
+        sides = _across(axis)
+        ways = jnp.stack([angle, angle - 2.0 * jnp.pi])
+
+        def path(way: Scalar, shape: Float[Array, " 4"]) -> BowedPath:
+            eigenaxis = BowedPath.eigenaxis(self.start, way * axis)
+            return eigenaxis._replace(bow=shape[:2] @ sides, twist=shape[2:] @ sides)
+
+        def cost(way: Scalar, shape: Float[Array, " 4"], samples: int) -> Scalar:
+            bowed = path(way, shape)
+            sampled = bowed.sampled(samples)
+            timing = fastest(bowed, sampled, self.limits, self.room, self.crossing_time)
+            excess = self.cones.excess(bowed, sampled)
+            time = timing.duration + self.crossing_time * timing.crossings
+            return jnp.where(excess <= 0.0, time, BLOCKED * (1.0 + excess))
+
+        grid = jnp.asarray(_grid())
+        costs = jax.vmap(lambda way: jax.vmap(lambda shape: cost(way, shape, SAMPLES[0]))(grid))
+        # the best of each way and half of the sides, so that the seeds differ
+        groups = jnp.reshape(costs(ways), (2, 2, -1))
+        rows = jnp.argmin(groups, axis=2) + jnp.array([0, groups.shape[2]])
+        way_of_seed = jnp.repeat(ways, 2)
+        seeds = grid[rows.ravel()]
+        shapes, refined = jax.vmap(lambda way, seed: _refined(cost, way, seed))(way_of_seed, seeds)
+        best = jnp.argmin(refined)
+        return self.planned(path(way_of_seed[best], shapes[best]))
+
+
+def _across(axis: Vector3) -> Float[Array, "2 3"]:
+    """Two unit vectors across an axis and each other."""
+    least = jnp.eye(3)[jnp.argmin(jnp.abs(axis))]
+    first = jnp.cross(axis, least)
+    first = first / jnp.sqrt(first @ first)
+    return jnp.stack([first, jnp.cross(axis, first)])
+
+
+def _grid() -> Float[np.ndarray, "shapes 4"]:
+    """Bows of the coarse search, ordered by their side."""
+    side = 2.0 * np.pi * (np.arange(SIDES) + 0.5) / SIDES
+    directions = np.stack([np.cos(side), np.sin(side)], axis=1)
+    bows = (directions[:, None] * SIZES[:, None]).reshape(-1, 2)
+    return np.concatenate([bows, np.zeros_like(bows)], axis=1)
+
+
+def _refined(
+    cost: Callable[[Scalar, Array, int], Scalar], way: Scalar, seed: Float[Array, " 4"]
+) -> tuple[Float[Array, " 4"], Scalar]:
+    """Pattern search from a seed with fine samples: shape and its cost."""
+    moves = jnp.concatenate([jnp.eye(4), -jnp.eye(4)])
+    at_once = jax.vmap(lambda shape: cost(way, shape, SAMPLES[1]))
+
+    def once(_: int, state: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+        shape, least, step = state
+        shapes = shape + step * moves
+        costs = jnp.asarray(at_once(shapes))
+        best = jnp.argmin(costs)
+        better = costs[best] < least
+        shape = jnp.where(better, shapes[best], shape)
+        return shape, jnp.minimum(costs[best], least), jnp.where(better, 1.2 * step, 0.5 * step)
+
+    size = jnp.sqrt(seed @ seed)
+    first = seed, cost(way, seed, SAMPLES[1]), 0.3 * size
+    shape, least, _ = jax.lax.fori_loop(0, ROUNDS, once, first)
+    return shape, least
+
+
+def plan_slew(
+    start: ArrayLike,
+    end: ArrayLike,
+    cones: KeepOutCones,
+    limits: SlewLimits,
+    time: Scalar = 0.0,
+    crossing_time: Scalar = 0.0,
+) -> PlannedSlew:
+    """Plan a slew from rest to rest that leads boresights around keep-out cones.
+
+    The eigenaxis slew if it is clear, otherwise the fastest clear path of a deterministic search;
+    can be traced by JAX. If no path is clear, `PlannedSlew.is_clear` is false.
+
+    Args:
+        start: Attitude at the start, (4,).
+        end: Attitude at the end, (4,).
+        cones: Cones that boresights stay out of.
+        limits: Limits of the slew.
+        time: Time of its start, s; it decides which wheels of the envelope work.
+        crossing_time: Time that may be lost to avoid a zero crossing of a wheel, s.
+    """
+    first, last = (jnp.asarray(each, dtype=float) for each in (start, end))
+    return _plan(SlewCase(first, last, cones, limits, WheelRoom.of(limits, time), crossing_time))
+
+
+@jax.jit
+def _plan(case: SlewCase) -> PlannedSlew:
+    eigenaxis = case.eigenaxis()
+    # crossings may make a detour worth its time
+    done = eigenaxis.is_clear & (case.crossing_time * eigenaxis.crossings <= 0.0)
+    done |= jnp.any(eigenaxis.ends_blocked)
+    return jax.lax.cond(done, lambda: eigenaxis, case.bowed)
