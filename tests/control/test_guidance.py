@@ -13,7 +13,6 @@ from scipy.spatial.transform import Rotation
 from gyrostat.control.guidance import (
     Condition,
     Fixed,
-    Mode,
     Nadir,
     Reference,
     SlewLimits,
@@ -66,6 +65,13 @@ def at(reference, mode, time):
 
 
 @eqx.filter_jit
+def entered(reference, number, start):
+    """Mode of a reference that comes from the mode before it, whose own slew is over."""
+    before = reference.start()._replace(number=jnp.asarray(max(number - 1, 0)))
+    return reference.entered(before, jnp.asarray(number), start)
+
+
+@eqx.filter_jit
 def sampled(profile, times):
     """Motion of a profile at many times."""
     return jax.vmap(partial(reference_at, profile))(times)
@@ -107,11 +113,11 @@ def test_the_reported_rate_integrates_to_the_attitude(name):
     In each step the two nodes of Gauss; rotation vector of the step by the expansion of Magnus.
     """
     start, end, steps = 3.0, 34.0, 15500
-    mode = Mode(jnp.array(2 if name == "mode" else 0), jnp.array(start))
+    reference = MOTIONS[name]
+    mode = entered(reference, 2, start) if name == "mode" else reference.start()
     step, root = (end - start) / steps, np.sqrt(3.0)
     places = start + step * (np.arange(steps)[:, None] + [0.5 - root / 6.0, 0.5 + root / 6.0])
     times = np.concatenate([[start, end], places.ravel()])
-    reference = MOTIONS[name]
     motion = jax.jit(jax.vmap(lambda time: reference.at(mode, time)))(times)
     attitude, rate, acceleration = map(np.asarray, motion)
     earlier, later = rate[2::2], rate[3::2]
@@ -317,8 +323,8 @@ def test_modes_follow_each_other_by_their_conditions():
     mode = step(mode, measured(rate=0.005), 6.0)
     assert (int(mode.number), float(mode.start)) == (1, 6.0)
     end = 6.0 + np.float64(mode.transition.duration)
-    there = at(MODES, Mode(mode.number, mode.start), end + 5.0).attitude
-    on_its_way = at(MODES, Mode(mode.number, mode.start), np.float64(8.0)).attitude
+    there = at(MODES, mode, end + 5.0).attitude
+    on_its_way = at(MODES, mode, np.float64(8.0)).attitude
     assert step(mode, measured(attitude=on_its_way, speed=90.0), 8.0).number == 1
     assert step(mode, measured(attitude=there), end + 5.0).number == 1, "no momentum"
     assert step(mode, measured(speed=90.0), end + 5.0).number == 1, "off target"
@@ -344,8 +350,8 @@ def test_a_change_of_mode_has_no_step_in_attitude_rate_and_acceleration():
     """From nadir to a turning target and on, through slews with limited jerk."""
     for number, time in ((1, 6.0), (2, 71.0)):
         now = np.float64(time)
-        before = at(MODES, Mode(np.array(number - 1), np.array(-1e3)), now)
-        after = at(MODES, Mode(np.array(number), np.array(time)), now)
+        before = at(MODES, MODES.start()._replace(number=jnp.asarray(number - 1)), now)
+        after = at(MODES, entered(MODES, number, now), now)
         assert angle_between(before.attitude, after.attitude) < 1e-12
         np.testing.assert_allclose(before.rate, after.rate, atol=1e-12)
         np.testing.assert_allclose(before.acceleration, after.acceleration, atol=1e-12)
@@ -355,7 +361,9 @@ def test_references_that_cannot_work_are_refused():
     with pytest.raises(InputError, match="no slew limits"):
         Reference.sequence((Fixed(REST), Condition()), (NADIR, Condition()))
     with pytest.raises(InputError, match="no spacecraft"):
-        Reference.sequence((Fixed(REST), Condition(momentum_above=1.0)))
+        Reference.sequence(
+            (Fixed(REST), Condition(momentum_above=1.0)), (NADIR, Condition()), limits=LIMITS
+        )
     with pytest.raises(InputError, match="neither acceleration nor jerk"):
         SlewLimits(0.01).check()
 

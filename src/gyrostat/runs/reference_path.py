@@ -77,9 +77,7 @@ def waits_for_measurement(setup: Setup) -> bool:
     """
     if setup.reference is None or len(setup.reference.modes) < 2:
         return False
-    until = setup.reference.until
-    limits = np.isfinite([*np.ravel(until.rate_below), *np.ravel(until.error_below)])
-    return bool(np.any(limits) or np.any(np.asarray(until.momentum_above) >= 0.0))
+    return bool(np.any(setup.reference.conditions.needs_measurement))
 
 
 @lru_cache(maxsize=4)

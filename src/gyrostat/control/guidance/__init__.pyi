@@ -5,6 +5,7 @@ from gyrostat.control.guidance.attitude_reference import Profile as Profile
 from gyrostat.control.guidance.attitude_reference import reference_at as reference_at
 from gyrostat.control.guidance.condition import NEVER as NEVER
 from gyrostat.control.guidance.condition import Condition as Condition
+from gyrostat.control.guidance.condition import ModeChange as ModeChange
 from gyrostat.control.guidance.guide import Following as Following
 from gyrostat.control.guidance.guide import Guide as Guide
 from gyrostat.control.guidance.guided import Guided as Guided

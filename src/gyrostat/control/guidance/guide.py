@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat.control.guidance.attitude_reference import AttitudeReference
-from gyrostat.control.guidance.reference import BoundReference, Mode, Reference
+from gyrostat.control.guidance.reference import BoundReference
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jnp
@@ -61,19 +61,22 @@ class Guide(NamedTuple):
 
     @classmethod
     def of(
-        cls, reference: Reference, mode: Mode, time: Scalar, period: Scalar, delay: int
+        cls,
+        at: BoundReference,
+        now: AttitudeReference,
+        time: Scalar,
+        period: Scalar,
+        delay: int,
     ) -> "Guide":
         """Guide for a sample.
 
         Args:
-            reference: Reference.
-            mode: Active mode.
+            at: Reference in the active mode.
+            now: Reference at the time of the sample.
             time: Time of the sample, s.
             period: Control period, s.
             delay: Control periods from a sample to the start of its command.
         """
-        at = reference.bound(mode)
-        now = at(time)
         first = at(time + period * delay) if delay else now
         last = at(time + period * (delay + 1.0))
         return cls(at, now, first, last, period)

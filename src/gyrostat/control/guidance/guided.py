@@ -5,6 +5,7 @@ from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
 
+from gyrostat.control.guidance.attitude_reference import AttitudeReference
 from gyrostat.control.guidance.guide import Guide
 from gyrostat.control.guidance.reference import Mode, Reference
 from gyrostat.control.missing_sample import predicted
@@ -75,8 +76,8 @@ class Guided(Checked):
     reference: Reference
     delay: Annotated[int, is_delay] = eqx.field(static=True, default=0)
 
-    def _guide(self, mode: Mode, sample: Scalar, period: Scalar) -> Guide:
-        return Guide.of(self.reference, mode, sample * period, period, self.delay)
+    def _guide(self, mode: Mode, now: AttitudeReference, time: Scalar, period: Scalar) -> Guide:
+        return Guide.of(self.reference.bound(mode), now, time, period, self.delay)
 
     def start(self, period: Scalar) -> GuidedMemory:
         """Initial memory, in the first mode.
@@ -84,10 +85,10 @@ class Guided(Checked):
         Raises:
             InputError: The controller cannot follow a reference.
         """
-        mode, sample = self.reference.start(), jnp.zeros(())
+        mode, zero = self.reference.start(), jnp.zeros(())
         period = jnp.asarray(period, dtype=float)
-        inner = toward(self.controller, self._guide(mode, sample, period)).start(period)
-        return GuidedMemory(inner, mode, sample, period)
+        guide = self._guide(mode, self.reference.at(mode, zero), zero, period)
+        return GuidedMemory(toward(self.controller, guide).start(period), mode, zero, period)
 
     def predicted(self, memory: GuidedMemory, measurement: Any, command: Any) -> GuidedMemory:
         """Memory after a period without a sample; time advances, also that of the modes.
@@ -97,8 +98,9 @@ class Guided(Checked):
             measurement: Last accepted measurement.
             command: Safe command that is sent.
         """
-        mode = self.reference.step(memory.mode, None, memory.sample * memory.period)
-        controller = toward(self.controller, self._guide(mode, memory.sample, memory.period))
+        time = memory.sample * memory.period
+        mode, now = self.reference.advance(memory.mode, None, time)
+        controller = toward(self.controller, self._guide(mode, now, time, memory.period))
         inner = predicted(controller, memory.controller, measurement, command)
         return GuidedMemory(inner, mode, memory.sample + 1.0, memory.period)
 
@@ -111,12 +113,16 @@ class Guided(Checked):
                 reference need.
         """
         time = memory.sample * memory.period
-        mode = self.reference.step(memory.mode, measurement, time)
-        guide = self._guide(mode, memory.sample, memory.period)
+        mode, now = self.reference.advance(memory.mode, measurement, time)
+        guide = self._guide(mode, now, time, memory.period)
         inner, command = toward(self.controller, guide)(memory.controller, measurement)
         signals: dict[str, Any] = {"mode": mode.number, "mode_start": mode.start}
         if "target" not in command._fields:
             signals["target"] = guide.now.attitude
         units = {name: UNITS[name] for name in signals}
+        works = getattr(command, "works", None)
+        if mode.watch is not None and works is not None:
+            lost = jnp.sum(~works, dtype=float)
+            mode = mode._replace(watch=mode.watch._replace(lost=lost))
         next_memory = GuidedMemory(inner, mode, memory.sample + 1.0, memory.period)
         return next_memory, with_fields("Guided", command, signals, units)

@@ -1,11 +1,11 @@
-"""Reference of one or several modes, which follow each other by conditions."""
+"""Reference of one or several modes, which change by conditions."""
 
 from collections.abc import Callable, Sequence
 from functools import wraps
 from typing import Any, NamedTuple, Self, TypeVar, cast
 
 import equinox as eqx
-from jaxtyping import Array, Bool, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from gyrostat.control.guidance.attitude_reference import (
     AttitudeReference,
@@ -13,7 +13,7 @@ from gyrostat.control.guidance.attitude_reference import (
     Profile,
     reference_at,
 )
-from gyrostat.control.guidance.condition import NEVER, Condition, is_in_view
+from gyrostat.control.guidance.condition import Condition, Measured, ModeChange, is_in_view
 from gyrostat.control.guidance.slew import SlewLimits, Transition
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar
@@ -23,18 +23,34 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import Spacecraft
 
 
+class Watch(NamedTuple):
+    """What the conditions of a reference remember between samples.
+
+    Attributes:
+        unmet: Last time at which the conditions of each change did not hold, (changes,), s.
+        tracked: Time of the last measurement of the attitude, s.
+        lost: Number of wheels that the controller takes to have failed.
+    """
+
+    unmet: Float[Array, " changes"]
+    tracked: Scalar
+    lost: Scalar
+
+
 class Mode(NamedTuple):
     """Active mode of a reference.
 
     Attributes:
         number: Number of the mode, from 0.
         start: Time at which it started, s.
-        transition: Rotation from the mode before; None: it is computed where it is needed.
+        transition: Rotation to the mode; None: there is none.
+        watch: What the conditions remember; None: the mode is only followed.
     """
 
     number: Int[Array, ""]
     start: Scalar
     transition: Transition | None = None
+    watch: Watch | None = None
 
 
 Method = TypeVar("Method", bound=Callable[..., Any])
@@ -62,24 +78,33 @@ class Reference(Checked):
     """Reference attitude of one or several modes.
 
     Each mode has its own attitude over time. From mode to mode, the reference turns by a
-    `Transition` within the slew limits. A mode ends when its transition is complete and all of its
-    conditions hold; then the next mode starts. The last mode never ends. The conditions use the
-    measurement of the sample at which they are tested.
+    `Transition` within the slew limits, also from the middle of another one. At each sample, the
+    first change whose conditions hold, and which starts in the active mode, is taken. The
+    conditions use the measurement of the sample; a sample without measurement neither fulfils nor
+    interrupts those that need one.
 
     Attributes:
         modes: Attitude over time of each mode, a `Profile`.
-        until: Conditions under which the modes end, each (modes,).
+        conditions: Conditions of each change of mode, (changes,).
+        dwell: Least time in each mode, (modes,), s.
         limits: Limits of the rotation from mode to mode; None for one mode.
         spacecraft: Spacecraft model for the total momentum; None: no condition on it.
         views: Views along the orbit that modes wait for, each a callable time, s -> a number above
             0 while it lasts.
+        user: Further condition of each change, see `ModeChange`.
+        to: Mode to which each change leads.
+        origins: Whether each change starts in each mode, (changes, modes).
     """
 
     modes: tuple[Callable[..., Any], ...]
-    until: Condition
+    conditions: Condition
+    dwell: Float[Array, " modes"]
     limits: SlewLimits | None = None
     spacecraft: Spacecraft | None = None
     views: tuple[Callable[[Scalar], Scalar], ...] = ()
+    user: tuple[Callable[[Any, Scalar], Any] | None, ...] = ()
+    to: tuple[int, ...] = eqx.field(static=True, default=())
+    origins: tuple[tuple[bool, ...], ...] = eqx.field(static=True, default=())
 
     @classmethod
     def of(cls, profile: Profile) -> Self:
@@ -88,7 +113,7 @@ class Reference(Checked):
         Args:
             profile: Attitude over time.
         """
-        return cls.sequence((profile, NEVER))
+        return cls.branching([profile], [])
 
     @classmethod
     def sequence(
@@ -98,7 +123,7 @@ class Reference(Checked):
         spacecraft: Spacecraft | None = None,
         views: Sequence[Callable[[Scalar], Scalar]] = (),
     ) -> Self:
-        """Reference of several modes.
+        """Reference of modes that follow each other; the last one never ends.
 
         Args:
             modes: Attitude over time and end conditions of each mode.
@@ -109,26 +134,75 @@ class Reference(Checked):
         Raises:
             InputError: There is no mode, or `limits` or `spacecraft` is required and None.
         """
+        return cls.branching(
+            [profile for profile, _ in modes],
+            [ModeChange(k + 1, end, (k,)) for k, (_, end) in enumerate(modes[:-1])],
+            limits=limits,
+            spacecraft=spacecraft,
+            views=views,
+        )
+
+    @classmethod
+    def branching(
+        cls,
+        modes: Sequence[Profile],
+        changes: Sequence[ModeChange],
+        *,
+        dwell: Any = 0.0,
+        limits: SlewLimits | None = None,
+        spacecraft: Spacecraft | None = None,
+        views: Sequence[Callable[[Scalar], Scalar]] = (),
+    ) -> Self:
+        """Reference of modes with changes from any mode to any other.
+
+        Args:
+            modes: Attitude over time of each mode; the first one is active at the start.
+            changes: Changes of mode, in the order in which they are tested.
+            dwell: Least time in each mode, (modes,), or one for all, s.
+            limits: Limits of the rotation from mode to mode; required for several modes.
+            spacecraft: Spacecraft model; required for conditions on the momentum.
+            views: Views along the orbit, for conditions on them.
+
+        Raises:
+            InputError: There is no mode, or `limits` or `spacecraft` is required and None.
+        """
         if not modes:
             raise InputError("reference: found no mode, expected one or more")
-        ends = [condition for _, condition in modes]
+        conditions = [change.condition for change in changes]
         if limits is None and len(modes) > 1:
             raise InputError(
                 f"reference of {len(modes)} modes: found no slew limits, expected limits for the "
                 "rotation from mode to mode"
             )
-        if spacecraft is None and any(end.momentum_above >= 0.0 for end in ends):
+        if spacecraft is None and any(bool(each.uses_momentum) for each in conditions):
             raise InputError(
                 "reference: found a condition on the momentum and no spacecraft, expected the "
                 "spacecraft from which the momentum is computed"
             )
-        until = Condition(*(jnp.asarray(each, dtype=float) for each in zip(*ends, strict=True)))
-        return cls(tuple(profile for profile, _ in modes), until, limits, spacecraft, tuple(views))
+        count = range(len(modes))
+        return cls(
+            tuple(modes),
+            Condition.stacked(conditions),
+            dwell * jnp.ones(len(modes)),
+            limits,
+            spacecraft,
+            tuple(views),
+            tuple(change.user for change in changes),
+            tuple(change.to for change in changes),
+            tuple(tuple(change.starts_in(mode) for mode in count) for change in changes),
+        )
 
-    def start(self) -> Mode:
-        """Mode before the first sample: the first mode, from time 0."""
-        transition = None if self.limits is None else Transition.none()
-        return Mode(jnp.zeros((), dtype=int), jnp.zeros(()), transition)
+    def start(self, *, watched: bool = True) -> Mode:
+        """Mode before the first sample: the first mode, from time 0.
+
+        Args:
+            watched: Whether its changes are to be tested.
+        """
+        number, zero = jnp.zeros((), dtype=int), jnp.zeros(())
+        if self.limits is None:
+            return Mode(number, zero)
+        watch = Watch(jnp.zeros(len(self.to)), zero, zero) if watched and self.to else None
+        return Mode(number, zero, Transition.none(), watch)
 
     def entered(self, mode: Mode, number: Int[Array, ""], start: Scalar) -> Mode:
         """Active mode; the rotation to it is computed if it is another one.
@@ -140,14 +214,26 @@ class Reference(Checked):
         """
         if self.limits is None:
             return mode
-        if mode.transition is None:
-            return Mode(number, start, self._transition(number, start))
+        changes = (number != mode.number) | (start != mode.start)
+        return self._entered(mode, number, start, changes, lambda: self.at(mode, start))
+
+    def _entered(
+        self,
+        mode: Mode,
+        number: Int[Array, ""],
+        start: Scalar,
+        changes: Bool[Array, ""],
+        before: Callable[[], AttitudeReference],
+    ) -> Mode:
+        """Active mode; `before` gives the reference at its start if it `changes`."""
+        limits = self.limits
+        assert limits is not None and mode.transition is not None
         transition = jax.lax.cond(
-            (number != mode.number) | (start != mode.start),
-            lambda: self._transition(number, start),
+            changes,
+            lambda: Transition.of(before(), self.motion(number, start).reference, start, limits),
             lambda: jax.tree.map(jnp.asarray, mode.transition),
         )
-        return Mode(number, start, transition)
+        return mode._replace(number=number, start=start, transition=transition)
 
     def bound(self, mode: Mode) -> "BoundReference":
         """Reference in a mode, as a function of time.
@@ -155,8 +241,7 @@ class Reference(Checked):
         Args:
             mode: Active mode.
         """
-        has_transition = mode.transition is not None or self.limits is None
-        return BoundReference(self, mode if has_transition else self.entered(mode, *mode[:2]))
+        return BoundReference(self, mode)
 
     def at(self, mode: Mode, time: Scalar) -> AttitudeReference:
         """Attitude, rate and acceleration at a time.
@@ -168,92 +253,97 @@ class Reference(Checked):
         return self.bound(mode)(time)
 
     def step(self, mode: Mode, measurement: Any, time: Scalar) -> Mode:
-        """Mode that is active from a sample on.
+        """Mode that is active from a sample on; see `advance`."""
+        return self.advance(mode, measurement, time)[0]
+
+    def advance(
+        self, mode: Mode, measurement: Any, time: Scalar
+    ) -> tuple[Mode, AttitudeReference]:
+        """Mode that is active from a sample on, and the reference at the sample.
 
         Args:
             mode: Mode before the sample.
             measurement: Measurement with `attitude` (4,), `rate` (3,), rad/s, and `wheel_speed`
-                (wheels,), rad/s; None for a missing sample, at which only modes end whose
-                conditions need no measurement.
+                (wheels,), rad/s; None for a missing sample. With `attitude_measured`, it also says
+                whether the attitude was measured.
             time: Time of the sample, s.
         """
-        if self.limits is None:
-            return mode
-        assert mode.transition is not None
-        until = Condition(*(jnp.asarray(each)[mode.number] for each in self.until))
-        # multiples of a control period are subject to rounding
-        elapsed = time - mode.start + 1e-9
-        ends = (elapsed >= until.after) & (elapsed >= mode.transition.duration)
-        ends &= mode.number < len(self.modes) - 1
-        if self.views:
-            ends = jax.lax.cond(
-                ends,
-                lambda: is_in_view(self.views, until.view, time),
-                lambda: jnp.zeros((), bool),
-            )
+        now = self.at(mode, time)
+        if mode.watch is None:
+            return mode, now
+        watch = self._watched(mode.watch, measurement, time)
+        holds = self._hold(mode, watch, measurement, now, time)
+        unmet = jnp.where(holds, watch.unmet, time)
         if measurement is None:
-            ends &= jnp.isinf(until.rate_below) & jnp.isinf(until.error_below)
-            ends &= until.momentum_above < 0.0
-        else:
-            ends = jax.lax.cond(
-                ends,
-                lambda: self._is_met(until, measurement, self._ending(mode.number, time)),
-                lambda: jnp.zeros((), bool),
-            )
-        return self.entered(mode, mode.number + ends, jnp.where(ends, time, mode.start))
+            unmet = jnp.where(self._need_measurement(), watch.unmet, unmet)
+        held = jnp.asarray(self.conditions.held)
+        # multiples of a control period are subject to rounding
+        holds &= (held == 0.0) | (time - unmet > held + 1e-9)
+        ripe = holds & (time - mode.start + 1e-9 >= jnp.asarray(self.dwell)[mode.number])
+        takes = ripe & jnp.asarray(self.origins).T[mode.number]
+        changes = jnp.any(takes)
+        number = jnp.where(changes, jnp.asarray(self.to)[jnp.argmax(takes)], mode.number)
+        # the reference is continuous, so that `now` holds in both modes
+        later = self._entered(mode, number, jnp.where(changes, time, mode.start), changes, lambda: now)
+        unmet = jnp.where(changes, time, unmet)
+        return later._replace(watch=watch._replace(unmet=unmet)), now
 
-    def _ending(self, number: Int[Array, ""], time: Scalar) -> Quaternion:
-        """Attitude of a mode that may end: not the last one, and the rotation to it is over."""
-        count = max(len(self.modes) - 1, 1)
-        every = self._motions([number == k for k in range(count)], time)
-        return jax.tree.map(lambda rows: rows[number], every).reference.attitude
+    def _watched(self, watch: Watch, measurement: Any, time: Scalar) -> Watch:
+        """Watch with the time of the last measurement of the attitude."""
+        if measurement is None:
+            return watch
+        is_measured = getattr(measurement, "attitude_measured", None)
+        tracked = time if is_measured is None else jnp.where(is_measured, time, watch.tracked)
+        return watch._replace(tracked=jnp.asarray(tracked, dtype=float))
 
-    def _is_met(self, until: Condition, measurement: Any, target: Quaternion) -> Bool[Array, ""]:
-        """Whether the conditions of a mode on the measurement hold."""
-        rate = measurement.rate
-        holds = rate @ rate < until.rate_below**2
-        holds &= rotations.error_angle(measurement.attitude, target) < until.error_below
-        if self.spacecraft is None:
-            return holds
-        wheels = self.spacecraft.wheels
-        spun = jnp.asarray(wheels.axes) @ (wheels.inertia * measurement.wheel_speed)
-        momentum = self.spacecraft.inertia_locked() @ rate + spun
-        return holds & (jnp.sqrt(momentum @ momentum) > until.momentum_above)
+    def _need_measurement(self) -> Bool[Array, " changes"]:
+        """Whether each change needs a measurement."""
+        user = jnp.asarray([each is not None for each in self.user], dtype=bool)
+        return jnp.asarray(self.conditions.needs_measurement) | user
 
-    def _transition(self, number: Int[Array, ""], start: Scalar) -> Transition:
-        """Rotation to a mode that starts at a time, s."""
-        assert self.limits is not None
-        return Transition.of(*self.motions(number, start, True), start, self.limits)
+    def _hold(
+        self, mode: Mode, watch: Watch, measurement: Any, now: AttitudeReference, time: Scalar
+    ) -> Bool[Array, " changes"]:
+        """Whether the conditions of each change hold at a sample."""
+        conditions, since = self.conditions, time - mode.start + 1e-9
+        assert mode.transition is not None
+        at = jnp.asarray(conditions.at)
+        holds = (since >= conditions.after) & (watch.lost >= conditions.wheels_lost)
+        holds &= time - watch.tracked + 1e-9 >= conditions.tracker_lost
+        holds &= (at < 0.0) | ((time + 1e-9 >= at) & (mode.start < at - 1e-9))
+        holds &= (conditions.reached == 0.0) | (since >= mode.transition.duration)
+        if self.views:
+            holds &= is_in_view(self.views, conditions.view, time)
+        if measurement is None:
+            return holds & ~self._need_measurement()
+        holds &= self._measured(measurement, now.attitude).meet(conditions)
+        for number, user in enumerate(self.user):
+            if user is not None:
+                holds = holds.at[number].set(holds[number] & (user(measurement, time) > 0.0))
+        return holds
+
+    def _measured(self, measurement: Any, target: Quaternion) -> Measured:
+        """Measured quantities that conditions limit."""
+        rate, momentum, spun = measurement.rate, jnp.zeros(3), jnp.zeros(3)
+        if self.spacecraft is not None:
+            wheels = self.spacecraft.wheels
+            spun = jnp.asarray(wheels.axes) @ (wheels.inertia * measurement.wheel_speed)
+            momentum = self.spacecraft.inertia_locked() @ rate + spun
+        size, total, held = (jnp.sqrt(each @ each) for each in (rate, momentum, spun))
+        error = rotations.error_angle(measurement.attitude, target)
+        return Measured(size, error, total, held)
 
     @_traced_once
-    def motions(
-        self, number: Int[Array, ""], time: Scalar, turning: Bool[Array, ""] | bool
-    ) -> tuple[Motion, Motion]:
-        """Motions of the mode before a mode and of the mode itself; others are not computed.
+    def motion(self, number: Int[Array, ""], time: Scalar) -> Motion:
+        """Motion of a mode; those of the others are not computed.
 
         Args:
             number: Number of the mode.
             time: Time, s.
-            turning: Whether that of the mode before is needed; if not, it may be wrong.
         """
-        previous = jnp.maximum(number - 1, 0)
-        needed = [(number == k) | (turning & (previous == k)) for k in range(len(self.modes))]
-        every = self._motions(needed, time)
-        first, second = (jax.tree.map(lambda rows, k=k: rows[k], every) for k in (previous, number))
-        return first, second
-
-    def _motions(self, needed: Sequence[Bool[Array, ""]], time: Scalar) -> Motion:
-        """Motions of the first modes, of which those that are not needed may be wrong."""
-        every = [
-            jax.lax.cond(
-                is_needed,
-                lambda time, mode=mode: Motion.of(mode, time),
-                lambda time: Motion(jnp.full(4, 0.5), jnp.zeros(4), jnp.zeros(4)),
-                jnp.asarray(time, dtype=float),
-            )
-            for is_needed, mode in zip(needed, self.modes, strict=False)
-        ]
-        return Motion(*(jnp.stack(each) for each in zip(*every, strict=True)))
+        time = jnp.asarray(time, dtype=float)
+        branches = [lambda time, mode=mode: Motion.of(mode, time) for mode in self.modes]
+        return jax.lax.switch(number, branches, time)
 
 
 class BoundReference(eqx.Module):
@@ -270,14 +360,17 @@ class BoundReference(eqx.Module):
     @_traced_once
     def __call__(self, time: Scalar) -> AttitudeReference:
         """Attitude, rate and acceleration at a time, s, if the mode does not end before."""
-        reference, (number, start, transition) = self.reference, self.mode
+        reference, (number, start, transition, _) = self.reference, self.mode
+        present = reference.motion(number, time)
         if transition is None:
-            return reference_at(reference.modes[0], time)
+            return present.reference
         since = time - start
-        turning = since < transition.duration
-        previous, present = reference.motions(number, time, turning)
 
         def attitude(later: Scalar) -> Quaternion:
-            return transition(since + later, previous.after(later), present.after(later))
+            return transition(since + later, present.after(later))
 
-        return jax.lax.cond(turning, lambda: reference_at(attitude, 0.0), lambda: present.reference)
+        return jax.lax.cond(
+            since < transition.duration,
+            lambda: reference_at(attitude, 0.0),
+            lambda: present.reference,
+        )

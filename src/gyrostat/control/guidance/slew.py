@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
 
-from gyrostat.control.guidance.attitude_reference import Motion, rate_of
+from gyrostat.control.guidance.attitude_reference import AttitudeReference
 from gyrostat.control.guidance.profiles import is_unit
 from gyrostat.control.guidance.slew_profile import SlewProfile
 from gyrostat.control.guidance.wheel_envelope import WheelEnvelope
@@ -118,65 +118,76 @@ class Slews(Checked):
 
 
 class Transition(NamedTuple):
-    """Rotation from one moving reference to another, along an eigenaxis of the latter's frame.
+    """Rotation from a motion to a moving reference, along an eigenaxis of the latter's frame.
 
-    q(t) = q_b(t) exp((1 - s) p) exp((1 - s) e(t)), with the attitude q_b after the end, the
-    rotation p from there to the attitude before, at the start, the progress s from 0 to 1, and the
-    rotation e by which the two references have since moved apart. Attitude, rate and acceleration
-    are continuous where the profile's are. Between attitudes at rest, e is zero and the motion is
-    an eigenaxis slew.
+    q(t) = q_b(t) exp((1 - s) p) exp(c g(t) + a h(t)), with the attitude q_b after the end, the
+    rotation p from there to the attitude at the start, the progress s from 0 to 1, and the rate c
+    and the acceleration a of the motion before relative to q_b(t) exp(p). With x = t / D, over the
+    duration D, g = D x (1 - x)³ (1 + 3 x) and h = D² x² (1 - x)³ / 2 have the derivatives g' = 1
+    and h'' = 1 at the start; all others up to the second are zero there and at the end. Attitude,
+    rate and acceleration are therefore continuous where those of the profile are. Between attitudes
+    at rest the motion is an eigenaxis slew.
 
     Attributes:
         turn: Rotation vector p, (3,), rad.
         profile: Profile of the progress.
+        rate: Rate c, (3,), rad/s.
+        acceleration: Acceleration a, (3,), rad/s².
     """
 
     turn: Vector3
     profile: SlewProfile
+    rate: Vector3
+    acceleration: Vector3
 
     @classmethod
     def none(cls) -> Self:
         """Rotation by nothing, which is complete at its start."""
         zero = jnp.zeros(())
-        return cls(jnp.zeros(3), SlewProfile(zero, zero, zero, zero, zero))
+        still = SlewProfile(zero, zero, zero, zero, zero)
+        return cls(jnp.zeros(3), still, jnp.zeros(3), jnp.zeros(3))
 
     @classmethod
-    def of(cls, before: Motion, after: Motion, start: Scalar, limits: SlewLimits) -> Self:
+    def of(
+        cls, before: AttitudeReference, after: AttitudeReference, start: Scalar, limits: SlewLimits
+    ) -> Self:
         """Create the transition.
 
         Args:
-            before: Motion of the reference before, at the start.
+            before: Motion at the start.
             after: Motion of the reference after the end, at the start.
             start: Time of the start, s.
             limits: Limits of the rotation relative to the attitude after the end.
         """
-        rate, slope = rate_of(*before[:2]), rate_of(*after[:2])
         offset = rotations.error(before.attitude, after.attitude)
-        change = rate - rotations.to_body(offset, slope)
+        carried, gained = (rotations.to_body(offset, each) for each in after[1:])
+        rate = before.rate - carried
+        acceleration = before.acceleration - gained - jnp.cross(carried, rate)
         turn = rotations.rotation_vector(offset)
         # the slew turns back along p, which has the same components in both frames
-        size = jnp.sqrt(change @ change)
-        return cls(turn, limits.profile(-turn, before.attitude, start, size))
+        profile = limits.profile(-turn, before.attitude, start, jnp.sqrt(rate @ rate))
+        return cls(turn, profile, rate, acceleration)
 
     @property
     def duration(self) -> Scalar:
         """Duration, s."""
         return self.profile.duration
 
-    def __call__(self, since: Scalar, before: Quaternion, after: Quaternion) -> Quaternion:
+    def __call__(self, since: Scalar, after: Quaternion) -> Quaternion:
         """Attitude at a time.
 
         Args:
-            since: Time since the start, s, not negative.
-            before: Attitude of the reference before, at this time, (4,).
+            since: Time since the start, s, not negative and not after the end.
             after: Attitude of the reference after the end, at this time, (4,).
         """
+        duration = self.duration
+        x = since / jnp.where(duration > 0.0, duration, 1.0)
+        fading = x * (1.0 - x) ** 3 * duration
+        motion = (1.0 + 3.0 * x) * self.rate + 0.5 * x * duration * self.acceleration
         remainder = 1.0 - _progress(self.profile, since)
-        inverse_turn = rotations.conjugate(rotations.from_rotation_vector(self.turn))
-        offset = rotations.product(inverse_turn, rotations.error(before, after))
         rotation = rotations.product(
             rotations.from_rotation_vector(remainder * self.turn),
-            rotations.from_rotation_vector(remainder * rotations.rotation_vector(offset)),
+            rotations.from_rotation_vector(fading * motion),
         )
         return rotations.product(after, rotation)
 

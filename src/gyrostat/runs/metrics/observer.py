@@ -111,7 +111,9 @@ class Observer(eqx.Module):
             tuple(window.start() for window in self.windows),
             tuple(metric.start() for metric in self.metrics),
             {name: metric.start() for name, metric in self.setup.metrics.items()},
-            Mode(count, zero) if self.setup.reference is None else self.setup.reference.start(),
+            Mode(count, zero)
+            if self.setup.reference is None
+            else self.setup.reference.start(watched=False),
         )
 
     def reference(self, row: Histories, time: Scalar, mode: Mode) -> tuple[AttitudeReference, Mode]:
