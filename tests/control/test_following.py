@@ -22,6 +22,7 @@ from gyrostat.control import (
 from gyrostat.control.guidance import (
     Condition,
     Fixed,
+    Guide,
     Guided,
     Nadir,
     Reference,
@@ -251,9 +252,8 @@ def test_a_slew_within_the_wheels_is_followed_to_its_end(flown):
 
 
 def test_controllers_that_cannot_follow_are_refused():
-    guide = Guided(law_of("sdre", None, 0), Reference.of(NADIR))._guide(
-        Reference.of(NADIR).start(), 0.0, 0.1
-    )
+    bound = Reference.of(NADIR).bound(Reference.of(NADIR).start())
+    guide = Guide.of(bound, bound(0.0), 0.0, 0.1, 0)
     two = Spacecraft(CRAFT.inertia, WheelArray(AXES[:, :2], np.full(2, 2e-5), 3e-3, 1.5e-2))
     with pytest.raises(InputError, match="TwoWheelPointing: found a controller that cannot follow"):
         toward(TwoWheelPointing(two), guide)

@@ -8,7 +8,6 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import gyrostat as gs
-from gyrostat.control.guidance import Mode
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.runs.keep_out_times import violations
@@ -145,8 +144,7 @@ def test_modes_wait_for_a_pass_and_for_its_end(scenario):
 
     @jax.jit
     def ends(number, time):
-        start = reference.start()
-        mode = Mode(number, jnp.zeros(()), start.transition)
+        mode = reference.start()._replace(number=number)
         return reference.step(mode, None, time).number > number
 
     for number, time in ((0, begin), (1, end)):

@@ -6,7 +6,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float
 
 from gyrostat.control.missing_sample import predicted
-from gyrostat.control.unloading import excess_momentum, with_unloading
+from gyrostat.control.unloading import acting, excess_momentum, with_unloading
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.checked import Checked, positive, share, signed, size
 from gyrostat.core.errors import InputError
@@ -60,6 +60,7 @@ class ThrusterUnloading(Checked):
         minimum: Minimum on-time, s; shorter pulses are not commanded.
         momentum: Target h_t of the wheels' momentum in body axes, (3,), N·m·s.
         compensation: Share of the thrusters' torque that is added to the wheel torques.
+        in_modes: Whether it acts in each mode of the reference, (modes,), 0 or 1; None: always.
     """
 
     controller: Any
@@ -72,6 +73,7 @@ class ThrusterUnloading(Checked):
     minimum: Annotated[Scalar, size("minimum on-time", "s")] = 0.0
     momentum: Annotated[Vector3, signed("size of the momentum target", "N·m·s")] = zeros()
     compensation: Annotated[Scalar, share("compensation of the unloading")] = 0.0
+    in_modes: Float[Array, " modes"] | None = None
 
     def start(self, period: Scalar) -> ThrusterUnloadingMemory:
         """Initial memory: no axis is unloaded."""
@@ -100,6 +102,7 @@ class ThrusterUnloading(Checked):
         """
         inner, command = self.controller(memory.controller, measurement)
         excess = excess_momentum(self.wheels, measurement.wheel_speed, self.momentum)
+        excess = excess * acting(self.in_modes, command)
         magnitude = jnp.abs(excess)
         unloads = (magnitude > self.begin) | (memory.unloads & (magnitude > self.end))
         impulse = jnp.where(unloads, -jnp.clip(excess, -self.impulse, self.impulse), 0.0)

@@ -21,6 +21,16 @@ def excess_momentum(wheels: WheelArray, speed: PerWheel, target: Vector3) -> Vec
     return jnp.asarray(wheels.axes) @ (wheels.inertia * speed) - target
 
 
+def acting(in_modes: Any, command: Any) -> Scalar:
+    """Whether an unloading acts, 0 or 1, in the mode that is recorded with a command.
+
+    Args:
+        in_modes: Whether it acts in each mode, (modes,); None: it acts always.
+        command: Command of a controller that follows a reference, with `mode`.
+    """
+    return 1.0 if in_modes is None else jnp.asarray(in_modes)[command.mode]
+
+
 def with_unloading(
     wheels: WheelArray, command: Any, actuator: Any, torque: Vector3, share: Scalar, *, name: str
 ) -> Any:

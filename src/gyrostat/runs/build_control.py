@@ -1,20 +1,23 @@
 """Stages that build the controller, the sensor and the metrics of a run."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any
 
 from gyrostat.control import AttitudeTargets
-from gyrostat.control.guidance import Guided, Reference
+from gyrostat.control.guidance import Guided, ModeLaws, Reference
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.runs.assembly import Assembly, context_of
 from gyrostat.runs.build_parts import named_parts
 from gyrostat.runs.build_reference import navigated, reference_of
-from gyrostat.runs.designs import phase_starts
+from gyrostat.runs.designs import LAW, phase_starts
 from gyrostat.runs.phases import Phases, in_orbit
 from gyrostat.scenario.build_spacecraft import has_section, of_wheels
 from gyrostat.scenario.controller_kind import Beginning
-from gyrostat.scenario.scenario import KEEP_OUT
-from gyrostat.scenario.sensing import guarded, with_faults
+from gyrostat.scenario.kinds.registry import component
+from gyrostat.scenario.scenario import KEEP_OUT, Part
+from gyrostat.scenario.sensing import Values, arrays_of, guarded, with_faults
+from gyrostat.scenario.structure import Structure
 from gyrostat.spacecraft import AddedSensors
 from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHeads
 
@@ -30,11 +33,34 @@ def add_controller(run: Assembly) -> dict[str, Any]:
     bands = named_parts(structure, values, "controller.band", context_of(run))
     wear = of_wheels(structure, values, "wear") if has_section(structure, "wear") else None
     beginning = Beginning(run.start.momentum, [band for _, band in sorted(bands.items())], wear)
-    phases = [run.law.controller(design, beginning) for design in run.plans.controllers]
     times = phase_starts(structure, values)
     starts = jnp.stack([jnp.asarray(time, dtype=float) for time in times])
-    plans = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *phases)
-    return {"starts": starts, "controller": Phases(starts, plans, orbit=run.orbit)}
+
+    def phases(law: Any, designs: Sequence[Any]) -> Phases:
+        each = [law.controller(design, beginning) for design in designs]
+        plans = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *each)
+        return Phases(starts, plans, orbit=run.orbit)
+
+    parts = [part for part in structure.parts if part.section == LAW]
+    laws = [run.law, *(_law(structure, values, part) for part in parts)]
+    controllers = map(phases, laws, [run.plans.controllers, *run.plans.laws])
+    controller: Any = next(controllers)
+    if parts:
+        names = [part.name for part in parts]
+        chosen = [
+            1.0 + names.index(part.linked("law")[0]) if part.linked("law") else 0.0
+            for part in structure.parts
+            if part.section == "reference.mode"
+        ]
+        follows = tuple(law.follows for law in laws)
+        controller = ModeLaws((controller, *controllers), jnp.asarray(chosen), follows)
+    return {"starts": starts, "controller": controller}
+
+
+def _law(structure: Structure, values: Values, part: Part) -> Any:
+    """Kind of a [[controller.law]] with its values."""
+    kind = component(LAW, part.kind, structure.sources)
+    return kind.of(arrays_of(values, f"{LAW}.{part.name}", kind.keys()))
 
 
 def add_reference(run: Assembly) -> dict[str, Any]:
@@ -47,7 +73,7 @@ def add_reference(run: Assembly) -> dict[str, Any]:
     navigation = navigated(run.values, run.orbit)
     if navigation is not run.orbit:
         guide = reference(navigation)
-    if true is None and getattr(run.controller.plans, "takes_reference", False):
+    if true is None and getattr(run.controller, "takes_reference", False):
         guide = Reference.of(AttitudeTargets(run.starts, jnp.asarray(run.plans.targets)))
     return {"reference": true, "guide": guide}
 
@@ -67,7 +93,12 @@ def add_compensator(run: Assembly) -> dict[str, Any]:
 
 def add_unloading(run: Assembly) -> dict[str, Any]:
     """Unloading of the wheels around the compensated controller."""
-    return {"controller": run.component("unloading").make(context_of(run, "controller"))}
+    unloading = run.component("unloading").make(context_of(run, "controller"))
+    names = [part.name for part in run.structure.parts if part.section == "reference.mode"]
+    acts = [run.values[f"reference.mode.{name}.unloading"] for name in names]
+    if run.structure.unloading == "none" or not names:
+        return {"controller": unloading}
+    return {"controller": replace(unloading, in_modes=jnp.stack([jnp.asarray(a) for a in acts]))}
 
 
 def add_estimator(run: Assembly) -> dict[str, Any]:

@@ -1,5 +1,6 @@
 """Build the reference attitude of a run from a scenario."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import partial
 from typing import Any
@@ -7,7 +8,7 @@ from typing import Any
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from gyrostat.control.guidance import Reference, Sunlight, WheelEnvelope
+from gyrostat.control.guidance import ModeChange, Reference, Sunlight, WheelEnvelope
 from gyrostat.core.errors import InputError, placed
 from gyrostat.core.jax64 import jnp
 from gyrostat.runs.build_parts import named_parts
@@ -15,7 +16,13 @@ from gyrostat.scenario.component import Context
 from gyrostat.scenario.kinds.events import kind_of
 from gyrostat.scenario.kinds.orbits import shared_span
 from gyrostat.scenario.kinds.registry import KINDS, PARTS, chosen
-from gyrostat.scenario.reference_kind import ERROR, POSITION_ERROR, PlannedReference, ReferenceCase
+from gyrostat.scenario.reference_kind import (
+    ERROR,
+    POSITION_ERROR,
+    ModePart,
+    PlannedReference,
+    ReferenceCase,
+)
 from gyrostat.scenario.scenario import Scenario, Source
 from gyrostat.scenario.sensing import Values, arrays_of
 from gyrostat.scenario.structure import Structure
@@ -121,8 +128,24 @@ def reference_of(
     modes = named_parts(structure, values, "reference.mode", context)
     slews = named_parts(structure, values, "reference.slew", context)
     attitude = jnp.asarray(plans.attitude)
-    case = ReferenceCase(plan, attitude, [*modes.values()], [*slews.values()])
+    changes = _changes(structure, values, modes, context)
+    case = ReferenceCase(plan, attitude, [*modes.values()], [*slews.values()], changes)
     return instance.reference(case)
+
+
+def _changes(
+    structure: Structure, values: Values, modes: Mapping[str, ModePart], context: Context
+) -> list[ModeChange]:
+    """Changes from mode to mode: the transitions in the order of the file, then the ends."""
+    changes, names = [], list(modes)
+    transitions = named_parts(structure, values, "reference.transition", context)
+    for part in structure.parts:
+        if part.section == "reference.transition":
+            (to,) = map(names.index, part.linked("to"))
+            origins = tuple(map(names.index, part.linked("from"))) or None
+            changes.append(transitions[part.name]._replace(to=to, origins=origins))
+    ends = [(k, mode.until) for k, mode in enumerate(modes.values())]
+    return [*changes, *(ModeChange(k + 1, until, (k,)) for k, until in ends[:-1])]
 
 
 def navigated(values: Values, orbit: OrbitEnvironment | None) -> OrbitEnvironment | None:

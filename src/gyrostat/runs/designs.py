@@ -1,6 +1,6 @@
 """Designs of the controller of a scenario, one for each phase."""
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +15,7 @@ from gyrostat.scenario.build_spacecraft import spacecraft_of
 from gyrostat.scenario.controller_kind import IGNORED, NOTIFIED, DesignCase
 from gyrostat.scenario.kinds.events import kind_of
 from gyrostat.scenario.kinds.orbits import planned_orbit
-from gyrostat.scenario.kinds.registry import check_needs, chosen
+from gyrostat.scenario.kinds.registry import check_needs, chosen, component
 from gyrostat.scenario.reference_kind import PlannedReference
 from gyrostat.scenario.scenario import Event, Scenario
 from gyrostat.scenario.sensing import Values, options_of
@@ -23,12 +23,16 @@ from gyrostat.scenario.structure import Structure, notified, structure_of
 from gyrostat.spacecraft import Spacecraft
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 
+LAW = "controller.law"
+"""Section of the controllers that modes choose in place of [controller]."""
+
 
 class Plans(NamedTuple):
     """Controller designs of a scenario, computed once from its nominal values.
 
     Attributes:
         controllers: Design of the controller for each phase.
+        laws: Designs of each [[controller.law]] for each phase.
         targets: Target attitude of each phase, (phases, 4), scalar first.
         attitude: Initial attitude before its error, (4,), scalar first.
         known: Nominal spacecraft, the model of the controller.
@@ -44,6 +48,7 @@ class Plans(NamedTuple):
     sensors: dict[str, np.ndarray]
     reference: PlannedReference | None = None
     orbit: OrbitEnvironment | None = None
+    laws: tuple[tuple[Any, ...], ...] = ()
 
 
 def phases_of(structure: Structure) -> list[Event]:
@@ -76,22 +81,33 @@ def plan(scenario: Scenario) -> Plans:
             f"key controller.kind: found {scenario.controller} with the reference "
             f"{scenario.reference}, expected a controller of three axes or the reference fixed"
         )
-    designs, cases = [], []
-    for case in _design_cases(scenario, structure, nominal, controller.losses):
-        design = controller.plan(case)
-        check_parts(design)
-        designs.append(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), design))
-        cases.append(case)
+    cases = list(_design_cases(scenario, structure, nominal, controller.losses))
     sensors = options_of(scenario.values, "sensors")
+    laws = [
+        component(part.section, part.kind, scenario.sources)
+        for part in scenario.parts
+        if part.section == LAW
+    ]
     return Plans(
-        tuple(designs),
+        _designs(controller, cases),
         np.array([case.target for case in cases]),
         np.array(scenario.attitude),
         nominal,
         {name: np.asarray(value) for name, value in sensors.items()},
         planned_reference(scenario, nominal, np.array([case.working for case in cases])),
         planned_orbit(scenario),
+        tuple(_designs(law, cases) for law in laws),
     )
+
+
+def _designs(controller: Any, cases: Sequence[DesignCase]) -> tuple[Any, ...]:
+    """Design of a controller for each case."""
+    designs = []
+    for case in cases:
+        design = controller.plan(case)
+        check_parts(design)
+        designs.append(jax.tree.map(lambda leaf: jnp.asarray(leaf, dtype=float), design))
+    return tuple(designs)
 
 
 def _design_cases(

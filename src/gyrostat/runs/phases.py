@@ -53,6 +53,11 @@ class Phases(eqx.Module):
         """Controller whose designs follow a reference."""
         return replace(self, guide=guide)
 
+    @property
+    def takes_reference(self) -> bool:
+        """Whether the designs are a user's part with a field `reference`."""
+        return getattr(self.plans, "takes_reference", False)
+
     def check(self) -> None:
         """Validate parameters of all designs; raises `InputError`."""
         check_parts(self.plans)

@@ -77,7 +77,7 @@ def waits_for_measurement(setup: Setup) -> bool:
     """
     if setup.reference is None or len(setup.reference.modes) < 2:
         return False
-    return bool(np.any(setup.reference.conditions.needs_measurement))
+    return bool(np.any(setup.reference.changes.conditions.needs_measurement))
 
 
 @lru_cache(maxsize=4)

@@ -85,6 +85,7 @@ class Kind:
         name: Name in scenario files.
         unit: Unit of the value of a sensor or metric.
         texts: Names of keys that are texts; their reader stores them.
+        links: Key that names one or several parts -> their section; see `Part.links`.
         needs: What the scenario must have for it.
         provides: What other components can need.
     """
@@ -92,6 +93,7 @@ class Kind:
     name: ClassVar[str]
     unit: ClassVar[str] = "1"
     texts: ClassVar[tuple[str, ...]] = ()
+    links: ClassVar[Mapping[str, str]] = {}
     needs: ClassVar[frozenset[Need]] = frozenset()
     provides: ClassVar[frozenset[Need]] = frozenset()
 

@@ -1,17 +1,16 @@
 """Bases of the references and modes that a scenario can name."""
 
-import re
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from math import inf
-from typing import Annotated, Any, ClassVar, NamedTuple, Self
+from typing import Annotated, Any, ClassVar, NamedTuple
 
 from jaxtyping import Array
 
 from gyrostat.control.guidance import (
-    NEVER,
     Aim,
     Condition,
+    ModeChange,
     Pointing,
     Profile,
     Reference,
@@ -19,10 +18,8 @@ from gyrostat.control.guidance import (
     WheelEnvelope,
 )
 from gyrostat.core.arrays import Quaternion, Scalar
-from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jnp
-from gyrostat.scenario.component import Context, Kind, Need, Options
-from gyrostat.scenario.schema import Key, positive, size
+from gyrostat.scenario.component import Kind
+from gyrostat.scenario.schema import Key, positive
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.orbit.time_scales import Epoch
 
@@ -36,21 +33,6 @@ ERROR = Key(
     source="position error",
 )
 TARGET = Key("1", None, "Attitude, a quaternion, scalar first.", shape=(4,))
-UNTIL: dict[str, Key] = {
-    "until_time": size("time", 0.0, "End condition: least time since the start of the mode."),
-    "until_rate_below": positive("speed", inf, "End condition: body rate below this value."),
-    "until_momentum_above": Key(
-        "momentum", -1.0, "End condition: total momentum above this value.", least=-1.0
-    ),
-    "until_error_below": positive("angle", inf, "End condition: pointing error below this value."),
-    "until": Key(
-        "1",
-        0.0,
-        "End condition, a text: `pass of NAME` or `end of pass of NAME`, a [[station]], `eclipse` "
-        "or `sunlight`; `end of pass` also holds before a pass.",
-    ),
-}
-"""Keys of the conditions under which a mode ends."""
 _AUTO = '; none or `"auto"`: the fastest slew within the wheels.'
 
 
@@ -75,20 +57,38 @@ class PlannedReference(NamedTuple):
         return Pointing.of(self.orbit, aim, axis, second)
 
 
+class ModePart(NamedTuple):
+    """Mode of a run.
+
+    Attributes:
+        profile: Attitude over time.
+        until: Conditions under which the next mode follows.
+        dwell: Least time in the mode, s.
+        unloading: Whether the wheels are unloaded in it, 0 or 1.
+    """
+
+    profile: Profile
+    until: Condition
+    dwell: Scalar
+    unloading: Scalar
+
+
 class ReferenceCase(NamedTuple):
     """What references are made of.
 
     Attributes:
         planned: Part that is computed once, with the momentum and the orbit of the run.
         attitude: Initial attitude of the scenario, (4,).
-        modes: Attitude over time and end of each mode of a sequence.
+        modes: Each mode of a sequence.
+        changes: Changes from mode to mode, in the order in which they are tested.
         slews: Each [[reference.slew]], in their order in the file.
     """
 
     planned: PlannedReference
     attitude: Quaternion
-    modes: Sequence[tuple[Profile, Condition]]
+    modes: Sequence["ModePart"]
     slews: Sequence[Any]
+    changes: Sequence[ModeChange] = ()
 
 
 @dataclass(frozen=True, eq=False)
@@ -190,96 +190,3 @@ class ProfileKind(ReferenceKind):
     def reference(self, case: ReferenceCase) -> Reference:
         """See `ReferenceKind.reference`."""
         return Reference.of(self.profile(case.planned, "reference"))
-
-
-@dataclass(frozen=True, eq=False)
-class Mode:
-    """Kind of [[reference.mode]]: an attitude over time, and when it ends; used as a `Kind` is.
-
-    Attributes:
-        attitude: Kind of the attitude over time, of this package or of a user.
-        values: Values of the keys.
-    """
-
-    attitude: Any
-    values: Options | None = None
-
-    @property
-    def texts(self) -> tuple[str, ...]:
-        """See `Kind`."""
-        return self.attitude.texts
-
-    @property
-    def needs(self) -> frozenset[Need]:
-        """See `Kind`."""
-        return self.attitude.needs
-
-    @property
-    def provides(self) -> frozenset[Need]:
-        """See `Kind`."""
-        return self.attitude.provides
-
-    def keys(self) -> dict[str, Key]:
-        """See `Kind.keys`."""
-        return {**self.attitude.keys(), **UNTIL}
-
-    def meaning(self) -> str:
-        """See `Kind.meaning`."""
-        return self.attitude.meaning()
-
-    def row(self, row: Mapping[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
-        """See `Kind.row`: the view that the mode waits for, as a number."""
-        completed = self.attitude.row(row, values)
-        if "until" in row:
-            completed["until"] = _number_of_view(row["until"], values)
-        return completed
-
-    def check(self, place: str, scenario: Any) -> None:
-        """See `Kind.check`."""
-        self.attitude.check(place, scenario)
-        if scenario.orbit == "none" and scenario.values[f"{place}.until"] != 0.0:
-            raise InputError(f"key {place}.until: found it without [orbit], expected an orbit")
-        if f"{place}.until" in scenario.dispersed:
-            raise InputError(f"key dispersion: found {place}.until, a text, expected a number")
-
-    def of(self, options: Options) -> Self:
-        """See `Kind.of`."""
-        return type(self)(self.attitude, options)
-
-    def make(self, context: Context) -> tuple[Profile, Condition]:
-        """Attitude over time and its end."""
-        assert self.values is not None
-        options = {name: value for name, value in self.values.items() if name not in UNTIL}
-        profile = self.attitude.of(options).profile(context.reference, context.place)
-        return profile, _condition(self.values)
-
-
-def _condition(options: Options) -> Condition:
-    """Conditions of a mode; without any, it never ends."""
-    values = [options[name] for name in UNTIL]
-    is_set = [value != UNTIL[name].default for name, value in zip(UNTIL, values, strict=True)]
-    after = jnp.where(jnp.any(jnp.stack(is_set)), values[0], NEVER.after)
-    return Condition(after, *values[1:])
-
-
-_VIEW = re.compile(r"\s*(end of\s+)?pass of\s+(\w+)\s*|\s*(eclipse|sunlight)\s*")
-
-
-def _number_of_view(text: Any, values: Mapping[str, float]) -> float:
-    """Number of a view, from 1: Sun, then stations; negative for its end.
-
-    Raises:
-        InputError: There is no such view.
-    """
-    stations = [key.split(".")[1] for key in values if re.fullmatch(r"station\.\w+\.latitude", key)]
-    match = _VIEW.fullmatch(text) if isinstance(text, str) else None
-    if match is not None and match[3] is not None:
-        return 1.0 if match[3] == "sunlight" else -1.0
-    if match is None or match[2] not in stations:
-        known = [f"pass of {name}" for name in stations]
-        raise InputError(
-            f"until: found {text!r}, expected one of eclipse, sunlight, "
-            f"{', '.join(known) or 'or the pass of a [[station]]'}, or the end of a pass"
-        )
-    number = 2.0 + stations.index(match[2])
-    return -number if match[1] else number

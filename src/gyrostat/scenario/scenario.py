@@ -95,11 +95,17 @@ class Part:
             or "metric"; or of the spacecraft file: "flexible", "hinged_panel" or "slosh".
         name: Name of the part, unique in its section.
         kind: Kind, see `gyrostat.scenario.kinds.registry.component`.
+        links: Key that names other parts -> their names.
     """
 
     section: str
     name: str
     kind: str
+    links: tuple[tuple[str, tuple[str, ...]], ...] = ()
+
+    def linked(self, key: str) -> tuple[str, ...]:
+        """Names of the parts that a key names; empty if it is not given."""
+        return dict(self.links).get(key, ())
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)

@@ -10,6 +10,9 @@ from gyrostat.scenario.kinds.registry import KINDS
 from gyrostat.scenario.requirement import ErrorSignal, signals_of
 from gyrostat.scenario.scenario import Components, Event, Scenario
 
+VIEW = {"reference.mode": "until", "reference.transition": "when"}
+"""Section of parts that can wait for a view along the orbit -> key of the view."""
+
 
 @dataclass(frozen=True, kw_only=True)
 class Structure(Components):
@@ -55,9 +58,9 @@ def structure_of(scenario: Scenario) -> Structure:
         limited=tuple(limited),
         signals=signals_of(scenario.requirements),
         waits_for_view=any(
-            scenario.values[f"{part.section}.{part.name}.until"] != 0.0
+            scenario.values[f"{part.section}.{part.name}.{VIEW[part.section]}"] != 0.0
             for part in scenario.parts
-            if part.section == "reference.mode"
+            if part.section in VIEW
         ),
     )
 

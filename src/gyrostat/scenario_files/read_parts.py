@@ -1,14 +1,18 @@
 """Read the lists of parts of a scenario file: [[environment.torque]], [[sensor]], [[actuator]]."""
 
+import itertools
 import keyword
 import re
 from collections.abc import Collection, Iterator, Mapping
+from dataclasses import replace
 from typing import Any
 
 from gyrostat.core.errors import InputError, placed
 from gyrostat.scenario.kinds.registry import PARTS, component
 from gyrostat.scenario.metrics.kinds import RUN_METRICS
+from gyrostat.scenario.mode_kind import Mode
 from gyrostat.scenario.scenario import Part, Source
+from gyrostat.scenario.transition_kind import Transition
 from gyrostat.scenario.user.kinds import USER_KINDS
 from gyrostat.scenario_files.read_user_parts import USER_KEYS, user_kind
 from gyrostat.scenario_files.tables import Table
@@ -44,7 +48,35 @@ def read_parts(top: Table) -> list[tuple[Part, Table]]:
         for row in _tables(top, section):
             part = _part(section, row, [p.name for p, _ in parts if p.section == section])
             parts.append((part, Table(top.path, f"{section}[{part.name}].", row.row)))
-    return parts
+    return [(replace(part, links=tuple(_links(part, row, parts))), row) for part, row in parts]
+
+
+def _links(
+    part: Part, row: Table, parts: Collection[tuple[Part, Table]]
+) -> Iterator[tuple[str, tuple[str, ...]]]:
+    """Keys of a part that name other parts, with those names; see `Part.links`.
+
+    Raises:
+        InputError: There is no such part.
+    """
+    for key, section in _link_sections(part).items():
+        names = [other.name for other, _ in parts if other.section == section]
+        value = row.row.get(key)
+        if value is None and key != "to":
+            continue
+        found = tuple(value) if isinstance(value, list) else (value,)
+        is_one = len(found) == 1 or (key == "from" and found)
+        if not is_one or any(name not in names for name in found):
+            expected = f"one of {', '.join(names)}" if names else f"a [[{section}]] with this name"
+            raise row.refuse(key, value, expected)
+        yield key, tuple(map(str, found))
+
+
+def _link_sections(part: Part) -> Mapping[str, str]:
+    """Key of a part -> section of the parts that it names."""
+    if part.section == "reference.mode":
+        return Mode.links
+    return Transition.links if part.section == "reference.transition" else {}
 
 
 def completed(table: Table, kind: Any, values: Mapping[str, float]) -> Table:
@@ -63,6 +95,7 @@ def part_values(
     parts: Collection[tuple[Part, Table]],
     before: Mapping[str, float],
     sources: tuple[Source, ...],
+    delay: int,
 ) -> dict[str, float]:
     """Read the numbers of all parts: full keys -> values, SI.
 
@@ -70,6 +103,7 @@ def part_values(
         parts: Parts with their tables.
         before: Full key -> value of the sections read before.
         sources: Python files of the scenario.
+        delay: Command delay, periods.
 
     Raises:
         InputError: A key is unknown, missing or has a value that is not allowed.
@@ -78,10 +112,13 @@ def part_values(
     for part, row in parts:
         component_kind = component(part.section, part.kind, sources)
         extra = USER_KEYS if "python" in row.row and part.section in USER_KINDS else ()
-        row.known(("name", "kind", *extra, *component_kind.keys(), *component_kind.texts))
+        texts = (*component_kind.texts, *component_kind.links)
+        row.known(("name", "kind", *extra, *component_kind.keys(), *texts))
         prefix = f"{part.section}.{part.name}."
         known = {**before, **values}
-        values |= completed(row, component_kind, known).numbers(component_kind.keys(), prefix)
+        table = completed(row, component_kind, known)
+        table = table.with_missing(component_kind.defaults(known, delay))
+        values |= table.numbers(component_kind.keys(), prefix)
     return values
 
 
@@ -132,6 +169,8 @@ def part_name(section: str, row: Table, kind: str, others: Collection[str]) -> s
     """
     short = kind.rpartition(":")[2]
     default = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", short).lower()
+    if section == "reference.transition":
+        default = _numbered(f"to_{row.row.get('to')}", others)
     name = row.text("name", default)
     plain = name.isascii() and name.isidentifier() and not name.startswith("_")
     if not plain or keyword.iskeyword(name):
@@ -151,3 +190,9 @@ def part_name(section: str, row: Table, kind: str, others: Collection[str]) -> s
                 f"a name that does not begin with {beginning}, as fields of {beginning}measured do",
             )
     return name
+
+
+def _numbered(name: str, others: Collection[str]) -> str:
+    """Name with a number if another part has it already."""
+    names = itertools.chain([name], (f"{name}_{k}" for k in itertools.count(2)))
+    return next(each for each in names if each not in others)

@@ -56,9 +56,9 @@ DEFAULTS = {
 }
 """Section -> default of its `kind`; that of the controller is required."""
 BESIDE = {
-    "controller": ("target", "band"),
+    "controller": ("target", "band", "law"),
     "environment": ("torque",),
-    "reference": ("mode", "slew", "position_error"),
+    "reference": ("mode", "transition", "slew", "position_error"),
     "imbalance": ("harmonic",),
 }
 """Section -> keys that are no numbers."""
@@ -111,7 +111,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         if section == "reference":
             values |= position_error(table, component_kind, kinds["orbit"])
         values |= table.with_missing(component_kind.defaults(values, delay)).numbers(keys)
-    values |= part_values(parts, values, sources)
+    values |= part_values(parts, values, sources, delay)
     fields = measured(kinds["sensors"], [part for part, _ in parts], sources)
     guard = None
     if "guard" in top.row:

@@ -98,7 +98,7 @@ def estimated_measurement(measurement: Any, attitude: Quaternion, rate: Vector3)
     extras = {
         name: getattr(measurement, name)
         for name in getattr(measurement, "_fields", ())
-        if name not in TrackerGyroMeasurement._fields
+        if name not in TrackerGyroMeasurement._fields or name == "attitude_measured"
     }
     if not extras:
         return full_state

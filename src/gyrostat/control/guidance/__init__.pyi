@@ -13,6 +13,7 @@ from gyrostat.control.guidance.guided import toward as toward
 from gyrostat.control.guidance.keep_out_cones import KeepOutCones as KeepOutCones
 from gyrostat.control.guidance.keep_out_slew import PlannedSlew as PlannedSlew
 from gyrostat.control.guidance.keep_out_slew import plan_slew as plan_slew
+from gyrostat.control.guidance.mode_laws import ModeLaws as ModeLaws
 from gyrostat.control.guidance.patterns import Mosaic as Mosaic
 from gyrostat.control.guidance.patterns import Raster as Raster
 from gyrostat.control.guidance.patterns import Scanned as Scanned

@@ -16,7 +16,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.named_tuples import with_fields
 
-UNITS = {"mode": "1", "mode_start": "s", "target": "1"}
+UNITS = {"mode": "1", "mode_start": "s", "mode_change": "1", "target": "1"}
 """Units of the signals that are recorded with the command."""
 
 
@@ -64,7 +64,8 @@ class Guided(Checked):
 
     At each sample, the mode of the reference is updated and the controller gets the reference, see
     `toward`. The clock also advances at missing samples. Mode, start of the mode and target
-    attitude are recorded with the command as `mode`, `mode_start` and `target`.
+    attitude are recorded with the command as `mode`, `mode_start` and `target`; of a reference with
+    changes, `mode_change` is the number of that to the mode, from 1, or 0 before the first one.
 
     Attributes:
         controller: Controller that can follow a reference.
@@ -117,6 +118,8 @@ class Guided(Checked):
         guide = self._guide(mode, now, time, memory.period)
         inner, command = toward(self.controller, guide)(memory.controller, measurement)
         signals: dict[str, Any] = {"mode": mode.number, "mode_start": mode.start}
+        if mode.watch is not None:
+            signals["mode_change"] = mode.watch.taken
         if "target" not in command._fields:
             signals["target"] = guide.now.attitude
         units = {name: UNITS[name] for name in signals}

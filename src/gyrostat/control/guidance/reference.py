@@ -5,7 +5,7 @@ from functools import wraps
 from typing import Any, NamedTuple, Self, TypeVar, cast
 
 import equinox as eqx
-from jaxtyping import Array, Bool, Float, Int
+from jaxtyping import Array, Bool, Int
 
 from gyrostat.control.guidance.attitude_reference import (
     AttitudeReference,
@@ -13,28 +13,14 @@ from gyrostat.control.guidance.attitude_reference import (
     Profile,
     reference_at,
 )
-from gyrostat.control.guidance.condition import Condition, Measured, ModeChange, is_in_view
+from gyrostat.control.guidance.condition import Condition, ModeChange
+from gyrostat.control.guidance.mode_changes import Changes, Lasted, Watch
 from gyrostat.control.guidance.slew import SlewLimits, Transition
-from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar
 from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import Spacecraft
-
-
-class Watch(NamedTuple):
-    """What the conditions of a reference remember between samples.
-
-    Attributes:
-        unmet: Last time at which the conditions of each change did not hold, (changes,), s.
-        tracked: Time of the last measurement of the attitude, s.
-        lost: Number of wheels that the controller takes to have failed.
-    """
-
-    unmet: Float[Array, " changes"]
-    tracked: Scalar
-    lost: Scalar
 
 
 class Mode(NamedTuple):
@@ -79,32 +65,17 @@ class Reference(Checked):
 
     Each mode has its own attitude over time. From mode to mode, the reference turns by a
     `Transition` within the slew limits, also from the middle of another one. At each sample, the
-    first change whose conditions hold, and which starts in the active mode, is taken. The
-    conditions use the measurement of the sample; a sample without measurement neither fulfils nor
-    interrupts those that need one.
+    first change whose conditions hold, and which starts in the active mode, is taken.
 
     Attributes:
         modes: Attitude over time of each mode, a `Profile`.
-        conditions: Conditions of each change of mode, (changes,).
-        dwell: Least time in each mode, (modes,), s.
         limits: Limits of the rotation from mode to mode; None for one mode.
-        spacecraft: Spacecraft model for the total momentum; None: no condition on it.
-        views: Views along the orbit that modes wait for, each a callable time, s -> a number above
-            0 while it lasts.
-        user: Further condition of each change, see `ModeChange`.
-        to: Mode to which each change leads.
-        origins: Whether each change starts in each mode, (changes, modes).
+        changes: Changes from mode to mode.
     """
 
     modes: tuple[Callable[..., Any], ...]
-    conditions: Condition
-    dwell: Float[Array, " modes"]
     limits: SlewLimits | None = None
-    spacecraft: Spacecraft | None = None
-    views: tuple[Callable[[Scalar], Scalar], ...] = ()
-    user: tuple[Callable[[Any, Scalar], Any] | None, ...] = ()
-    to: tuple[int, ...] = eqx.field(static=True, default=())
-    origins: tuple[tuple[bool, ...], ...] = eqx.field(static=True, default=())
+    changes: Changes = Changes.of([], 1)
 
     @classmethod
     def of(cls, profile: Profile) -> Self:
@@ -168,29 +139,13 @@ class Reference(Checked):
         """
         if not modes:
             raise InputError("reference: found no mode, expected one or more")
-        conditions = [change.condition for change in changes]
         if limits is None and len(modes) > 1:
             raise InputError(
                 f"reference of {len(modes)} modes: found no slew limits, expected limits for the "
                 "rotation from mode to mode"
             )
-        if spacecraft is None and any(bool(each.uses_momentum) for each in conditions):
-            raise InputError(
-                "reference: found a condition on the momentum and no spacecraft, expected the "
-                "spacecraft from which the momentum is computed"
-            )
-        count = range(len(modes))
-        return cls(
-            tuple(modes),
-            Condition.stacked(conditions),
-            dwell * jnp.ones(len(modes)),
-            limits,
-            spacecraft,
-            tuple(views),
-            tuple(change.user for change in changes),
-            tuple(change.to for change in changes),
-            tuple(tuple(change.starts_in(mode) for mode in count) for change in changes),
-        )
+        every = Changes.of(changes, len(modes), dwell, spacecraft, views)
+        return cls(tuple(modes), limits, every)
 
     def start(self, *, watched: bool = True) -> Mode:
         """Mode before the first sample: the first mode, from time 0.
@@ -201,7 +156,7 @@ class Reference(Checked):
         number, zero = jnp.zeros((), dtype=int), jnp.zeros(())
         if self.limits is None:
             return Mode(number, zero)
-        watch = Watch(jnp.zeros(len(self.to)), zero, zero) if watched and self.to else None
+        watch = self.changes.start() if watched else None
         return Mode(number, zero, Transition.none(), watch)
 
     def entered(self, mode: Mode, number: Int[Array, ""], start: Scalar) -> Mode:
@@ -227,7 +182,8 @@ class Reference(Checked):
     ) -> Mode:
         """Active mode; `before` gives the reference at its start if it `changes`."""
         limits = self.limits
-        assert limits is not None and mode.transition is not None
+        assert limits is not None
+        assert mode.transition is not None
         transition = jax.lax.cond(
             changes,
             lambda: Transition.of(before(), self.motion(number, start).reference, start, limits),
@@ -256,9 +212,7 @@ class Reference(Checked):
         """Mode that is active from a sample on; see `advance`."""
         return self.advance(mode, measurement, time)[0]
 
-    def advance(
-        self, mode: Mode, measurement: Any, time: Scalar
-    ) -> tuple[Mode, AttitudeReference]:
+    def advance(self, mode: Mode, measurement: Any, time: Scalar) -> tuple[Mode, AttitudeReference]:
         """Mode that is active from a sample on, and the reference at the sample.
 
         Args:
@@ -271,67 +225,16 @@ class Reference(Checked):
         now = self.at(mode, time)
         if mode.watch is None:
             return mode, now
-        watch = self._watched(mode.watch, measurement, time)
-        holds = self._hold(mode, watch, measurement, now, time)
-        unmet = jnp.where(holds, watch.unmet, time)
-        if measurement is None:
-            unmet = jnp.where(self._need_measurement(), watch.unmet, unmet)
-        held = jnp.asarray(self.conditions.held)
-        # multiples of a control period are subject to rounding
-        holds &= (held == 0.0) | (time - unmet > held + 1e-9)
-        ripe = holds & (time - mode.start + 1e-9 >= jnp.asarray(self.dwell)[mode.number])
-        takes = ripe & jnp.asarray(self.origins).T[mode.number]
-        changes = jnp.any(takes)
-        number = jnp.where(changes, jnp.asarray(self.to)[jnp.argmax(takes)], mode.number)
-        # the reference is continuous, so that `now` holds in both modes
-        later = self._entered(mode, number, jnp.where(changes, time, mode.start), changes, lambda: now)
-        unmet = jnp.where(changes, time, unmet)
-        return later._replace(watch=watch._replace(unmet=unmet)), now
-
-    def _watched(self, watch: Watch, measurement: Any, time: Scalar) -> Watch:
-        """Watch with the time of the last measurement of the attitude."""
-        if measurement is None:
-            return watch
-        is_measured = getattr(measurement, "attitude_measured", None)
-        tracked = time if is_measured is None else jnp.where(is_measured, time, watch.tracked)
-        return watch._replace(tracked=jnp.asarray(tracked, dtype=float))
-
-    def _need_measurement(self) -> Bool[Array, " changes"]:
-        """Whether each change needs a measurement."""
-        user = jnp.asarray([each is not None for each in self.user], dtype=bool)
-        return jnp.asarray(self.conditions.needs_measurement) | user
-
-    def _hold(
-        self, mode: Mode, watch: Watch, measurement: Any, now: AttitudeReference, time: Scalar
-    ) -> Bool[Array, " changes"]:
-        """Whether the conditions of each change hold at a sample."""
-        conditions, since = self.conditions, time - mode.start + 1e-9
         assert mode.transition is not None
-        at = jnp.asarray(conditions.at)
-        holds = (since >= conditions.after) & (watch.lost >= conditions.wheels_lost)
-        holds &= time - watch.tracked + 1e-9 >= conditions.tracker_lost
-        holds &= (at < 0.0) | ((time + 1e-9 >= at) & (mode.start < at - 1e-9))
-        holds &= (conditions.reached == 0.0) | (since >= mode.transition.duration)
-        if self.views:
-            holds &= is_in_view(self.views, conditions.view, time)
-        if measurement is None:
-            return holds & ~self._need_measurement()
-        holds &= self._measured(measurement, now.attitude).meet(conditions)
-        for number, user in enumerate(self.user):
-            if user is not None:
-                holds = holds.at[number].set(holds[number] & (user(measurement, time) > 0.0))
-        return holds
-
-    def _measured(self, measurement: Any, target: Quaternion) -> Measured:
-        """Measured quantities that conditions limit."""
-        rate, momentum, spun = measurement.rate, jnp.zeros(3), jnp.zeros(3)
-        if self.spacecraft is not None:
-            wheels = self.spacecraft.wheels
-            spun = jnp.asarray(wheels.axes) @ (wheels.inertia * measurement.wheel_speed)
-            momentum = self.spacecraft.inertia_locked() @ rate + spun
-        size, total, held = (jnp.sqrt(each @ each) for each in (rate, momentum, spun))
-        error = rotations.error_angle(measurement.attitude, target)
-        return Measured(size, error, total, held)
+        lasted = Lasted(mode.number, mode.start, mode.transition.duration)
+        taken, watch = self.changes(mode.watch, lasted, measurement, now.attitude, time)
+        changes = taken > 0
+        to = jnp.asarray((0, *self.changes.to))[taken]
+        number = jnp.where(changes, to, mode.number)
+        start = jnp.where(changes, time, mode.start)
+        # the reference is continuous, so that `now` holds in both modes
+        later = self._entered(mode, number, start, changes, lambda: now)
+        return later._replace(watch=watch), now
 
     @_traced_once
     def motion(self, number: Int[Array, ""], time: Scalar) -> Motion:

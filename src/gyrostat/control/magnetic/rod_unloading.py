@@ -3,11 +3,12 @@
 from typing import Annotated, Any, NamedTuple
 
 import equinox as eqx
+from jaxtyping import Array, Float
 
 from gyrostat.control.magnetic.b_cross import rod_dipole
 from gyrostat.control.measured import measured
 from gyrostat.control.missing_sample import predicted
-from gyrostat.control.unloading import excess_momentum, with_unloading
+from gyrostat.control.unloading import acting, excess_momentum, with_unloading
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.checked import Checked, positive, positive_share, share, signed, size
 from gyrostat.core.jax64 import jnp
@@ -45,6 +46,7 @@ class RodUnloading(Checked):
         momentum: Target h_t of the wheels' momentum in body axes, (3,), N·m·s.
         duty: Share s of each control period in which the rods are on.
         compensation: Share of the rods' torque that is added to the wheel torques.
+        in_modes: Whether it acts in each mode of the reference, (modes,), 0 or 1; None: always.
     """
 
     controller: Any
@@ -56,6 +58,7 @@ class RodUnloading(Checked):
     momentum: Annotated[Vector3, signed("size of the momentum target", "N·m·s")] = zeros()
     duty: Annotated[Scalar, positive_share("duty of the unloading")] = 1.0
     compensation: Annotated[Scalar, share("compensation of the unloading")] = 0.0
+    in_modes: Float[Array, " modes"] | None = None
 
     def start(self, period: Scalar) -> Any:
         """Initial memory of the controller."""
@@ -86,6 +89,7 @@ class RodUnloading(Checked):
         field = measured(measurement, "magnetometer", "unloading")
         memory, command = self.controller(memory, measurement)
         excess = excess_momentum(self.wheels, measurement.wheel_speed, self.momentum)
+        excess = excess * acting(self.in_modes, command)
         demand = self.gain / self.duty * rod_dipole(excess, field)
         dipole = jnp.clip(demand, -self.limit, self.limit)
         torque = self.duty * jnp.cross(dipole, field)

@@ -12,7 +12,8 @@ from gyrostat.scenario.component import NULL_SPACE, SURFACES, Kind
 from gyrostat.scenario.kinds.events import EVENTS
 from gyrostat.scenario.kinds.wheel_keys import WHEEL_ALL
 from gyrostat.scenario.metrics.kinds import WINDOW, keys_of_run
-from gyrostat.scenario.reference_kind import ERROR, POSITION_ERROR, Mode, ProfileKind
+from gyrostat.scenario.mode_kind import Mode
+from gyrostat.scenario.reference_kind import ERROR, POSITION_ERROR, ProfileKind
 from gyrostat.scenario.scenario import INERTIA, Components, Part, Scenario, Source
 from gyrostat.scenario.schema import (
     BODY,
@@ -26,6 +27,7 @@ from gyrostat.scenario.schema import (
     guard_keys,
 )
 from gyrostat.scenario.schema import INERTIA as INERTIA_KEY
+from gyrostat.scenario.transition_kind import Transition
 from gyrostat.scenario.user.kinds import user_component
 from gyrostat.wheel.friction import WHEEL_FRICTION
 from gyrostat.wheel.friction_laws import law_of
@@ -56,6 +58,8 @@ PARTS: Mapping[str, dict[str, Any]] = {
         for name, kind in {**KINDS["reference"], **_kinds_of("reference.mode")}.items()
         if issubclass(kind, ProfileKind)
     },
+    "reference.transition": {Transition.name: Transition()},
+    "controller.law": KINDS["controller"],
     **{
         section: _kinds_of(section)
         for section in (

@@ -9,15 +9,18 @@ from typing import Any, ClassVar, Self
 from gyrostat.control.guidance import Reference
 from gyrostat.scenario.component import ORBIT, Context, Need, Options
 from gyrostat.scenario.controller_kind import IGNORED, Beginning, DesignCase
-from gyrostat.scenario.reference_kind import Mode, PlannedReference, ReferenceCase
+from gyrostat.scenario.mode_kind import Mode
+from gyrostat.scenario.reference_kind import PlannedReference, ReferenceCase
 from gyrostat.scenario.scenario import Scenario, Source
 from gyrostat.scenario.schema import Key
+from gyrostat.scenario.transition_kind import Transition
 from gyrostat.scenario.user.control import UserControl
 from gyrostat.scenario.user.metric import UserMetric
 from gyrostat.scenario.user.parts import UserPart, user_part
 from gyrostat.scenario.user.world import (
     UserActuator,
     UserChange,
+    UserCondition,
     UserProfile,
     UserSensor,
     UserTorque,
@@ -37,6 +40,7 @@ class UserKind:
     part: UserPart
     values: Options = field(default_factory=dict)
     texts: ClassVar[tuple[str, ...]] = ()
+    links: ClassVar[Mapping[str, str]] = {}
     provides: ClassVar[frozenset[Need]] = frozenset()
 
     @property
@@ -206,6 +210,10 @@ USER_KINDS: dict[str, Callable[[UserPart], Any]] = {
     "estimator": _wrapping,
     "reference": _attitude,
     "reference.mode": lambda part: Mode(_attitude(part)),
+    "reference.transition": lambda part: Transition(
+        _in_world(UserCondition, "(measurement, time), which returns a number")(part)
+    ),
+    "controller.law": lambda part: UserControllerKind(part.with_methods(**CONTROL)),
     "environment.torque": _in_world(UserTorque, f"(spacecraft, attitude, time), {TORQUE}"),
     "actuator": _actuator,
     "event": _in_world(UserChange, "(plant), which returns the plant with other numbers"),

@@ -70,6 +70,15 @@ class UserProfile(UserWrapper):
         return numbers(self.name, "attitude, a quaternion", attitude, (4,))
 
 
+class UserCondition(UserWrapper):
+    """Condition of a user; see `gyrostat.control.guidance.ModeChange`."""
+
+    def __call__(self, measurement: Any, time: Scalar) -> Scalar:
+        """Number above 0 while it holds."""
+        result = self.called("__call__", measurement, time)
+        return numbers(self.name, "condition, a number above 0 while it holds", result, ())
+
+
 class UserChange(UserWrapper):
     """Event of a user; see `gyrostat.spacecraft.Change`."""
 

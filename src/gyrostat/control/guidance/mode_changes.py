@@ -1,0 +1,180 @@
+"""Changes from mode to mode of a reference."""
+
+from collections.abc import Callable, Sequence
+from typing import Any, NamedTuple, Self
+
+import equinox as eqx
+from jaxtyping import Array, Bool, Float, Int
+
+from gyrostat.control.guidance.condition import Condition, Measured, ModeChange, is_in_view
+from gyrostat.core import rotations
+from gyrostat.core.arrays import Quaternion, Scalar
+from gyrostat.core.checked import Checked
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.spacecraft import Spacecraft
+
+
+class Watch(NamedTuple):
+    """What the conditions of a reference remember between samples.
+
+    Attributes:
+        unmet: Last time at which the conditions of each change did not hold, (changes,), s.
+        tracked: Time of the last measurement of the attitude, s.
+        lost: Number of wheels that the controller takes to have failed.
+        taken: Number of the change that led to the active mode, from 1; 0 before the first one.
+    """
+
+    unmet: Float[Array, " changes"]
+    tracked: Scalar
+    lost: Scalar
+    taken: Int[Array, ""]
+
+
+class Lasted(NamedTuple):
+    """Active mode at a sample, before its changes are tested.
+
+    Attributes:
+        number: Number of the mode, from 0.
+        start: Time at which it started, s.
+        turning: Duration of the rotation to it, s.
+    """
+
+    number: Int[Array, ""]
+    start: Scalar
+    turning: Scalar
+
+
+class Changes(Checked):
+    """Changes from mode to mode, tested at each sample in their order.
+
+    The conditions use the measurement of the sample; a sample without measurement neither fulfils
+    nor interrupts those that need one.
+
+    Attributes:
+        conditions: Conditions of each change, (changes,).
+        dwell: Least time in each mode, (modes,), s.
+        spacecraft: Spacecraft model for the momentum; None: no condition on it.
+        views: Views along the orbit that modes wait for, each a callable time, s -> a number above
+            0 while it lasts.
+        user: Further condition of each change, see `ModeChange`.
+        to: Mode to which each change leads.
+        origins: Whether each change starts in each mode, (changes, modes).
+    """
+
+    conditions: Condition
+    dwell: Float[Array, " modes"]
+    spacecraft: Spacecraft | None = None
+    views: tuple[Callable[[Scalar], Scalar], ...] = ()
+    user: tuple[Callable[[Any, Scalar], Any] | None, ...] = ()
+    to: tuple[int, ...] = eqx.field(static=True, default=())
+    origins: tuple[tuple[bool, ...], ...] = eqx.field(static=True, default=())
+
+    @classmethod
+    def of(
+        cls,
+        changes: Sequence[ModeChange],
+        count: int,
+        dwell: Any = 0.0,
+        spacecraft: Spacecraft | None = None,
+        views: Sequence[Callable[[Scalar], Scalar]] = (),
+    ) -> Self:
+        """Changes of a number of modes; see the attributes.
+
+        Raises:
+            InputError: A condition is on the momentum, and there is no spacecraft.
+        """
+        conditions = [change.condition for change in changes]
+        if spacecraft is None and any(bool(each.uses_momentum) for each in conditions):
+            raise InputError(
+                "reference: found a condition on the momentum and no spacecraft, expected the "
+                "spacecraft from which the momentum is computed"
+            )
+        return cls(
+            Condition.stacked(conditions),
+            dwell * jnp.ones(count),
+            spacecraft,
+            tuple(views),
+            tuple(change.user for change in changes),
+            tuple(change.to for change in changes),
+            tuple(tuple(map(change.starts_in, range(count))) for change in changes),
+        )
+
+    def start(self) -> Watch | None:
+        """What the conditions remember before the first sample; None without changes."""
+        zero = jnp.zeros(())
+        if not self.to:
+            return None
+        return Watch(jnp.zeros(len(self.to)), zero, zero, jnp.zeros((), dtype=int))
+
+    def __call__(
+        self, watch: Watch, mode: Lasted, measurement: Any, target: Quaternion, time: Scalar
+    ) -> tuple[Int[Array, ""], Watch]:
+        """Change that is taken at a sample, from 1, or 0, and what the conditions remember.
+
+        Args:
+            watch: What they remember from the sample before.
+            mode: Active mode.
+            measurement: See `Reference.advance`.
+            target: Attitude of the reference, (4,).
+            time: Time of the sample, s.
+        """
+        watch = self._watched(watch, measurement, time)
+        holds = self._hold(mode, watch, measurement, target, time)
+        unmet = jnp.where(holds, watch.unmet, time)
+        if measurement is None:
+            unmet = jnp.where(self._need_measurement(), watch.unmet, unmet)
+        held = jnp.asarray(self.conditions.held)
+        # multiples of a control period are subject to rounding
+        holds &= (held == 0.0) | (time - unmet > held + 1e-9)
+        ripe = holds & (time - mode.start + 1e-9 >= jnp.asarray(self.dwell)[mode.number])
+        takes = ripe & jnp.asarray(self.origins).T[mode.number]
+        taken = jnp.where(jnp.any(takes), jnp.argmax(takes) + 1, 0)
+        return taken, watch._replace(
+            unmet=jnp.where(taken > 0, time, unmet),
+            taken=jnp.where(taken > 0, taken, watch.taken),
+        )
+
+    def _watched(self, watch: Watch, measurement: Any, time: Scalar) -> Watch:
+        """Watch with the time of the last measurement of the attitude."""
+        if measurement is None:
+            return watch
+        is_measured = getattr(measurement, "attitude_measured", None)
+        tracked = time if is_measured is None else jnp.where(is_measured, time, watch.tracked)
+        return watch._replace(tracked=jnp.asarray(tracked, dtype=float))
+
+    def _need_measurement(self) -> Bool[Array, " changes"]:
+        """Whether each change needs a measurement."""
+        user = jnp.asarray([each is not None for each in self.user], dtype=bool)
+        return jnp.asarray(self.conditions.needs_measurement) | user
+
+    def _hold(
+        self, mode: Lasted, watch: Watch, measurement: Any, target: Quaternion, time: Scalar
+    ) -> Bool[Array, " changes"]:
+        """Whether the conditions of each change hold at a sample."""
+        conditions, since = self.conditions, time - mode.start + 1e-9
+        at = jnp.asarray(conditions.at)
+        holds = (since >= conditions.after) & (watch.lost >= conditions.wheels_lost)
+        holds &= time - watch.tracked + 1e-9 >= conditions.tracker_lost
+        holds &= (at < 0.0) | ((time + 1e-9 >= at) & (mode.start < at - 1e-9))
+        holds &= (conditions.reached == 0.0) | (since >= mode.turning)
+        if self.views:
+            holds &= is_in_view(self.views, conditions.view, time)
+        if measurement is None:
+            return holds & ~self._need_measurement()
+        holds &= self._measured(measurement, target).meet(conditions)
+        for number, user in enumerate(self.user):
+            if user is not None:
+                holds = holds.at[number].set(holds[number] & (user(measurement, time) > 0.0))
+        return holds
+
+    def _measured(self, measurement: Any, target: Quaternion) -> Measured:
+        """Measured quantities that conditions limit."""
+        rate, momentum, spun = measurement.rate, jnp.zeros(3), jnp.zeros(3)
+        if self.spacecraft is not None:
+            wheels = self.spacecraft.wheels
+            spun = jnp.asarray(wheels.axes) @ (wheels.inertia * measurement.wheel_speed)
+            momentum = self.spacecraft.inertia_locked() @ rate + spun
+        size, total, held = (jnp.sqrt(each @ each) for each in (rate, momentum, spun))
+        error = rotations.error_angle(measurement.attitude, target)
+        return Measured(size, error, total, held)

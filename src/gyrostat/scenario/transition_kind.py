@@ -1,0 +1,124 @@
+"""Kind of [[reference.transition]]: a change from some modes to another one."""
+
+from collections.abc import Mapping
+from dataclasses import dataclass
+from math import inf
+from typing import Any, ClassVar
+
+from gyrostat.control.guidance import Condition, ModeChange
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jnp
+from gyrostat.scenario.component import Context, Need, Options
+from gyrostat.scenario.mode_kind import check_view, number_of_view
+from gyrostat.scenario.schema import Key, positive, size
+
+_NONE = -1.0
+CONDITIONS: dict[str, Key] = {
+    "time_in_mode": size("time", 0.0, "Least time since the start of the mode."),
+    "at": Key(
+        "time", _NONE, "Time of the run from which it holds, in a mode that began before.", _NONE
+    ),
+    "error_above": Key("angle", _NONE, "Pointing error above this value.", _NONE),
+    "error_below": positive(
+        "angle", inf, "Pointing error below this value, after the slew to the mode."
+    ),
+    "rate_above": Key("speed", _NONE, "Body rate above this value.", _NONE),
+    "rate_below": positive("speed", inf, "Body rate below this value, after the slew to the mode."),
+    "momentum_above": Key("momentum", _NONE, "Total momentum above this value.", _NONE),
+    "momentum_below": positive("momentum", inf, "Total momentum below this value."),
+    "wheel_momentum_above": Key(
+        "momentum", _NONE, "Momentum of all wheels together above this value.", _NONE
+    ),
+    "wheel_momentum_below": positive(
+        "momentum", inf, "Momentum of all wheels together below this value."
+    ),
+    "wheels_lost": size(
+        "1", 0.0, "Least number of wheels that the controller takes to have failed (`works`)."
+    ),
+    "tracker_lost": size("time", 0.0, "Time without a measurement of the attitude, at least this."),
+    "when": Key(
+        "1",
+        0.0,
+        "A text: `pass of NAME` or `end of pass of NAME`, a [[station]], `eclipse` or `sunlight`.",
+    ),
+    "held": size("time", 0.0, "Time for which all conditions must have held together."),
+}
+"""Keys of the conditions of a change of mode."""
+
+
+@dataclass(frozen=True, eq=False)
+class Transition:
+    """Change to a mode when all of its conditions hold; used as a `Kind` is.
+
+    It starts in the modes `from`, one or a list; without it, in every mode but `to`. At each
+    sample, transitions are tested in the order of the file, the `until` of modes after them; the
+    first that holds is taken. `python = "FILE.py:NAME"` names a further condition, which gets the
+    measurement and the time, s, and returns a number above 0 while it holds.
+
+    Attributes:
+        user: Component of the further condition; None: there is none.
+        values: Values of the keys.
+    """
+
+    user: Any = None
+    values: Options | None = None
+    name: ClassVar[str] = "conditions"
+    texts: ClassVar[tuple[str, ...]] = ()
+    links: ClassVar[Mapping[str, str]] = {"to": "reference.mode", "from": "reference.mode"}
+    provides: ClassVar[frozenset[Need]] = frozenset()
+
+    @property
+    def needs(self) -> frozenset[Need]:
+        """See `Kind`."""
+        return frozenset() if self.user is None else self.user.needs
+
+    def keys(self) -> dict[str, Key]:
+        """See `Kind.keys`."""
+        return {**({} if self.user is None else self.user.keys()), **CONDITIONS}
+
+    def meaning(self) -> str:
+        """See `Kind.meaning`."""
+        text = type(self).__doc__ or ""
+        return " ".join(text.partition("Attributes:")[0].split())
+
+    def defaults(self, values: Mapping[str, float], delay: int) -> Mapping[str, float]:
+        """See `Kind.defaults`."""
+        return {}
+
+    def row(self, row: Mapping[str, Any], values: Mapping[str, float]) -> dict[str, Any]:
+        """See `Kind.row`: the view that it waits for, as a number."""
+        completed = dict(row)
+        if "when" in row:
+            completed["when"] = number_of_view(row["when"], values, "when")
+        return completed
+
+    def check(self, place: str, scenario: Any) -> None:
+        """See `Kind.check`.
+
+        Raises:
+            InputError: It has no condition at all, or one on a view without an orbit.
+        """
+        check_view(f"{place}.when", scenario)
+        without = [key for key in CONDITIONS if key != "held"]
+        values = scenario.values
+        set_keys = [k for k in without if values[f"{place}.{k}"] != CONDITIONS[k].default]
+        if self.user is None and not set_keys:
+            raise InputError(
+                f"key {place}: found no condition, expected one or more of {', '.join(without)}"
+            )
+
+    def of(self, options: Options) -> "Transition":
+        """See `Kind.of`."""
+        return type(self)(self.user, options)
+
+    def make(self, context: Context) -> ModeChange:
+        """Change of mode; its modes are set by the reference."""
+        assert self.values is not None
+        options = dict(self.values)
+        conditions = {name: options.pop(name) for name in CONDITIONS}
+        after, view = conditions.pop("time_in_mode"), conditions.pop("when")
+        below = conditions["error_below"], conditions["rate_below"]
+        reached = jnp.asarray(jnp.isfinite(below[0]) | jnp.isfinite(below[1]), dtype=float)
+        condition = Condition(after=after, view=view, reached=reached, **conditions)
+        user = None if self.user is None else self.user.of(options).make(context)
+        return ModeChange(0, condition, None, user)
