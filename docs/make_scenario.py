@@ -265,6 +265,13 @@ Any number of bands of wheel speeds, such as resonances of the structure, for th
 is avoided without any. The optional `name` is used in keys such as `controller.band.zero.below`; by
 default it is `speeds`.
 """
+PLAN_TEXT = """## [[controller.plan]]
+
+Momentum of the wheels over time for the controller `wheel_array`, as `gyrostat plan-speeds` writes
+it ([Wheel speeds for science](wheel_speed_plans.md)). Each entry holds until the next; the first
+holds from the start of the run. Null-space control and unloading then follow the plan alone. The
+`name` is used in keys such as `controller.plan.imaging.time`; every entry needs another one.
+"""
 TORQUES_TEXT = """## [[environment.torque]]
 
 Any number of further external torques, added to that of `[environment]`: one of the kinds below, or
@@ -494,6 +501,7 @@ def dispersed():
     rows.append("| `window.NAME.KEY` | | Numbers of a window of the metrics. |")
     lists = (
         "controller.band",
+        "controller.plan",
         "environment.torque",
         "imbalance.harmonic",
         "star_tracker",
@@ -571,6 +579,7 @@ def page():
         lines += [f"## [[{name}]]", "", "Each has a unique `name`.", "", *kinds(PARTS[name])]
     for text, section_name in (
         (BANDS_TEXT, "controller.band"),
+        (PLAN_TEXT, "controller.plan"),
         (TORQUES_TEXT, "environment.torque"),
         (HARMONICS_TEXT, "imbalance.harmonic"),
         (STATION_TEXT, "station"),

@@ -38,6 +38,7 @@ from gyrostat.verbs import identify as identify
 from gyrostat.verbs import lot as lot
 from gyrostat.verbs import monitor as monitor
 from gyrostat.verbs import place as place
+from gyrostat.verbs import plan_speeds as plan_speeds
 from gyrostat.verbs import pool as pool
 from gyrostat.verbs import recover as recover
 from gyrostat.verbs import replay as replay

@@ -25,6 +25,7 @@ from gyrostat.cli.paper import reproduce
 from gyrostat.cli.placement import place
 from gyrostat.cli.pools import pool
 from gyrostat.cli.recovery import recover
+from gyrostat.cli.speed_plan import plan_speeds
 from gyrostat.cli.verb import Verb
 from gyrostat.cli.wheel import bench, identify, validate
 from gyrostat.core.errors import InputError, one_line
@@ -79,11 +80,9 @@ def _options(
 
 
 for _verb in (
-    *(identify, validate, compare, pool, lot, monitor, bench, allan),
-    *(feasible, recover),
-    *(check, place, simulate, campaign, tune, replay, report, export, reproduce, cache),
-    *(identify, validate, compare, pool, lot, monitor, bench, feasible, recover),
-    *(check, place, simulate, campaign, budget, tune, replay, report, export, reproduce, cache),
+    *(identify, validate, compare, pool, lot, monitor, bench, allan, feasible, recover),
+    *(check, place, simulate, campaign, budget, tune, plan_speeds),
+    *(replay, report, export, reproduce, cache),
 ):
     app.command(cls=Verb)(_keeping_programs(_verb))
 app.command("holdable", cls=Verb, help="Old name of `feasible`.")(_keeping_programs(feasible))

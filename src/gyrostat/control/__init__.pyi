@@ -17,6 +17,7 @@ from gyrostat.control.adaptive.model_error_compensator import (
 from gyrostat.control.adaptive.safe_frit import SafeFrit as SafeFrit
 from gyrostat.control.allocation.allocation import MinimaxAllocation as MinimaxAllocation
 from gyrostat.control.allocation.allocation import PseudoInverse as PseudoInverse
+from gyrostat.control.allocation.momentum_plan import MomentumPlan as MomentumPlan
 from gyrostat.control.allocation.momentum_unloading import MomentumUnloading as MomentumUnloading
 from gyrostat.control.allocation.null_space import NullSpaceControl as NullSpaceControl
 from gyrostat.control.allocation.wheel_fault_detector import (

@@ -32,7 +32,9 @@ def add_controller(run: Assembly) -> dict[str, Any]:
     structure, values = run.structure, run.values
     bands = named_parts(structure, values, "controller.band", context_of(run))
     wear = of_wheels(structure, values, "wear") if has_section(structure, "wear") else None
-    beginning = Beginning(run.start.momentum, [band for _, band in sorted(bands.items())], wear)
+    plan = [*named_parts(structure, values, "controller.plan", context_of(run)).values()]
+    ordered = [band for _, band in sorted(bands.items())]
+    beginning = Beginning(run.start.momentum, ordered, plan, wear)
     times = phase_starts(structure, values)
     starts = jnp.stack([jnp.asarray(time, dtype=float) for time in times])
 

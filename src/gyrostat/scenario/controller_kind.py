@@ -38,11 +38,13 @@ class Beginning(NamedTuple):
     Attributes:
         momentum: Total momentum, (3,), N·m·s.
         bands: Each [[controller.band]].
+        plan: Each [[controller.plan]], in the order of their times.
         wear: Wear of the wheels; None if the scenario has none.
     """
 
     momentum: Vector3
     bands: Sequence[Any] = ()
+    plan: Sequence[Any] = ()
     wear: PerWheel | None = None
 
 

@@ -56,7 +56,7 @@ DEFAULTS = {
 }
 """Section -> default of its `kind`; that of the controller is required."""
 BESIDE = {
-    "controller": ("target", "band", "law"),
+    "controller": ("target", "band", "plan", "law"),
     "environment": ("torque",),
     "reference": ("mode", "transition", "slew", "position_error"),
     "imbalance": ("harmonic",),

@@ -22,6 +22,7 @@ from gyrostat.verbs.pools import pool
 from gyrostat.verbs.recovery import recover
 from gyrostat.verbs.scenario_check import check
 from gyrostat.verbs.single_runs import replay, simulate
+from gyrostat.verbs.speed_plan import plan_speeds
 from gyrostat.verbs.tuning import tune
 from gyrostat.verbs.wheels import bench, validate
 
@@ -39,6 +40,7 @@ __all__ = [
     "lot",
     "monitor",
     "place",
+    "plan_speeds",
     "pool",
     "recover",
     "replay",

@@ -93,6 +93,7 @@ class NullSpaceControl(Checked):
         momentum: PerWheel,
         room: PerWheel,
         wear: PerWheel | float = 1.0,
+        planned: Scalar | None = None,
     ) -> PerWheel:
         """Motor torques, (wheels,), N·m, whose sum over the axes is zero.
 
@@ -102,6 +103,7 @@ class NullSpaceControl(Checked):
             momentum: Momentum of the wheels relative to the body, (wheels,), N·m·s.
             room: Torque that each wheel has left, (wheels,), N·m, not negative.
             wear: Friction of each wheel over that of a wheel without wear, (wheels,), above 0.
+            planned: Wanted value of z, N·m·s; None: the best one for this momentum.
         """
         across = spread(axes, works)
 
@@ -129,7 +131,10 @@ class NullSpaceControl(Checked):
             starts += [*(zero + inner), *(zero - outer)]
             ends += [*(zero + outer), *(zero - inner)]
         starts, ends = (jnp.where(moves, each, jnp.inf) for each in map(jnp.stack, (starts, ends)))
-        level, crosses = state.level(starts, ends, self.clearance)
+        if planned is None:
+            level, crosses = state.level(starts, ends, self.clearance)
+        else:
+            level, crosses = jnp.asarray(planned), jnp.asarray(True)
         target = jnp.where(exists, level, 0.0) * direction
         torque = jnp.where(crosses & (self.gain > 0.0), self.crossing_gain, self.gain) * (
             target - free_momentum

@@ -6,6 +6,7 @@ from typing import Annotated, Any, NamedTuple, Self
 import numpy as np
 
 from gyrostat.control.allocation.allocation import MinimaxAllocation, Working, spread, within_limits
+from gyrostat.control.allocation.momentum_plan import MomentumPlan
 from gyrostat.control.allocation.momentum_unloading import MomentumUnloading
 from gyrostat.control.allocation.null_space import NullSpaceControl
 from gyrostat.control.allocation.wheel_fault_detector import WheelFaultDetector, WheelFaultMemory
@@ -120,6 +121,8 @@ class WheelArrayControl(Checked):
         wear: Wear of the wheels for the null-space control. Its estimate counts the drag of the
             detector and, of a compensator, the field `wheel_friction` of the measurement.
         unloading: Momentum unloading by the external actuator; None without such an actuator.
+        plan: Momentum plan for null space and unloading; None: the null-space control chooses the
+            wheel speeds, and the actuator unloads at all times.
         detector: Detector of drag and failures; it also has the command delay.
         guide: Reference at the sample, see `toward`; None for a target at rest.
     """
@@ -134,6 +137,7 @@ class WheelArrayControl(Checked):
     null_space: NullSpaceControl | None = None
     wear: WheelWear = WheelWear()
     unloading: MomentumUnloading | None = None
+    plan: MomentumPlan | None = None
     detector: WheelFaultDetector = WheelFaultDetector()
     guide: Guide | None = None
 
@@ -193,7 +197,7 @@ class WheelArrayControl(Checked):
         detector = self.detector(
             memory.detector, absolute, measurement.wheel_measured, limit, time, period
         )
-        external = jnp.zeros(3) if self.unloading is None else self.unloading(momentum)
+        external = self._external_torque(time, measurement.attitude, momentum)
         motion, target, feed_forward = measurement, self.targets(time), None
         if self.guide is not None:
             following = self.guide.follow(measurement.attitude, rate, momentum, inertia)
@@ -226,7 +230,8 @@ class WheelArrayControl(Checked):
                 period,
             )
             room = available - jnp.abs(torque)
-            torque += self.null_space(axes, detector.works, relative, room, wear)
+            planned = None if self.plan is None else self.plan.level(time)
+            torque += self.null_space(axes, detector.works, relative, room, wear, planned)
         torque = wheels.within_momentum_limit(torque + detector.drag, relative, period)
         detector = self.detector.commanded(detector, torque)
         line, _ = pushed(memory.given, external)
@@ -249,6 +254,14 @@ class WheelArrayControl(Checked):
             unknown=memory.unknown.missed(),
             detector=self.detector.missed(memory.detector, command.torque),
         )
+
+    def _external_torque(self, time: Scalar, attitude: Quaternion, momentum: Vector3) -> Vector3:
+        """Torque of the external actuator in body axes, (3,), N·m."""
+        if self.unloading is None:
+            return jnp.zeros(3)
+        if self.plan is None:
+            return self.unloading(momentum)
+        return self.plan.torque(self.unloading, time, attitude, momentum)
 
     def _target_rate(
         self, measurement: Any, target: Quaternion, momentum: Vector3, works: Working

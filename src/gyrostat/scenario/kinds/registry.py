@@ -51,7 +51,10 @@ KINDS: Mapping[str, dict[str, Any]] = {
 PARTS: Mapping[str, dict[str, Any]] = {
     **{
         section: _kinds_of(section)
-        for section in ("station", "keep_out", "controller.band", "environment.torque")
+        for section in (
+            *("station", "keep_out"),
+            *("controller.band", "controller.plan", "environment.torque"),
+        )
     },
     "reference.mode": {
         name: Mode(kind)

@@ -1,15 +1,16 @@
 """Control of any number of wheels."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, replace
 from math import inf
-from typing import Annotated, ClassVar
+from typing import Annotated, Any, ClassVar
 
 import numpy as np
 
 from gyrostat.control import (
     AttitudeTargets,
     MinimaxAllocation,
+    MomentumPlan,
     MomentumUnloading,
     NullSpaceControl,
     PseudoInverse,
@@ -171,6 +172,7 @@ class WheelArray(ControllerKind):
             torque_time=self.torque_time,
             largest_rate=self.largest_rate,
             null_space=null_space,
+            plan=_momentum_plan(beginning.plan),
             unloading=MomentumUnloading(limit, self.momentum_gain),
             detector=replace(design.detector, drag_time=self.drag_time),
         )
@@ -178,6 +180,14 @@ class WheelArray(ControllerKind):
     def body(self, plant: Gyrostat) -> Gyrostat:
         """Plant with the actuator that unloads the wheels."""
         return replace(plant, external_torque_limit=self.external_torque_limit * jnp.ones(3))
+
+
+def _momentum_plan(entries: Sequence[Any]) -> MomentumPlan | None:
+    """Momentum plan of the entries; None without any."""
+    if not entries:
+        return None
+    names = ("time", "unloads", "momentum", "null_space")
+    return MomentumPlan(*(jnp.stack([getattr(e, name) for e in entries]) for name in names))
 
 
 @dataclass(frozen=True, eq=False)

@@ -1,0 +1,1 @@
+"""Plans of wheel speeds that avoid zero and bands of speeds in science windows."""

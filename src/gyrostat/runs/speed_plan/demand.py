@@ -1,0 +1,167 @@
+"""What a run asks of its wheels: momentum over time, science windows, times for unloading."""
+
+from collections.abc import Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rotations import rotation_matrix
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.runs.reference_path import flown_path, nominal_setup
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.telemetry.signals import runs
+
+
+class Limits(NamedTuple):
+    """Wheels and actuator of a scenario.
+
+    Attributes:
+        axes: Spin axes, (3, wheels).
+        inertia: Rotor inertias, (wheels,), kg·m².
+        momentum: Momentum limits, (wheels,), N·m·s.
+        torque: Torque limits, (wheels,), N·m.
+        bands: Bands of speeds to avoid, of either sign, (bands, 2), rad/s.
+        direction: Direction d of the null-space control, (wheels,); zero without null space.
+        crossing_gain: Its gain, 1/s.
+        external_torque: Torque limit of the external actuator about each axis, N·m.
+        momentum_gain: Its gain, 1/s.
+    """
+
+    axes: Matrix
+    inertia: Vector
+    momentum: Vector
+    torque: Vector
+    bands: Matrix
+    direction: Vector
+    crossing_gain: float
+    external_torque: float
+    momentum_gain: float
+
+    @classmethod
+    def of(cls, scenario: Scenario) -> "Limits":
+        """Wheels and actuator of a scenario.
+
+        Raises:
+            InputError: Its controller is no `wheel_array`.
+        """
+        values = scenario.values
+        if "controller.crossing_gain" not in values:
+            raise InputError(
+                f"key controller: found {scenario.controller}, expected a wheel_array, which can "
+                "follow a plan of wheel speeds"
+            )
+        plant = nominal_setup(scenario).plant
+        wheels = plant.spacecraft.wheels
+        axes, ones = np.asarray(wheels.axes, dtype=float), np.ones(wheels.count)
+        null = np.eye(wheels.count) - np.linalg.pinv(axes) @ axes
+        direction = np.zeros(wheels.count)
+        if np.trace(null) > 0.5:
+            signs = nominal_setup(scenario).controller
+            direction = null @ np.ravel(_null_space(signs).pattern)[: wheels.count]
+        names = [p.name for p in scenario.parts if p.section == "controller.band"]
+        bands = [
+            [values[f"controller.band.{name}.{end}"] for end in ("above", "below")]
+            for name in names
+        ]
+        return cls(
+            axes,
+            ones * np.asarray(wheels.inertia),
+            ones * np.asarray(wheels.momentum_limit),
+            ones * np.asarray(wheels.torque_limit),
+            np.array(bands, dtype=float).reshape(-1, 2),
+            direction,
+            values["controller.crossing_gain"],
+            values["controller.external_torque_limit"],
+            values["controller.momentum_gain"],
+        )
+
+
+def _null_space(controller: Any) -> Any:
+    """Null-space control inside the parts around a controller."""
+    while not hasattr(controller, "null_space"):
+        controller = getattr(controller, "plans", None) or controller.controller
+    return controller.null_space
+
+
+class Window(NamedTuple):
+    """Science window, and the time before it in which wheel speeds may change.
+
+    Attributes:
+        begin: First sample.
+        end: Sample after the last one.
+        before: Sample from which wheel speeds may change; the end of the window before.
+    """
+
+    begin: int
+    end: int
+    before: int
+
+
+class Demand(NamedTuple):
+    """Momentum that a run asks of its wheels, without any unloading.
+
+    Attributes:
+        time: Times, (samples,), s.
+        rotation: Attitude matrices, body to inertial, (samples, 3, 3).
+        total: Total momentum in inertial axes, (samples, 3), N·m·s.
+        wheels: Part of the wheel momenta outside the null space, (samples, wheels), N·m·s.
+        level: Null-space momentum z at the start, N·m·s.
+        windows: Science windows, in their order.
+    """
+
+    time: Vector
+    rotation: np.ndarray
+    total: Matrix
+    wheels: Matrix
+    level: float
+    windows: tuple[Window, ...]
+
+
+def science_windows(scenario: Scenario, history: Mapping[str, Any], names: Any) -> Any:
+    """Whether each sample of a run is in one of the science windows, (samples,).
+
+    Args:
+        scenario: Scenario.
+        history: Signals of the run by name, NumPy arrays.
+        names: Names of the windows.
+    """
+    path = flown_path(scenario, history)
+    return np.any([path.windows[name] for name in names], axis=0)
+
+
+def demand_of(history: Mapping[str, Any], inside: Any, period: float, limits: Limits) -> Demand:
+    """Momentum that a simulated run asks of its wheels.
+
+    Args:
+        history: Signals of the run by name, NumPy arrays.
+        inside: Whether each sample is in a science window, (samples,).
+        period: Control period, s.
+        limits: Wheels and actuator.
+    """
+    attitude = np.asarray(history["attitude"])
+    rotation = np.asarray(jax.vmap(rotation_matrix)(jnp.asarray(attitude)))
+    wheels = limits.inertia * np.asarray(history["wheel_speed"])
+    across = np.linalg.pinv(limits.axes)
+    impulse = np.zeros((len(attitude), 3))
+    if "external_torque" in history:
+        # a command is in force from its sample on
+        torque = np.nan_to_num(np.asarray(history["external_torque"]))
+        steps = period * np.einsum("tij,tj->ti", rotation, torque)[: len(attitude) - 1]
+        impulse[1:] = np.cumsum(steps, axis=0)
+    needed = np.einsum("wi,tji,tj->tw", across, rotation, impulse)
+    row = wheels @ (across @ limits.axes).T
+    square = float(limits.direction @ limits.direction)
+    windows, before = [], 0
+    for begin, end in runs(np.asarray(inside)):
+        windows.append(Window(begin, end, before))
+        before = end
+    return Demand(
+        np.asarray(period * np.arange(len(attitude)), dtype=np.float64),
+        rotation,
+        np.asarray(history["momentum"]) - impulse,
+        row - needed,
+        float(limits.direction @ wheels[0]) / square if square else 0.0,
+        tuple(windows),
+    )

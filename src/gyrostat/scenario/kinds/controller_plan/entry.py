@@ -1,0 +1,51 @@
+"""Entry of the momentum plan of a wheel array."""
+
+from dataclasses import dataclass
+from typing import Annotated
+
+from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.core.errors import InputError
+from gyrostat.scenario.component import NULL_SPACE, Kind
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.schema import Key, size
+
+
+@dataclass(frozen=True, eq=False)
+class PlanEntry(Kind):
+    """Momentum of the wheels from a time on, see `gyrostat.control.MomentumPlan`."""
+
+    name = "entry"
+    needs = frozenset({NULL_SPACE})
+    time: Annotated[Scalar, size("time", None, "Start of the entry, later than the one before.")]
+    unloads: Annotated[
+        Scalar, size("time", 0.0, "Time from there in which the external actuator works.")
+    ]
+    momentum: Annotated[
+        Vector3,
+        Key(
+            "momentum",
+            0.0,
+            "Total momentum of spacecraft and wheels after the unloading, inertial axes.",
+            shape=(3,),
+        ),
+    ]
+    null_space: Annotated[
+        Scalar, Key("momentum", None, "Null-space momentum z of four or more wheels.")
+    ]
+
+    @classmethod
+    def check(cls, place: str, scenario: Scenario) -> None:
+        """Check that the entry is later than the one before."""
+        section = place.rpartition(".")[0]
+        names = [part.name for part in scenario.parts if part.section == section]
+        number = names.index(place.rpartition(".")[2])
+        if number == 0:
+            return
+        before, time = (
+            scenario.values[f"{section}.{name}.time"] for name in names[number - 1 :][:2]
+        )
+        if time <= before:
+            raise InputError(
+                f"key {section}[{names[number]}].time: found {time:g} s, expected more than that "
+                f"of the entry before, {before:g} s"
+            )

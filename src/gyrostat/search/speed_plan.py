@@ -1,0 +1,165 @@
+"""Search for a plan of wheel speeds, and its flight beside the present law."""
+
+from collections.abc import Callable, Iterator, Sequence
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from gyrostat.campaigns.engine import LANES, fly
+from gyrostat.campaigns.summary import share_bounds
+from gyrostat.core.errors import InputError
+from gyrostat.runs.speed_plan.demand import Limits, demand_of, science_windows
+from gyrostat.runs.speed_plan.plan import FOUND, NOT_FOUND, Plan, crossings, plan_of
+from gyrostat.scenario.scenario import Part, Scenario
+from gyrostat.scenario_files.scenario_file import validated
+from gyrostat.simulation import Status
+
+SECTION = "controller.plan"
+
+
+@dataclass(frozen=True)
+class SpeedPlan:
+    """Plan of wheel speeds for the science windows of a scenario.
+
+    Attributes:
+        answer: "found": flown without a crossing in the nominal run; "infeasible": proven that no
+            control avoids them with these attitudes and external torques; "not found": neither.
+        scenario: Scenario with the plan; the given one without a plan.
+        plan: The plan, or the proof that there is none.
+        windows: Names of the science windows.
+        clearance: Distance from zero speed, bands and limits, rad/s.
+        before: Crossings of the nominal run in the windows by the present law: "zero", "band".
+        after: The same with the plan; None without one.
+        runs: Number of dispersed runs.
+        clean_before: Runs without any crossing in the windows by the present law.
+        clean_after: The same with the plan.
+    """
+
+    answer: str
+    scenario: Scenario
+    plan: Plan
+    windows: tuple[str, ...]
+    clearance: float
+    before: dict[str, int]
+    after: dict[str, int] | None
+    runs: int = 0
+    clean_before: int = 0
+    clean_after: int = 0
+
+    def probability(self) -> tuple[float, float, float]:
+        """Share of dispersed runs without a crossing with the plan, and its 95 % interval."""
+        return self.clean_after / self.runs, *share_bounds(self.clean_after, self.runs)
+
+
+def search_plan(
+    scenario: Scenario,
+    windows: Sequence[str],
+    clearance: float,
+    *,
+    runs: int = 0,
+    seed: int = 0,
+    engine_for: Callable[[Scenario], str],
+    seconds: float = 20.0,
+) -> SpeedPlan:
+    """Search for a plan of wheel speeds and fly it.
+
+    Args:
+        scenario: Scenario; a plan that it has is not used.
+        windows: Names of the science windows.
+        clearance: Distance from zero speed, bands and limits, rad/s.
+        runs: Number of dispersed runs of the present law and of the plan, with the same draws.
+        seed: Seed of all draws.
+        engine_for: Engine that simulates a scenario.
+        seconds: Time for each search.
+
+    Raises:
+        InputError: The controller is no wheel array, the nominal run ends early, or it enters no
+            window.
+    """
+    scenario = planned(scenario, Plan(NOT_FOUND))
+    limits = Limits.of(scenario)
+    engine, period = engine_for(scenario), scenario.values["run.control_period"]
+    flown = fly(scenario, seed, None, keep=[0], engine=engine)
+    history = _complete(scenario, flown)
+    inside = science_windows(scenario, history, windows)
+    if not np.any(inside):
+        raise InputError(
+            f"{scenario.name}: found no time in the windows {', '.join(windows)}, expected some"
+        )
+    plan = plan_of(demand_of(history, inside, period, limits), limits, clearance, seconds)
+    before = crossings(history["wheel_speed"], inside, limits.bands)
+    about = tuple(windows), clearance, before
+    if plan.answer != FOUND:
+        return SpeedPlan(plan.answer, scenario, plan, *about, None)
+    with_plan = planned(scenario, plan)
+    engine_with_plan = engine_for(with_plan)
+    history = _complete(with_plan, fly(with_plan, seed, None, keep=[0], engine=engine_with_plan))
+    inside = science_windows(with_plan, history, windows)
+    after = crossings(history["wheel_speed"], inside, limits.bands)
+    answer = NOT_FOUND if any(after.values()) else FOUND
+    if answer != FOUND or runs == 0:
+        return SpeedPlan(answer, with_plan, plan, *about, after)
+    clean = [
+        sum(_clean(each, windows, limits, runs, seed, used))
+        for each, used in ((scenario, engine), (with_plan, engine_with_plan))
+    ]
+    return SpeedPlan(answer, with_plan, plan, *about, after, runs, *clean)
+
+
+def planned(scenario: Scenario, plan: Plan) -> Scenario:
+    """Scenario with a plan in place of its own.
+
+    Args:
+        scenario: Scenario.
+        plan: Plan; without entries, the scenario has none.
+    """
+    parts = [part for part in scenario.parts if part.section != SECTION]
+    values = {k: v for k, v in scenario.values.items() if not k.startswith(f"{SECTION}.")}
+    for name, entry in named_entries(plan):
+        parts.append(Part(SECTION, name, "entry"))
+        place = f"{SECTION}.{name}"
+        values |= {
+            f"{place}.time": entry.time,
+            f"{place}.unloads": entry.unloads,
+            f"{place}.null_space": entry.null_space,
+        }
+        values |= {
+            f"{place}.momentum.{axis}": float(value)
+            for axis, value in zip("xyz", entry.momentum, strict=True)
+        }
+    ordered = {key: values[key] for key in sorted(values)}
+    return validated(replace(scenario, parts=tuple(parts), values=ordered))
+
+
+def named_entries(plan: Plan) -> Iterator[tuple[str, Any]]:
+    """Name and entry of each science window of a plan."""
+    for number, entry in enumerate(plan.entries, 1):
+        yield f"window_{number}", entry
+
+
+def _complete(scenario: Scenario, flown: Any) -> Any:
+    """Signals of a nominal run that reached its end."""
+    status = Status(int(flown.columns["status"][0]))
+    if status != Status.COMPLETE:
+        raise InputError(
+            f"{scenario.name}: found a nominal run that ends after "
+            f"{float(flown.columns['ended'][0]):g} s ({status.name.lower().replace('_', ' ')}), "
+            "expected a complete one"
+        )
+    return flown.histories.of_run(0).arrays()
+
+
+def _clean(
+    scenario: Scenario, windows: Sequence[str], limits: Limits, runs: int, seed: int, engine: str
+) -> Iterator[bool]:
+    """Whether each dispersed run is complete and has no crossing in the windows."""
+    for start in range(0, runs, LANES):
+        numbers = range(start, min(start + LANES, runs))
+        flown = fly(scenario, seed, numbers, keep=numbers, engine=engine)
+        assert flown.histories is not None
+        for number, status in zip(numbers, flown.columns["status"], strict=True):
+            history = flown.histories.of_run(number).arrays()
+            inside = science_windows(scenario, history, windows)
+            found = crossings(history["wheel_speed"], inside, limits.bands)
+            yield int(status) == Status.COMPLETE and not any(found.values())

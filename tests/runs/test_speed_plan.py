@@ -1,0 +1,151 @@
+"""Plans of wheel speeds: search, certificate, flight."""
+
+import itertools
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+import gyrostat as gs
+from gyrostat.runs.speed_plan.choices import Certificate, Choice, Leaf, Problem, infeasible, solve
+from gyrostat.runs.speed_plan.demand import Limits
+from gyrostat.runs.speed_plan.plan import crossings
+from gyrostat.runs.speed_plan.problems import intervals
+from gyrostat.scenario_files.scenario_file import read_scenario
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
+PYRAMID = np.array([[1.0, -1.0, -1.0, 1.0], [1.0, 1.0, -1.0, -1.0], [1.0, 1.0, 1.0, 1.0]]) / 3**0.5
+WHEELS = Limits(
+    PYRAMID,
+    np.full(4, 2e-5),
+    np.full(4, 0.01),
+    np.full(4, 1e-3),
+    np.array([[200.0, 230.0]]),
+    np.array([1.0, -1.0, 1.0, -1.0]),
+    0.2,
+    5e-6,
+    0.02,
+)
+
+
+def test_intervals_are_what_a_fine_grid_of_speeds_allows():
+    found = intervals(WHEELS, 0, 10.0) / 2e-5
+    grid = np.linspace(-520.0, 520.0, 4001)
+    size = np.abs(grid)
+    allowed = (size > 10.0) & ((size < 190.0) | (size > 240.0)) & (size < 490.0)
+    inside = np.any([(low < grid) & (grid < high) for low, high in found], axis=0)
+    np.testing.assert_array_equal(inside, allowed)
+
+
+def random_problem(generator):
+    """Two variables, a few rows, and choices of two intervals for single rows."""
+    choices = tuple(
+        Choice(row[None, :], q * np.ones(1), q * np.ones(1), np.array([[-1.0, -0.4], [0.4, 1.0]]))
+        for row, q in zip(generator.normal(size=(4, 2)), generator.normal(size=4), strict=True)
+    )
+    matrix, bound = generator.normal(size=(3, 2)), generator.uniform(0.1, 1.0, 3)
+    return Problem(matrix, bound, np.full(2, 2.0), choices)
+
+
+def feasible_by_enumeration(problem):
+    from scipy.optimize import linprog
+
+    for made in itertools.product(*(range(len(each.intervals)) for each in problem.choices)):
+        matrix, bound = problem.relaxed(made)
+        if linprog(np.zeros(2), A_ub=matrix, b_ub=bound, bounds=[(-2, 2)] * 2).status == 0:
+            return True
+    return False
+
+
+def test_search_agrees_with_enumeration_and_its_certificates_hold():
+    answers = []
+    for seed in range(40):
+        problem = random_problem(np.random.default_rng(seed))
+        truth, proof = feasible_by_enumeration(problem), infeasible(problem)
+        point, ended = solve(problem, np.ones(2))
+        assert ended
+        assert (point is not None) == truth
+        assert isinstance(proof, Certificate) == (not truth)
+        if isinstance(proof, Certificate):
+            assert proof.proves(problem)
+        answers.append(truth)
+    assert 5 < sum(answers) < 35
+
+
+def test_a_certificate_with_a_leaf_less_or_other_weights_proves_nothing():
+    problems = (random_problem(np.random.default_rng(seed)) for seed in range(40))
+    problem, proof = next(
+        (p, c)
+        for p in problems
+        if isinstance(c := infeasible(p), Certificate) and len(c.leaves) > 2
+    )
+    assert not Certificate(proof.leaves[1:]).proves(problem)
+    first = proof.leaves[0]
+    other = Leaf(first.made, np.ones_like(first.weights))
+    assert not Certificate((other, *proof.leaves[1:])).proves(problem)
+
+
+def test_crossings_count_only_within_windows():
+    speed = np.array([[5.0], [1.0], [-1.0], [-5.0], [5.0], [21.0], [19.0], [21.0]])
+    inside = np.array([1, 1, 1, 0, 1, 1, 1, 1], bool)
+    assert crossings(speed, inside, np.array([[20.0, 25.0]])) == {"zero": 1, "band": 2}
+
+
+MISSION = """name = "drift"
+[run]
+duration = "400 s"
+control_period = "0.5 s"
+[spacecraft]
+file = "cubesat.toml"
+[start]
+wheel_speed = [-45.0, -36.0, -17.0, -162.0]
+[controller]
+kind = "wheel_array"
+target = [1.0, 0.0, 0.0, 0.0]
+[environment]
+external_torque = ["24.5 µN·m", "-30.7 µN·m", "5 µN·m"]
+[metrics]
+window = [{ name = "science", from = "100 s" }]
+"""
+
+
+@pytest.fixture
+def mission(tmp_path):
+    for name in ("cubesat.toml", "cubesat_wheel.toml"):
+        (tmp_path / name).write_text((EXAMPLES / name).read_text())
+    path = tmp_path / "mission.toml"
+    path.write_text(MISSION)
+    return path
+
+
+def test_a_plan_appended_to_its_scenario_flies_without_crossings(mission, tmp_path):
+    result = gs.plan_speeds(mission, tmp_path / "out")
+    assert result.answer == "found"
+    assert sum(result.before.values()) > 0
+    planned = tmp_path / "planned.toml"
+    planned.write_text(MISSION + (tmp_path / "out" / "plan.toml").read_text())
+    assert read_scenario(planned) == result.scenario
+    assert result.after == {"zero": 0, "band": 0}
+
+
+def test_a_drift_across_zero_that_nothing_can_avoid_is_proven(mission):
+    hard = {"environment.external_torque.x": 6e-5}
+    result = gs.plan_speeds(mission, **hard)
+    assert result.answer == "infeasible"
+    assert result.plan.certificate is not None
+
+
+def test_entries_of_a_plan_must_be_in_order(mission):
+    rows = "".join(
+        f'[[controller.plan]]\nname = "{name}"\ntime = {time}\nnull_space = 0.0\n'
+        for name, time in (("a", 20.0), ("b", 10.0))
+    )
+    mission.write_text(MISSION + rows)
+    with pytest.raises(gs.InputError, match=r"controller.plan\[b\].time: found 10 s, expected mo"):
+        gs.check(mission)
+
+
+def test_a_scenario_without_windows_is_refused(mission):
+    mission.write_text(MISSION.partition("[metrics]")[0])
+    with pytest.raises(gs.InputError, match="found no"):
+        gs.plan_speeds(mission)
