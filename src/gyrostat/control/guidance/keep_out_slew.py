@@ -17,12 +17,12 @@ from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jax, jnp
 
 SAMPLES = 33, 65
-"""Samples of a path in the coarse and in the fine search."""
+"""Samples of a path in the search and of the path that is taken."""
 SIZES = np.geomspace(0.02, 2.4, 12)
 """Sizes of the bows of the coarse search, rad."""
 SIDES = 20
 """Directions of the bows of the coarse search, all around the eigenaxis."""
-ROUNDS = 24
+ROUNDS = 18
 """Rounds of the refinement."""
 BLOCKED = 1e9
 """Cost of a path that enters a cone, s, times 1 plus its excess."""
@@ -38,6 +38,8 @@ class PlannedSlew(NamedTuple):
         profile: Progress over time.
         is_clear: Whether the whole path is outside of all cones.
         ends_blocked: Whether the start and the end are inside a cone, (2,); then no path is clear.
+        has_room: Whether the wheels have the momentum to turn the body; if not, it turns at 1e-4
+            rad/s.
         crossings: Number of wheels that pass through zero speed.
     """
 
@@ -45,6 +47,7 @@ class PlannedSlew(NamedTuple):
     profile: SlewProfile
     is_clear: Bool[Array, ""]
     ends_blocked: Bool[Array, " 2"]
+    has_room: Bool[Array, ""]
     crossings: Scalar
 
     @property
@@ -66,7 +69,7 @@ class SlewCase(NamedTuple):
         cones: Cones that boresights stay out of.
         limits: Limits of the slew.
         room: Wheels that it may use; None: they are not considered.
-        crossing_time: Time that may be lost to avoid a zero crossing of a wheel, s.
+        crossing_time: Time that may be lost to avoid a zero crossing of a wheel, s; None: no time.
     """
 
     start: Quaternion
@@ -74,7 +77,7 @@ class SlewCase(NamedTuple):
     cones: KeepOutCones
     limits: SlewLimits
     room: WheelRoom | None
-    crossing_time: Scalar = 0.0
+    crossing_time: Scalar | None = None
 
     @property
     def turn(self) -> Vector3:
@@ -92,7 +95,7 @@ class SlewCase(NamedTuple):
         profile = timing.profile(samples, self.limits.jerk)
         ends = jnp.stack([jnp.any(self.cones.clearance(q) < 0.0) for q in (self.start, self.end)])
         is_clear = jnp.asarray(self.cones.excess(path, samples) <= 0.0)
-        return PlannedSlew(path, profile, is_clear, ends, timing.crossings)
+        return PlannedSlew(path, profile, is_clear, ends, timing.has_room, timing.crossings)
 
     def bowed(self) -> PlannedSlew:
         """Fastest clear slew of a search over bows; if none is clear, the one with least excess.
@@ -111,16 +114,18 @@ class SlewCase(NamedTuple):
             eigenaxis = BowedPath.eigenaxis(self.start, way * axis)
             return eigenaxis._replace(bow=shape[:2] @ sides, twist=shape[2:] @ sides)
 
-        def cost(way: Scalar, shape: Float[Array, " 4"], samples: int) -> Scalar:
+        def cost(way: Scalar, shape: Float[Array, " 4"]) -> Scalar:
             bowed = path(way, shape)
-            sampled = bowed.sampled(samples)
+            sampled = bowed.sampled(SAMPLES[0])
             timing = fastest(bowed, sampled, self.limits, self.room, self.crossing_time)
             excess = self.cones.excess(bowed, sampled)
-            time = timing.duration + self.crossing_time * timing.crossings
+            time = timing.duration
+            if self.crossing_time is not None:
+                time = time + self.crossing_time * timing.crossings
             return jnp.where(excess <= 0.0, time, BLOCKED * (1.0 + excess))
 
         grid = jnp.asarray(_grid())
-        costs = jax.vmap(lambda way: jax.vmap(lambda shape: cost(way, shape, SAMPLES[0]))(grid))
+        costs = jax.vmap(lambda way: jax.vmap(lambda shape: cost(way, shape))(grid))
         # the best of each way and half of the sides, so that the seeds differ
         groups = jnp.reshape(costs(ways), (2, 2, -1))
         rows = jnp.argmin(groups, axis=2) + jnp.array([0, groups.shape[2]])
@@ -148,11 +153,11 @@ def _grid() -> Float[np.ndarray, "shapes 4"]:
 
 
 def _refined(
-    cost: Callable[[Scalar, Array, int], Scalar], way: Scalar, seed: Float[Array, " 4"]
+    cost: Callable[[Scalar, Array], Scalar], way: Scalar, seed: Float[Array, " 4"]
 ) -> tuple[Float[Array, " 4"], Scalar]:
-    """Pattern search from a seed with fine samples: shape and its cost."""
+    """Pattern search from a seed: shape and its cost."""
     moves = jnp.concatenate([jnp.eye(4), -jnp.eye(4)])
-    at_once = jax.vmap(lambda shape: cost(way, shape, SAMPLES[1]))
+    at_once = jax.vmap(lambda shape: cost(way, shape))
 
     def once(_: int, state: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
         shape, least, step = state
@@ -164,7 +169,7 @@ def _refined(
         return shape, jnp.minimum(costs[best], least), jnp.where(better, 1.2 * step, 0.5 * step)
 
     size = jnp.sqrt(seed @ seed)
-    first = seed, cost(way, seed, SAMPLES[1]), 0.3 * size
+    first = seed, cost(way, seed), 0.3 * size
     shape, least, _ = jax.lax.fori_loop(0, ROUNDS, once, first)
     return shape, least
 
@@ -175,7 +180,7 @@ def plan_slew(
     cones: KeepOutCones,
     limits: SlewLimits,
     time: Scalar = 0.0,
-    crossing_time: Scalar = 0.0,
+    crossing_time: Scalar | None = None,
 ) -> PlannedSlew:
     """Plan a slew from rest to rest that leads boresights around keep-out cones.
 
@@ -188,7 +193,7 @@ def plan_slew(
         cones: Cones that boresights stay out of.
         limits: Limits of the slew.
         time: Time of its start, s; it decides which wheels of the envelope work.
-        crossing_time: Time that may be lost to avoid a zero crossing of a wheel, s.
+        crossing_time: Time that may be lost to avoid a zero crossing of a wheel, s; None: no time.
     """
     first, last = (jnp.asarray(each, dtype=float) for each in (start, end))
     return _plan(SlewCase(first, last, cones, limits, WheelRoom.of(limits, time), crossing_time))
@@ -197,7 +202,8 @@ def plan_slew(
 @jax.jit
 def _plan(case: SlewCase) -> PlannedSlew:
     eigenaxis = case.eigenaxis()
-    # crossings may make a detour worth its time
-    done = eigenaxis.is_clear & (case.crossing_time * eigenaxis.crossings <= 0.0)
+    done = eigenaxis.is_clear
+    if case.crossing_time is not None:
+        done &= eigenaxis.crossings == 0  # a detour may be worth its time
     done |= jnp.any(eigenaxis.ends_blocked)
     return jax.lax.cond(done, lambda: eigenaxis, case.bowed)

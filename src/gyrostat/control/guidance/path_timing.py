@@ -3,16 +3,17 @@
 from typing import NamedTuple, Self
 
 import numpy as np
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from gyrostat.control.guidance.bowed_path import BowedPath, PathSamples
 from gyrostat.control.guidance.slew import SlewLimits
 from gyrostat.control.guidance.slew_profile import NO_LIMIT, SlewProfile
+from gyrostat.control.guidance.wheel_envelope import SLOWEST
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 
-SHARES = np.geomspace(0.5, 0.005, 13), np.geomspace(0.5, 0.001, 120)
+SHARES = np.geomspace(0.5, 0.01, 7), np.geomspace(0.5, 0.001, 120)
 """Shares of the path in which the progress gathers speed, in a coarse and in the final search."""
 SMALL = 1e-12
 """Smallest divisor of torques, momenta and rates."""
@@ -26,11 +27,13 @@ class PathTiming(NamedTuple):
         acceleration: Its acceleration, 1/s².
         crossings: Number of wheels that pass through zero speed; a wheel that starts at zero does
             not count.
+        has_room: Whether the wheels can turn the body at all; if not, the rate is `SLOWEST`.
     """
 
     rate: Scalar
     acceleration: Scalar
     crossings: Scalar
+    has_room: Bool[Array, ""]
 
     @property
     def duration(self) -> Scalar:
@@ -101,22 +104,23 @@ def fastest(
     samples: PathSamples,
     limits: SlewLimits,
     room: WheelRoom | None,
-    crossing_time: Scalar = 0.0,
+    crossing_time: Scalar | None = None,
     ramps: np.ndarray = SHARES[0],
 ) -> PathTiming:
     """Fastest timing within the limits at all samples.
 
     While the progress gathers speed over a share r of the path, its rate is at most V sqrt(s / r)
     and its acceleration V² / (2 r). Torque and momentum of a wheel are at most the sums of the
-    sizes of their terms, so that the largest V of each r has a closed form. A second V of each r
-    keeps the signs of the wheel speeds.
+    sizes of their terms, so that the largest V of each r has a closed form. With
+    `crossing_time`, a second V of each r keeps the signs of the wheel speeds.
 
     Args:
         path: Path.
         samples: The path sampled.
         limits: Limits of the slew.
         room: Wheels that the slew may use; None: they are not considered.
-        crossing_time: Time that may be lost to avoid a zero crossing of a wheel, s.
+        crossing_time: Time that may be lost to avoid a zero crossing of a wheel, s; None: the
+            fastest timing.
         ramps: Shares of the path in which the progress gathers speed, (shares,); at most 0.5.
     """
     s = np.linspace(0.0, 1.0, len(samples.rate))
@@ -126,24 +130,28 @@ def fastest(
     by_square = (0.5 / ramps)[:, None] * size + bend * speed**2  # (shares, samples)
     rates = jnp.sqrt(largest[0] / (jnp.max(by_square, axis=-1) + SMALL))
     rates = jnp.minimum(rates, largest[1] / (jnp.max(size * speed, axis=-1) + SMALL))
-    crossings = jnp.zeros(len(ramps))
+    held, spun = jnp.zeros((1, 1, len(s))), jnp.zeros((1, len(ramps), len(s)))
     if room is not None:
         torque_rates, held, spun = _wheel_terms(path, samples, room, speed, ramps)
         rates = jnp.minimum(rates, torque_rates)
         free = room.momentum[:, None, None] + jnp.sign(spun) * held
         rates = jnp.minimum(rates, _least_quotient(jnp.maximum(free, 0.0), spun))
+    start, shares = jnp.sign(held[:, 0, :1]), jnp.asarray(ramps)
+    lost: Scalar = 0.0
+    if crossing_time is not None:
         # slower, no wheel that does not already rest leaves its sign
-        start = jnp.sign(held[:, :, :1])
-        toward = jnp.where((start * spun > 0.0), spun, 0.0)
-        same_sign = _least_quotient(jnp.maximum(start * held, 0.0), toward)
+        toward = jnp.where(start[:, None] * spun > 0.0, spun, 0.0)
+        same_sign = _least_quotient(jnp.maximum(start[:, None] * held, 0.0), toward)
         rates = jnp.concatenate([rates, jnp.minimum(rates, 0.999 * same_sign)])
-        later = held - jnp.tile(spun, (1, 2, 1)) * rates[:, None]
-        crossings = jnp.sum(jnp.any(later * start < 0.0, axis=2), axis=0)
-    shares = jnp.asarray(np.resize(ramps, len(rates)))
-    durations = (1.0 + 2.0 * shares) / jnp.maximum(rates, SMALL)
-    best = jnp.argmin(durations + crossing_time * crossings)
-    rate = jnp.maximum(rates[best], SMALL)
-    return PathTiming(rate, 0.5 * rate**2 / shares[best], crossings[best])
+        shares, spun = jnp.tile(shares, 2), jnp.tile(spun, (1, 2, 1))
+        changes = jnp.any((held - spun * rates[:, None]) * start[:, None] < 0.0, axis=2)
+        lost = crossing_time * jnp.sum(changes, axis=0)
+    best = jnp.argmin((1.0 + 2.0 * shares) / jnp.maximum(rates, SMALL) + lost)
+    least = SLOWEST / jnp.maximum(jnp.max(size), SMALL)
+    rate = jnp.maximum(rates[best], least)
+    changes = jnp.any((held[:, 0] - spun[:, best] * rate) * start < 0.0, axis=1)
+    acceleration = 0.5 * rate**2 / shares[best]
+    return PathTiming(rate, acceleration, jnp.sum(changes), rates[best] >= least)
 
 
 def _wheel_terms(
