@@ -17,7 +17,8 @@ from gyrostat.spacecraft.gyrostat_state import GyrostatRecord, GyrostatState
 from gyrostat.spacecraft.gyrostat_wrapper import GyrostatWrapper
 from gyrostat.spacecraft.jitter import Phasor, rotation_of_body
 from gyrostat.spacecraft.spacecraft import Spacecraft
-from gyrostat.spacecraft.wheel_harmonics import Gain, WheelHarmonics, WheelStructure
+from gyrostat.spacecraft.wheel_harmonics import WheelHarmonics, WheelStructure
+from gyrostat.spacecraft.wheel_modes import Gain
 from gyrostat.wheel.array import listed
 
 

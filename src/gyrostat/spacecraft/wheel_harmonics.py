@@ -1,6 +1,6 @@
 """Disturbances of wheels at multiples of the wheel speed, and structural modes of the wheels."""
 
-from typing import Annotated, Any, NamedTuple, Self
+from typing import Annotated, Any, Self
 
 import equinox as eqx
 import numpy as np
@@ -10,6 +10,7 @@ from gyrostat.core.arrays import PerWheel, Scalar
 from gyrostat.core.checked import Checked, finite, limit, positive, size
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
+from gyrostat.spacecraft.wheel_modes import Gain, rocking_gain, translation_gain
 from gyrostat.wheel.array import listed
 
 PerHarmonic = Float[Array, "harmonics wheels"]
@@ -81,13 +82,6 @@ class WheelHarmonics(Checked):
                 raise InputError(f"wheel harmonics {name}: found shape {found}, expected {shape}")
 
 
-class Gain(NamedTuple):
-    """Complex factor as its real and imaginary part."""
-
-    real: Any
-    imaginary: Any
-
-
 class WheelStructure(Checked):
     """Radial and rocking mode of a rotor in its elastic bearings.
 
@@ -128,8 +122,7 @@ class WheelStructure(Checked):
 
     def radial(self, frequency: Any) -> Gain:
         """Transmitted part of a radial force at angular frequencies, (harmonics, wheels), rad/s."""
-        ratio = frequency / self.radial_frequency
-        return _transmitted(1.0 - ratio**2, 2.0 * self.radial_damping * ratio)
+        return translation_gain(frequency, self.radial_frequency, self.radial_damping)
 
     def rocking(self, frequency: Any, speed: PerWheel) -> Gain:
         """Transmitted part of a torque.
@@ -138,9 +131,13 @@ class WheelStructure(Checked):
             frequency: Angular frequencies, of the sign of the speed, (harmonics, wheels), rad/s.
             speed: Wheel speeds, (wheels,), rad/s.
         """
-        ratio = frequency / self.rocking_frequency
-        stiffer = self.inertia_ratio * (speed / self.rocking_frequency) * ratio
-        return _transmitted(1.0 - ratio**2 + stiffer, 2.0 * self.rocking_damping * ratio)
+        return rocking_gain(
+            frequency,
+            speed,
+            self.rocking_frequency,
+            self.rocking_damping,
+            self.inertia_ratio,
+        )
 
     def check_wheels(self, count: int) -> None:
         """Validate shapes.
@@ -156,9 +153,3 @@ class WheelStructure(Checked):
                 raise InputError(
                     f"wheel structure {name}: found shape {np.shape(value)}, expected ({count},)"
                 )
-
-
-def _transmitted(stiffness: Any, damping: Any) -> Gain:
-    """(1 + i damping) / (stiffness + i damping)."""
-    size = stiffness**2 + damping**2
-    return Gain((stiffness + damping**2) / size, damping * (stiffness - 1.0) / size)
