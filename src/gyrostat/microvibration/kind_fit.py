@@ -1,0 +1,274 @@
+"""Fit of one kind of load: densities between the lines and powers of the lines together."""
+
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.microvibration.kind_model import SHAPE, KindModel
+from gyrostat.microvibration.lines import Lines
+from gyrostat.microvibration.start import start_values
+
+STEPS = 60
+"""Largest number of iterations."""
+SETTLED = 1e-7
+"""Relative decrease of the objective below which the fit has converged."""
+FORWARD, BACKWARD, BOTH = "forward", "backward", "both"
+
+
+@dataclass(frozen=True, eq=False)
+class KindFit:
+    """Fitted parameters of one kind of load.
+
+    Attributes:
+        model: Model with the data.
+        values: Parameters; see `KindModel`.
+        covariance: Their covariance; parameters that are held have none.
+        lines: Measured lines.
+        line_variance: Variance of their powers, (H, S).
+        spread: Relative variance of a bin of one spectrum.
+        correlated: Sum of correlations of a bin with all others, 1 for independent bins.
+        misfit: Correlation of residuals too far apart for the window: 0 for a model that fits.
+        objective: Value that was minimised.
+        line_scatter: Mean square of the residuals of the lines over their variance.
+    """
+
+    model: KindModel
+    values: Vector
+    covariance: Matrix
+    lines: Lines
+    line_variance: Matrix
+    spread: float
+    correlated: float
+    misfit: float
+    objective: float
+    line_scatter: float
+
+
+def fit_kind(model: KindModel, lines: Lines) -> KindFit:
+    """Fit one kind of load, and choose the sense in which each harmonic whirls.
+
+    Args:
+        model: Model with its data.
+        lines: Measured lines.
+    """
+    values = start_values(model)
+    count = len(model.numbers)
+    senses = np.zeros((2, count), dtype=bool)
+    senses[0] = np.isfinite(lines.power).sum(axis=1) > 0
+    noise = _Noise.of(model, values)
+    values = _coefficients(model, values, lines, senses, noise)
+    fit = _minimise(model, values, lines, senses)
+    if model.has_mode and model.loads == 2 or (model.has_mode and model.is_gyroscopic):
+        better = _choose_senses(fit, senses)
+        if np.any(better != senses):
+            values = _coefficients(model, fit.values, lines, better, _Noise.of(model, fit.values))
+            fit = _minimise(model, values, lines, better)
+    return fit
+
+
+@dataclass(frozen=True)
+class _Noise:
+    """Statistics of the residuals between the lines: see `KindFit`."""
+
+    spread: float
+    correlated: float
+    misfit: float
+
+    @classmethod
+    def of(cls, model: KindModel, values: Vector) -> "_Noise":
+        shown, shape = model.background(values)
+        scaled = model.used * (model.density / shown - 1.0) / np.sqrt(shape)
+        total = max(float(model.used.sum()), 1.0)
+        spread = float(np.sum(scaled**2)) / total
+        lags = {lag: _lagged(scaled, model.used, lag) / spread for lag in (1, 2, 3, 6, 9, 12)}
+        return cls(
+            spread,
+            1.0 + 2.0 * max(lags[1] + lags[2] + lags[3], 0.0),
+            float(np.mean([lags[lag] for lag in (6, 9, 12)])),
+        )
+
+
+def _lagged(scaled: Matrix, used: Matrix, lag: int) -> float:
+    pairs = float(np.sum(used[:, lag:] * used[:, :-lag]))
+    return float(np.sum(scaled[:, lag:] * scaled[:, :-lag])) / max(pairs, 1.0)
+
+
+def _coefficients(
+    model: KindModel, values: Vector, lines: Lines, senses: Any, noise: _Noise
+) -> Vector:
+    """Parameters with squared coefficients by weighted least squares, twice for the weights."""
+    values = values.copy()
+    gains = model.line_gains(values)
+    # at first as if each line were all signal
+    values[len(SHAPE) :] = 0.0
+    for _ in range(3):
+        variance = model.power_variance(values, lines, noise.spread * noise.correlated)
+        for k in range(len(model.numbers)):
+            good = np.isfinite(lines.power[k])
+            chosen = [s for s in (0, 1) if senses[s, k]]
+            if not chosen or not good.any():
+                continue
+            root = np.sqrt(variance[k, good])
+            matrix = np.array([gains[s][k, good] / root for s in chosen]).T
+            scale = np.linalg.norm(matrix, axis=0)
+            result = np.linalg.lstsq(matrix / scale, lines.power[k, good] / root, rcond=1e-10)
+            for s, value in zip(chosen, result[0] / scale, strict=True):
+                values[len(SHAPE) + s * len(model.numbers) + k] = max(float(value), 0.0)
+    return values
+
+
+def _choose_senses(fit: KindFit, senses: Any) -> Any:
+    """Sense of each harmonic by the residuals of its line at fixed mode, with a price for both."""
+    model, lines = fit.model, fit.lines
+    noise = _Noise(fit.spread, fit.correlated, fit.misfit)
+    better = senses.copy()
+    prices = {FORWARD: (0.0, (1, 0)), BACKWARD: (4.0, (0, 1)), BOTH: (9.0, (1, 1))}
+    scores = {}
+    for name, (price, pattern) in prices.items():
+        trial = np.array([[bool(p)] * len(model.numbers) for p in pattern]) & senses[0]
+        values = _coefficients(model, fit.values, lines, trial, noise)
+        # common weights, so that the sums of squares compare
+        residual = lines.power - sum(model.powers(values))
+        scores[name] = price + np.nansum(residual**2 / fit.line_variance, axis=1) / max(
+            fit.line_scatter, 1.0
+        )
+    for k in range(len(model.numbers)):
+        name = min(scores, key=lambda each: scores[each][k])
+        better[:, k] = np.array(prices[name][1], dtype=bool) & senses[0, k]
+    return better
+
+
+def _minimise(model: KindModel, values: Vector, lines: Lines, senses: Any) -> KindFit:
+    """Fisher scoring with damping; the weights follow the model."""
+    free = np.zeros(len(values), dtype=bool)
+    free[: 6 if model.is_gyroscopic else 5] = True
+    if not model.has_mode:
+        free[2:6] = False
+    free[len(SHAPE) :] = senses.ravel()
+    damping, best = 1e-3, np.inf
+    good = np.isfinite(lines.power)
+    for _ in range(STEPS):
+        noise = _Noise.of(model, values)
+        variance = model.power_variance(values, lines, noise.spread * noise.correlated)
+        weights = _Weights(noise, variance, good)
+        best = _objective(model, values, lines, weights)
+        gradient, information = _scores(model, values, lines, weights, free)
+        scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
+        moved = False
+        while damping < 1e8 and not moved:
+            system = information / np.outer(scale, scale) + damping * np.eye(len(scale))
+            step = np.linalg.solve(system, gradient / scale) / scale
+            trial = values.copy()
+            trial[free] += step
+            trial = _bounded(trial, values)
+            value = _objective(model, trial, lines, weights)
+            moved = value < best
+            damping = damping * 0.1 if moved else damping * 10.0
+        if not moved:
+            break
+        values = trial
+        if best - value < SETTLED * abs(best):
+            break
+    return _result(model, values, lines, free)
+
+
+@dataclass(frozen=True)
+class _Weights:
+    """Variances that an iteration holds."""
+
+    noise: _Noise
+    variance: Matrix
+    good: Any
+
+
+def _bounded(trial: Vector, values: Vector) -> Vector:
+    """Parameters within their bounds, which a step approaches by half."""
+    trial = trial.copy()
+    for k in (0, 1):
+        trial[k] = max(trial[k], 0.3 * values[k], 1e-300)
+    trial[2] = np.clip(trial[2], -1.0, 8.0)
+    trial[3:5] = np.clip(trial[3:5], values[3:5] - 0.5, values[3:5] + 0.5)
+    trial[4] = np.clip(trial[4], np.log(1e-4), np.log(2.0))
+    trial[5] = np.clip(trial[5], 0.0, 2.0)
+    trial[6:] = np.maximum(trial[6:], 0.0)
+    return trial
+
+
+def _objective(model: KindModel, values: Vector, lines: Lines, weights: _Weights) -> float:
+    """Quasi-deviance of the densities and squares of the lines."""
+    shown, shape = model.background(values)
+    ratio = np.maximum(model.density, 1e-300) / shown
+    noise = weights.noise
+    parts = 2.0 * model.used * (ratio - 1.0 - np.log(ratio)) / shape
+    density = float(np.sum(parts)) / (noise.spread * noise.correlated)
+    residual = np.where(weights.good, lines.power - sum(model.powers(values)), 0.0)
+    return density + float(np.sum(residual**2 / np.where(weights.good, weights.variance, 1.0)))
+
+
+def _scores(
+    model: KindModel, values: Vector, lines: Lines, weights: _Weights, free: Any
+) -> tuple[Vector, Matrix]:
+    """Gradient for a step and expected information of the free parameters."""
+    shown, shape = model.background(values)
+    noise = weights.noise
+    weight = np.sqrt(model.used / (shape * noise.spread * noise.correlated)) / shown
+    root = np.where(weights.good, 1.0 / np.sqrt(np.where(weights.good, weights.variance, 1.0)), 0.0)
+    powers = sum(model.powers(values))
+    residual = [
+        (weight * (model.density - shown)).ravel(),
+        (root * np.where(weights.good, lines.power - powers, 0.0)).ravel(),
+    ]
+    index = np.flatnonzero(free)
+    dense = index[index < len(SHAPE)]
+    columns = np.zeros((len(index), residual[1].size))
+    slopes = np.zeros((len(dense), residual[0].size))
+    count = len(model.numbers)
+    gains = model.line_gains(values)
+    for row, k in enumerate(index):
+        if k >= len(SHAPE):
+            sense, harmonic = divmod(int(k) - len(SHAPE), count)
+            part = np.zeros_like(powers)
+            part[harmonic] = gains[sense][harmonic]
+            columns[row] = (root * part).ravel()
+            continue
+        trial = values.copy()
+        step = 1e-5 * (abs(values[k]) if k < 2 else 1.0)
+        trial[k] += step
+        slopes[row] = (weight * (model.background(trial)[0] - shown) / step).ravel()
+        columns[row] = (root * (sum(model.powers(trial)) - powers) / step).ravel()
+    information = columns @ columns.T
+    information[: len(dense), : len(dense)] += slopes @ slopes.T
+    gradient = columns @ residual[1]
+    gradient[: len(dense)] += slopes @ residual[0]
+    return gradient, information
+
+
+def _result(model: KindModel, values: Vector, lines: Lines, free: Any) -> KindFit:
+    noise = _Noise.of(model, values)
+    variance = model.power_variance(values, lines, noise.spread * noise.correlated)
+    good = np.isfinite(lines.power)
+    residual = np.where(good, lines.power - sum(model.powers(values)), 0.0)
+    squares = residual**2 / np.where(good, variance, 1.0)
+    freedom = int(good.sum()) - int(free[len(SHAPE) :].sum())
+    scatter = float(squares.sum()) / freedom if freedom > 0 else 1.0
+    weights = _Weights(noise, variance * max(scatter, 1.0), good)
+    _, information = _scores(model, values, lines, weights, free)
+    scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
+    inverse = np.linalg.pinv(information / np.outer(scale, scale), rcond=1e-12, hermitian=True)
+    covariance = np.zeros((len(values), len(values)))
+    covariance[np.ix_(free, free)] = inverse / np.outer(scale, scale)
+    objective = _objective(model, values, lines, weights)
+    return KindFit(
+        replace(model),
+        values,
+        covariance,
+        lines,
+        variance,
+        noise.spread,
+        noise.correlated,
+        noise.misfit,
+        objective,
+        scatter,
+    )
