@@ -1,6 +1,6 @@
 """Fit of one kind of load: densities between the lines and powers of the lines together."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -14,7 +14,8 @@ STEPS = 60
 """Largest number of iterations."""
 SETTLED = 1e-7
 """Relative decrease of the objective below which the fit has converged."""
-FORWARD, BACKWARD, BOTH = "forward", "backward", "both"
+REJECTED = 9.0
+"""Increase of a sum of squares, of one degree of freedom, by which a sense of whirl is rejected."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -46,26 +47,39 @@ class KindFit:
     line_scatter: float
 
 
-def fit_kind(model: KindModel, lines: Lines) -> KindFit:
+def fit_kind(model: KindModel, lines: Lines, start: Vector | None = None) -> KindFit:
     """Fit one kind of load, and choose the sense in which each harmonic whirls.
 
     Args:
         model: Model with its data.
         lines: Measured lines.
+        start: Start values of the parameters of the density; None to search for them.
     """
-    values = start_values(model)
+    values = start_values(model) if start is None else _with_shape(model, start)
     count = len(model.numbers)
     senses = np.zeros((2, count), dtype=bool)
     senses[0] = np.isfinite(lines.power).sum(axis=1) > 0
     noise = _Noise.of(model, values)
     values = _coefficients(model, values, lines, senses, noise)
     fit = _minimise(model, values, lines, senses)
-    if model.has_mode and model.loads == 2 or (model.has_mode and model.is_gyroscopic):
+    if model.has_mode and model.is_gyroscopic:
         better = _choose_senses(fit, senses)
         if np.any(better != senses):
             values = _coefficients(model, fit.values, lines, better, _Noise.of(model, fit.values))
             fit = _minimise(model, values, lines, better)
     return fit
+
+
+def _with_shape(model: KindModel, start: Vector) -> Vector:
+    """Parameters of the density, coefficients 0."""
+    return np.concatenate([start[: len(SHAPE)], np.zeros(2 * len(model.numbers))])
+
+
+def with_weights_of(fit: KindFit, other: KindFit) -> float:
+    """Objective of another fit of the same data with the variances of the first."""
+    noise = _Noise(fit.spread, fit.correlated, fit.misfit)
+    weights = _Weights(noise, fit.line_variance, np.isfinite(fit.lines.power))
+    return _objective(other.model, other.values, other.lines, weights)
 
 
 @dataclass(frozen=True)
@@ -120,24 +134,24 @@ def _coefficients(
 
 
 def _choose_senses(fit: KindFit, senses: Any) -> Any:
-    """Sense of each harmonic by the residuals of its line at fixed mode, with a price for both."""
+    """Senses of each harmonic by the residuals of its line at fixed mode.
+
+    One sense alone is taken where the other is rejected and both together are no better.
+    """
     model, lines = fit.model, fit.lines
     noise = _Noise(fit.spread, fit.correlated, fit.misfit)
-    better = senses.copy()
-    prices = {FORWARD: (0.0, (1, 0)), BACKWARD: (4.0, (0, 1)), BOTH: (9.0, (1, 1))}
     scores = {}
-    for name, (price, pattern) in prices.items():
-        trial = np.array([[bool(p)] * len(model.numbers) for p in pattern]) & senses[0]
+    for pattern in ((True, False), (False, True), (True, True)):
+        trial = np.array(pattern)[:, None] & senses[0]
         values = _coefficients(model, fit.values, lines, trial, noise)
         # common weights, so that the sums of squares compare
         residual = lines.power - sum(model.powers(values))
-        scores[name] = price + np.nansum(residual**2 / fit.line_variance, axis=1) / max(
-            fit.line_scatter, 1.0
-        )
-    for k in range(len(model.numbers)):
-        name = min(scores, key=lambda each: scores[each][k])
-        better[:, k] = np.array(prices[name][1], dtype=bool) & senses[0, k]
-    return better
+        scores[pattern] = np.nansum(residual**2 / fit.line_variance, axis=1)
+    forward, backward, both = scores.values()
+    alone = np.minimum(forward, backward) - both < REJECTED
+    is_forward = alone & (backward - forward > REJECTED)
+    is_backward = alone & (forward - backward > REJECTED)
+    return np.array([~is_backward, ~is_forward]) & senses[0]
 
 
 def _minimise(model: KindModel, values: Vector, lines: Lines, senses: Any) -> KindFit:
@@ -186,8 +200,8 @@ class _Weights:
 def _bounded(trial: Vector, values: Vector) -> Vector:
     """Parameters within their bounds, which a step approaches by half."""
     trial = trial.copy()
-    for k in (0, 1):
-        trial[k] = max(trial[k], 0.3 * values[k], 1e-300)
+    trial[0] = max(trial[0], 0.3 * values[0], 1e-300)
+    trial[1] = max(trial[1], 0.0)
     trial[2] = np.clip(trial[2], -1.0, 8.0)
     trial[3:5] = np.clip(trial[3:5], values[3:5] - 0.5, values[3:5] + 0.5)
     trial[4] = np.clip(trial[4], np.log(1e-4), np.log(2.0))
@@ -234,7 +248,7 @@ def _scores(
             columns[row] = (root * part).ravel()
             continue
         trial = values.copy()
-        step = 1e-5 * (abs(values[k]) if k < 2 else 1.0)
+        step = 1e-5 * (max(values[0], values[k]) if k < 2 else 1.0)
         trial[k] += step
         slopes[row] = (weight * (model.background(trial)[0] - shown) / step).ravel()
         columns[row] = (root * (sum(model.powers(trial)) - powers) / step).ravel()
@@ -261,7 +275,7 @@ def _result(model: KindModel, values: Vector, lines: Lines, free: Any) -> KindFi
     covariance[np.ix_(free, free)] = inverse / np.outer(scale, scale)
     objective = _objective(model, values, lines, weights)
     return KindFit(
-        replace(model),
+        model,
         values,
         covariance,
         lines,

@@ -72,9 +72,7 @@ def _reach(
     return found
 
 
-def measure_lines(
-    waterfall: Waterfall, density: Matrix, model: Matrix, numbers: Vector
-) -> Lines:
+def measure_lines(waterfall: Waterfall, density: Matrix, model: Matrix, numbers: Vector) -> Lines:
     """Measure the power of each line above the density to both sides of it.
 
     Args:

@@ -22,7 +22,7 @@ def simulated_waterfall(
     speed: Vector,
     generator: np.random.Generator,
     *,
-    rate: float = 1000.0,
+    rate: float = 2000.0,
     duration: float = 16.0,
     segment: float = 2.0,
     highest: float = 400.0,

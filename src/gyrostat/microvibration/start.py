@@ -44,7 +44,9 @@ def start_values(model: KindModel) -> Vector:
     return start
 
 
-def _levels(model: KindModel, values: Vector, rows: NDArray[np.int64]) -> tuple[float, float, float]:
+def _levels(
+    model: KindModel, values: Vector, rows: NDArray[np.int64]
+) -> tuple[float, float, float]:
     """Floor and noise by weighted least squares, and the deviance."""
     speed = model.waterfall.speed[rows, None]
     trial = values.copy()
@@ -64,9 +66,7 @@ def _levels(model: KindModel, values: Vector, rows: NDArray[np.int64]) -> tuple[
 
 def _two_levels(weight: Matrix, shape: Matrix, density: Matrix) -> tuple[float, float]:
     """Least squares of density = floor + noise shape with neither below 0."""
-    matrix = np.array(
-        [[np.sum(weight), np.sum(weight * shape)], [0.0, np.sum(weight * shape**2)]]
-    )
+    matrix = np.array([[np.sum(weight), np.sum(weight * shape)], [0.0, np.sum(weight * shape**2)]])
     matrix[1, 0] = matrix[0, 1]
     right = np.array([np.sum(weight * density), np.sum(weight * density * shape)])
     determinant = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] ** 2

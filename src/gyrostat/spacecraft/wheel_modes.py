@@ -43,7 +43,9 @@ def translation_gain(frequency: Any, natural: Any, damping: Any) -> Gain:
     return _transmitted(1.0 - ratio**2, 2.0 * damping * ratio)
 
 
-def rocking_gain(frequency: Any, speed: Any, natural: Any, damping: Any, inertia_ratio: Any) -> Gain:
+def rocking_gain(
+    frequency: Any, speed: Any, natural: Any, damping: Any, inertia_ratio: Any
+) -> Gain:
     """Transmitted part of a torque across the axis of a rotor.
 
     Args:

@@ -1,0 +1,99 @@
+"""Fit of waterfalls that equations of motion in time and `scipy.signal.welch` have made."""
+
+import importlib.util
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+
+from gyrostat.microvibration.fit import fit_waterfall
+from gyrostat.microvibration.simulate import simulated_waterfall
+from gyrostat.microvibration.waterfall import Waterfall, Window
+
+PATH = Path(__file__).parents[2] / "benchmarks" / "waterfall_coverage.py"
+SPECIFICATION = importlib.util.spec_from_file_location("waterfall_coverage", PATH)
+coverage = importlib.util.module_from_spec(SPECIFICATION)
+SPECIFICATION.loader.exec_module(coverage)
+
+
+@pytest.fixture(scope="module")
+def waterfall():
+    return simulated_waterfall(
+        coverage.WHEEL, coverage.SPEED, np.random.default_rng(5), floor=coverage.FLOOR
+    )
+
+
+@pytest.fixture(scope="module")
+def fit(waterfall):
+    return fit_waterfall(waterfall)
+
+
+def test_harmonics_modes_and_noise_are_found_within_their_sigmas(fit):
+    assert fit.valid
+    assert len(fit.harmonics) == len(coverage.WHEEL.harmonics)
+    scores = {
+        name: (estimate.value - truth) / estimate.sigma
+        for name, estimate, truth in coverage.intervals(fit)
+    }
+    # 37 scores: one beyond 4 by chance once in 400 waterfalls
+    assert max(map(abs, scores.values())) < 4.0
+    assert 0.6 < np.std(list(scores.values())) < 1.5
+
+
+def test_estimates_are_sharp(fit):
+    assert fit.kinds["torque"].mode["inertia_ratio"].sigma < 0.002
+    assert fit.kinds["force"].mode["damping"].sigma < 0.05 * 0.02
+    first = fit.harmonics[1]
+    assert first.number.sigma < 1e-4
+    assert first.coefficients["force"].total.sigma < 0.01 * 1e-6
+
+
+def test_sense_of_whirl_is_found_where_the_gyroscopic_mode_splits(fit):
+    second = fit.harmonics[2].coefficients["torque"]
+    assert second.backward.observable
+    assert not second.forward.observable
+
+
+def test_loads_of_a_pair_have_the_coefficient_of_the_pair(fit):
+    loads = fit.harmonics[1].coefficients["force"].loads
+    for load in ("Fx", "Fy"):
+        assert loads[load].low <= 1e-6 <= loads[load].high
+
+
+def test_too_few_speeds_and_a_coarse_resolution_are_not_valid(waterfall):
+    few = {load: values[:5] for load, values in waterfall.density.items()}
+    result = fit_waterfall(replace(waterfall, speed=waterfall.speed[:5], density=few))
+    assert not result.valid
+    assert "too few speeds" in result.reasons[0]
+    coarse = {load: values[:, ::16] for load, values in waterfall.density.items()}
+    result = fit_waterfall(replace(waterfall, frequency=waterfall.frequency[::16], density=coarse))
+    assert "too coarse" in result.reasons[0]
+
+
+def test_noise_alone_has_no_harmonic():
+    generator = np.random.default_rng(3)
+    frequency = np.arange(1.0, 300.0, 0.5)
+    density = {"Fz": generator.gamma(8.0, 1.0, (20, len(frequency)))}
+    speed = np.linspace(50.0, 300.0, 20)
+    result = fit_waterfall(Waterfall("noise", speed, frequency, density, Window.named("hann")))
+    assert result.harmonics == ()
+    assert "no harmonic" in result.reasons[0]
+
+
+def test_a_line_that_does_not_move_is_no_harmonic(waterfall):
+    bin_of_line = int(np.argmin(np.abs(waterfall.frequency - 50.0)))
+    density = {load: values.copy() for load, values in waterfall.density.items()}
+    for values in density.values():
+        values[:, bin_of_line - 1 : bin_of_line + 2] += 100.0 * np.median(values)
+    result = fit_waterfall(replace(waterfall, density=density))
+    assert len(result.harmonics) == len(coverage.WHEEL.harmonics)
+    assert any("do not move" in text for text in result.warnings)
+
+
+def test_kernel_of_the_window_is_what_welch_does_to_a_tone():
+    window = Window.named("hann")
+    shown = window.kernel[window.kernel > 1e-6]
+    np.testing.assert_allclose(shown, [1 / 6, 2 / 3, 1 / 6], rtol=1e-6)
+    assert window.noise_bandwidth == pytest.approx(1.5)
+    assert window.half_width == 2
