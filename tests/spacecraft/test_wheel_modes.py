@@ -1,4 +1,4 @@
-"""Whirl modes of a wheel: gyroscopic splitting, and the energy that the gyroscopic term must keep."""
+"""Whirl modes of a wheel: gyroscopic splitting, and the energy balance."""
 
 import numpy as np
 import pytest

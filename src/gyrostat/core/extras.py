@@ -15,6 +15,7 @@ EXTRAS = {
     "posterior": ("blackjax>=1.2",),
     "s3": ("s3fs>=2024.10",),
     "search": ("cma>=4.0",),
+    "structure": ("pyuff>=2.5", "pyyeti>=1.4"),
 }
 """Extra -> its packages, as in pyproject.toml."""
 

@@ -40,7 +40,8 @@ class Estimate:
     @classmethod
     def of_logarithm(cls, value: float, sigma: float, unit: str) -> "Estimate":
         """Estimate from that of its natural logarithm."""
-        ends = np.exp(value + QUANTILE * sigma * np.array([-1.0, 1.0]))
+        half = min(QUANTILE * sigma, 500.0)
+        ends = np.exp(value + half * np.array([-1.0, 1.0]))
         middle = float(np.exp(value))
         return cls(middle, middle * sigma, float(ends[0]), float(ends[1]), unit)
 

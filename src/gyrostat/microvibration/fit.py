@@ -155,7 +155,7 @@ def _harmonic(fits: dict[str, KindFit], index: int) -> FittedHarmonic:
 def _each_load(fit: KindFit, index: int, kind: str, total: Estimate) -> dict[str, Estimate]:
     """Coefficient of each measured load, with the shape over speed that all have in common."""
     model, numbers = fit.model, fit.model.numbers
-    shape = sum(model.powers(fit.values))[index]
+    shape = np.sum(model.powers(fit.values), axis=0)[index]
     result = {}
     for load in KINDS[kind]:
         density = model.waterfall.density.get(load)
@@ -202,7 +202,7 @@ def _warnings(fits: dict[str, KindFit]) -> Iterator[str]:
         model = fit.model
         if stationary_bins(model.density).any():
             bins = model.waterfall.frequency[stationary_bins(model.density)]
-            yield f"{kind}: lines that do not move with the speed are left out, near {bins[0]:.4g} Hz"
+            yield f"{kind}: lines that do not move with the speed are left out, at {bins[0]:.4g} Hz"
         if abs(fit.misfit) > LARGEST_MISFIT:
             yield (
                 f"{kind}: the density between the lines does not follow one mode and white noise: "

@@ -170,7 +170,7 @@ def _minimise(model: KindModel, values: Vector, lines: Lines, senses: Any) -> Ki
         best = _objective(model, values, lines, weights)
         gradient, information = _scores(model, values, lines, weights, free)
         scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
-        moved = False
+        moved, trial, value = False, values, best
         while damping < 1e8 and not moved:
             system = information / np.outer(scale, scale) + damping * np.eye(len(scale))
             step = np.linalg.solve(system, gradient / scale) / scale

@@ -2,8 +2,8 @@
 
 Parameters are a vector: floor, noise, exponent, ln frequency, ln damping, inertia ratio, then the
 squares of the forward coefficients of all harmonics and those of the backward ones. Densities are
-means over the one or two loads of the kind. With two, x + iy has the densities Z+ at w and Z- at -w;
-their mean (Z+ + Z-) / 2 is what is measured, and its relative variance is that of one spectrum
+means over the one or two loads of the kind. With two, x + iy has the densities Z+ at w and Z- at
+-w; their mean (Z+ + Z-) / 2 is what is measured, and its relative variance is that of one spectrum
 times (Z+² + Z-²) / (Z+ + Z-)².
 """
 

@@ -1,0 +1,227 @@
+"""Motion of the line of sight over wheel speed, and the speeds to avoid.
+
+The phases of harmonics, of the kinds of load and of wheels are not known: their mean squares add.
+Within one kind of load, the two loads across the axis are 90° apart, as a whirl has them.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+
+from gyrostat.core.pictured import Pictured
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.microvibration import exposure as windows
+from gyrostat.microvibration.model import KINDS, LOADS, WheelDisturbance
+from gyrostat.microvibration.transfer import TWO_PI
+from gyrostat.microvibration.transfer_file import Transfer
+
+NOISE_SPEEDS = 40
+"""Speeds at which the motion by noise is integrated; it is smooth between them."""
+WEIGHTS = {
+    "shift": windows.shift_weight,
+    "smear": windows.smear_weight,
+    "jitter": windows.jitter_weight,
+}
+
+
+@dataclass(frozen=True, eq=False)
+class MountedWheel:
+    """Wheel on a structure.
+
+    Attributes:
+        name: Name.
+        disturbance: Its loads.
+        axis: Spin axis in body axes, a unit vector, (3,).
+        position: Position from the point of the transfer's loads, body axes, (3,), m.
+    """
+
+    name: str
+    disturbance: WheelDisturbance
+    axis: Vector
+    position: Vector
+
+    def to_body(self) -> Matrix:
+        """Loads at the point of the transfer over loads in the axes of the wheel, (6, 6)."""
+        farthest = np.eye(3)[int(np.argmin(np.abs(self.axis)))]
+        first = np.cross(farthest, self.axis)
+        first = first / np.linalg.norm(first)
+        turn = np.array([first, np.cross(self.axis, first), self.axis]).T
+        x, y, z = self.position
+        arm = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
+        return np.block([[turn, np.zeros((3, 3))], [arm @ turn, turn]])
+
+
+@dataclass(frozen=True, eq=False)
+class WheelMotion:
+    """Motion of the line of sight by one wheel.
+
+    Attributes:
+        name: Name of the wheel.
+        frequency: Frequencies of the tones, (tones, S), rad/s.
+        amplitude: Amplitudes of the tones about x and y, (tones, 2, S), rad.
+        noise: Measure -> mean square of the motion by noise, (2, S), rad².
+        outside: Whether a tone lies outside the frequencies of the transfer, (tones, S).
+    """
+
+    name: str
+    frequency: Matrix
+    amplitude: Any
+    noise: dict[str, Matrix]
+    outside: Any
+
+    def mean_square(self, measure: str, exposure: float) -> Matrix:
+        """Mean square of shift, smear or jitter about x and y, (2, S), rad²."""
+        weight = WEIGHTS[measure](self.frequency, exposure)
+        tones = 0.5 * np.sum(self.amplitude**2 * weight[:, None], axis=0)
+        return tones + self.noise[measure]
+
+
+@dataclass(frozen=True, eq=False)
+class LineOfSight(Pictured):
+    """Motion of the line of sight over the speed of each wheel.
+
+    Attributes:
+        speed: Wheel speeds, (S,), rad/s.
+        exposure: Duration of an exposure, s.
+        limit: Largest rms of smear and jitter of all wheels together, both axes, rad; or None.
+        wheels: Motion by each wheel.
+    """
+
+    speed: Vector
+    exposure: float
+    limit: float | None
+    wheels: tuple[WheelMotion, ...]
+
+    def rms(self, *measures: str) -> Matrix:
+        """Root mean square about both axes of measures together, (wheels, S), rad.
+
+        Args:
+            measures: Some of shift, smear and jitter; smear and jitter by default.
+        """
+        names = measures or ("smear", "jitter")
+        squares = [
+            sum(wheel.mean_square(name, self.exposure) for name in names) for wheel in self.wheels
+        ]
+        return np.sqrt(np.sum(squares, axis=1))
+
+    def bands(self) -> list[tuple[float, float]]:
+        """Ranges of speeds at which a wheel may exceed its share of the limit, rad/s.
+
+        The share of one of n wheels is the limit over √n: the limit holds while no wheel is in a
+        band. A band ends at the next speed outside it.
+        """
+        if self.limit is None:
+            return []
+        above = np.any(self.rms() > self.limit / np.sqrt(len(self.wheels)), axis=0)
+        edges = np.diff(np.concatenate([[False], above, [False]]).astype(int))
+        starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
+        ranges: list[tuple[float, float]] = []
+        for start, end in zip(starts, ends, strict=True):
+            low = float(self.speed[max(start - 1, 0)])
+            high = float(self.speed[min(end, len(self.speed) - 1)])
+            if ranges and low <= ranges[-1][1]:
+                low = ranges.pop()[0]
+            ranges.append((low, high))
+        return ranges
+
+    def mtf(self, detail: Vector, speeds: Vector, axis: int) -> Vector:
+        """MTF of all wheels at one speed each, (details,).
+
+        Args:
+            detail: Spatial frequencies, (details,), cycles/rad.
+            speeds: Speed of each wheel, within the speeds computed, (wheels,), rad/s.
+            axis: Axis about which the line of sight turns: 0 or 1.
+        """
+        frequency, amplitude, square = [], [], 0.0
+        for wheel, speed in zip(self.wheels, speeds, strict=True):
+            k = int(np.argmin(np.abs(self.speed - speed)))
+            frequency.append(wheel.frequency[:, k])
+            amplitude.append(wheel.amplitude[:, axis, k])
+            square += float(wheel.noise["smear"][axis, k] + wheel.noise["jitter"][axis, k])
+        tones = np.concatenate(frequency), np.concatenate(amplitude)
+        return windows.mtf(detail, *tones, float(np.sqrt(square)), self.exposure)
+
+
+def line_of_sight(
+    wheels: list[MountedWheel],
+    transfer: Transfer,
+    speed: Vector,
+    exposure: float,
+    limit: float | None = None,
+) -> LineOfSight:
+    """Compute the motion of the line of sight over wheel speed.
+
+    Args:
+        wheels: Wheels; their number is that of the transfer, or any if it has loads at one point.
+        transfer: Transfer to the line of sight.
+        speed: Wheel speeds, increasing, (S,), rad/s.
+        exposure: Duration of an exposure, s.
+        limit: See `LineOfSight`.
+    """
+    motions = tuple(
+        _motion(wheel, transfer, min(k, transfer.wheels - 1), speed, exposure)
+        for k, wheel in enumerate(wheels)
+    )
+    return LineOfSight(speed, exposure, limit, motions)
+
+
+def _motion(
+    wheel: MountedWheel, transfer: Transfer, index: int, speed: Vector, exposure: float
+) -> WheelMotion:
+    """Motion of the line of sight by one wheel."""
+    turn = wheel.to_body()
+    numbers = np.array([each.number for each in wheel.disturbance.harmonics])
+    frequency = numbers[:, None] * speed
+    response = transfer.at(frequency.ravel() / TWO_PI)[:, index] @ turn
+    response = response.reshape(*frequency.shape, 2, 6)
+    square = np.zeros((*frequency.shape, 2))
+    for kind in KINDS:
+        for sense in (1, -1):
+            angle = _whirl(response, kind, sense)
+            tone = wheel.disturbance.tone(kind, speed, sense)
+            square += np.abs(tone[..., None] * angle) ** 2
+    low, high = transfer.limits
+    outside = (frequency < TWO_PI * low) | (frequency > TWO_PI * high)
+    amplitude = np.moveaxis(np.sqrt(square), -1, 1)
+    noise = _noise(wheel, transfer, index, speed, exposure)
+    return WheelMotion(wheel.name, frequency, amplitude, noise, outside)
+
+
+def _whirl(response: Any, kind: str, sense: int) -> Any:
+    """Angles over a load of 1 that turns in one sense, of the last two axes (2, 6) -> (2,)."""
+    first, *second = (LOADS.index(load) for load in KINDS[kind])
+    if not second:
+        return response[..., first] if sense > 0 else 0.0 * response[..., first]
+    return response[..., first] - sense * 1j * response[..., second[0]]
+
+
+def _noise(
+    wheel: MountedWheel, transfer: Transfer, index: int, speed: Vector, exposure: float
+) -> dict[str, Matrix]:
+    """Mean squares of the motion by broadband noise, each (2, S), rad²."""
+    few = np.linspace(speed[0], speed[-1], min(NOISE_SPEEDS, len(speed)))
+    grid = transfer.grid()
+    # a rigid body drifts without bound at low frequencies, as a shift and not within an exposure
+    grid = grid[grid >= 0.02 / exposure]
+    result = {name: np.zeros((2, len(few))) for name in WEIGHTS}
+    disturbance = wheel.disturbance
+    if len(grid) > 1 and disturbance.noise:
+        w = TWO_PI * grid
+        response = transfer.at(grid)[:, index] @ wheel.to_body()
+        weights = {name: weight(w, exposure) for name, weight in WEIGHTS.items()}
+        for kind, noise in disturbance.noise.items():
+            for sense in (1, -1):
+                angle = np.abs(_whirl(response, kind, sense)) ** 2
+                mode = disturbance.modes.get(kind)
+                ones = np.ones((len(few), len(w)))
+                gain = ones if mode is None else mode.power_gain(sense * w, few[:, None] * ones)
+                share = 0.5 if len(KINDS[kind]) == 2 else 1.0
+                density = share * noise.at(few)[:, None] * gain
+                for name, weight in weights.items():
+                    each = density[:, None] * angle.T * weight
+                    result[name] += np.trapezoid(each, grid, axis=2).T
+    return {
+        name: np.array([np.interp(speed, few, row) for row in values])
+        for name, values in result.items()
+    }
