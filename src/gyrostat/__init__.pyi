@@ -35,6 +35,7 @@ from gyrostat.verbs import compare as compare
 from gyrostat.verbs import export as export
 from gyrostat.verbs import feasible as feasible
 from gyrostat.verbs import identify as identify
+from gyrostat.verbs import jitter as jitter
 from gyrostat.verbs import lot as lot
 from gyrostat.verbs import monitor as monitor
 from gyrostat.verbs import place as place
@@ -47,6 +48,7 @@ from gyrostat.verbs import reproduce as reproduce
 from gyrostat.verbs import simulate as simulate
 from gyrostat.verbs import tune as tune
 from gyrostat.verbs import validate as validate
+from gyrostat.verbs import waterfall as waterfall
 from gyrostat.wheel import Driver as Driver
 from gyrostat.wheel import Tachometer as Tachometer
 from gyrostat.wheel import Wheel as Wheel

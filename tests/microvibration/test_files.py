@@ -94,7 +94,8 @@ def test_universal_file_is_read(tmp_path):
                 binary=0, func_type=9, rsp_node=1, rsp_dir=direction, ref_node=0, ref_dir=0,
                 data=row, x=FREQUENCY, ord_data_type=4, num_pts=40, abscissa_spacing=1,
                 abscissa_min=1.0, abscissa_inc=0.5, z_axis_value=speed / RPM,
-                z_axis_axis_units_lab="rpm", id1="", id2="", id3="", id4="", id5="", orddenom_spec_data_type=0,
+                z_axis_axis_units_lab="rpm", id1="", id2="", id3="", id4="", id5="",
+                orddenom_spec_data_type=0,
             )  # fmt: skip
             file._write_set(dataset, "add")
     assert_same(read_waterfall(path))

@@ -20,6 +20,7 @@ from gyrostat.cli.export import export
 from gyrostat.cli.feasibility import feasible
 from gyrostat.cli.gyro import allan
 from gyrostat.cli.lots import lot
+from gyrostat.cli.microvibration import jitter, waterfall
 from gyrostat.cli.monitoring import monitor
 from gyrostat.cli.paper import reproduce
 from gyrostat.cli.placement import place
@@ -80,8 +81,8 @@ def _options(
 
 
 for _verb in (
-    *(identify, validate, compare, pool, lot, monitor, bench, allan, feasible, recover),
-    *(check, place, simulate, campaign, budget, tune, plan_speeds),
+    *(identify, validate, compare, pool, lot, monitor, bench, allan, waterfall, jitter),
+    *(feasible, recover, check, place, simulate, campaign, budget, tune, plan_speeds),
     *(replay, report, export, reproduce, cache),
 ):
     app.command(cls=Verb)(_keeping_programs(_verb))

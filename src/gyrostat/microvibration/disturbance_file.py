@@ -86,14 +86,12 @@ def read_disturbance(path: Path) -> WheelDisturbance:
     for kind, each in _by_kind(path, "noise", content.get("noise", {}), tuple(KINDS)).items():
         place = f"noise.{kind}"
         refuse_unknown(path, f"{place}.", each, ("density", "exponent", "reference"))
-        values = [
-            number(path, f"{place}.{key}", each.get(key), positive=key == "density")
-            for key in ("density", "exponent")
-        ]
+        density = number(path, f"{place}.density", each.get("density"), positive=True)
+        exponent = number(path, f"{place}.exponent", each.get("exponent"), positive=False)
         reference = quantity(
             path, f"{place}.reference", each.get("reference"), "speed", positive=True
         )
-        noise[kind] = Noise(*values, reference)
+        noise[kind] = Noise(density, exponent, reference)
     return WheelDisturbance(name, tuple(harmonics), modes, noise)
 
 

@@ -30,7 +30,7 @@ class Estimate:
     @property
     def observable(self) -> bool:
         """Whether the interval is finite and does not hold 0."""
-        return bool(np.isfinite(self.high)) and self.low > 0.0
+        return bool(np.isfinite(self.high) and self.low > 0.0)
 
     @classmethod
     def normal(cls, value: float, sigma: float, unit: str) -> "Estimate":

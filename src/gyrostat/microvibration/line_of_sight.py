@@ -101,7 +101,8 @@ class LineOfSight(Pictured):
         """
         names = measures or ("smear", "jitter")
         squares = [
-            sum(wheel.mean_square(name, self.exposure) for name in names) for wheel in self.wheels
+            np.sum([wheel.mean_square(name, self.exposure) for name in names], axis=0)
+            for wheel in self.wheels
         ]
         return np.sqrt(np.sum(squares, axis=1))
 
@@ -173,7 +174,7 @@ def _motion(
     turn = wheel.to_body()
     numbers = np.array([each.number for each in wheel.disturbance.harmonics])
     frequency = numbers[:, None] * speed
-    response = transfer.at(frequency.ravel() / TWO_PI)[:, index] @ turn
+    response = transfer.at(frequency.ravel() / TWO_PI, index) @ turn
     response = response.reshape(*frequency.shape, 2, 6)
     square = np.zeros((*frequency.shape, 2))
     for kind in KINDS:
@@ -208,7 +209,7 @@ def _noise(
     disturbance = wheel.disturbance
     if len(grid) > 1 and disturbance.noise:
         w = TWO_PI * grid
-        response = transfer.at(grid)[:, index] @ wheel.to_body()
+        response = transfer.at(grid, index) @ wheel.to_body()
         weights = {name: weight(w, exposure) for name, weight in WEIGHTS.items()}
         for kind, noise in disturbance.noise.items():
             for sense in (1, -1):

@@ -49,18 +49,20 @@ class FrequencyResponse:
         """Lowest and highest frequency, Hz."""
         return float(self.frequency[0]), float(self.frequency[-1])
 
-    def at(self, frequency: Vector) -> Any:
-        """Response at frequencies, (N, wheels, 2, 6); 0 outside the limits.
+    def at(self, frequency: Vector, wheel: int) -> Any:
+        """Response at frequencies, (N, 2, 6); 0 outside the limits.
 
         Args:
             frequency: Frequencies, (N,), Hz.
+            wheel: Index of the wheel.
         """
         after = np.clip(np.searchsorted(self.frequency, frequency), 1, len(self.frequency) - 1)
         low, high = self.frequency[after - 1], self.frequency[after]
-        share = ((frequency - low) / (high - low))[:, None, None, None]
+        share = ((frequency - low) / (high - low))[:, None, None]
         inside = (frequency >= self.frequency[0]) & (frequency <= self.frequency[-1])
-        result = (1.0 - share) * self.values[after - 1] + share * self.values[after]
-        return result * inside[:, None, None, None]
+        values = self.values[:, wheel]
+        result = values[after - 1] + share * (values[after] - values[after - 1])
+        return result * inside[:, None, None]
 
     def grid(self) -> Vector:
         """Frequencies that resolve the response, Hz."""
@@ -104,13 +106,18 @@ class ModalModel:
         """Lowest and highest frequency at which the model holds, Hz."""
         return 0.0, np.inf
 
-    def at(self, frequency: Vector) -> Any:
-        """Response at frequencies above 0, (N, wheels, 2, 6), rad/N and rad/(N·m)."""
+    def at(self, frequency: Vector, wheel: int) -> Any:
+        """Response at frequencies above 0, (N, 2, 6), rad/N and rad/(N·m).
+
+        Args:
+            frequency: Frequencies, (N,), Hz.
+            wheel: Index of the wheel.
+        """
         w, natural = TWO_PI * frequency[:, None], TWO_PI * self.frequency
         modal = 1.0 / (natural**2 - w**2 + 2j * self.damping * natural * w)
-        shape = np.einsum("mo,wmi->mwoi", self.outputs, self.inputs)
-        result = modal @ shape.reshape(len(self.frequency), -1)
-        return result.reshape(len(frequency), *shape.shape[1:])
+        shape = self.outputs[:, :, None] * self.inputs[wheel][:, None]
+        result = modal @ shape.reshape(len(self.frequency), -1).astype(complex)
+        return result.reshape(len(frequency), 2, 6)
 
     def grid(self) -> Vector:
         """Frequencies that resolve the response, Hz."""

@@ -17,6 +17,8 @@ from gyrostat.identification.judge.fit_changes import Comparison
 from gyrostat.identification.lot.result import Lot
 from gyrostat.identification.pool.result import Pool
 from gyrostat.identification.torque_points import torque_points
+from gyrostat.microvibration.line_of_sight import LineOfSight
+from gyrostat.microvibration.result import WaterfallFit
 from gyrostat.monitoring.health import Health
 from gyrostat.reports.allan import allan_figure
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
@@ -26,6 +28,7 @@ from gyrostat.reports.drawing import literal, panels, png
 from gyrostat.reports.error_budget import budget_figure
 from gyrostat.reports.health_picture import health_figure
 from gyrostat.reports.lot import histograms
+from gyrostat.reports.microvibration import sight_figure, waterfall_figure
 from gyrostat.reports.pool import over_conditions
 from gyrostat.search.budget_result import ErrorBudget
 from gyrostat.telemetry import Record
@@ -95,8 +98,10 @@ picture.register(Design, design_figure)
 picture.register(GyroNoise, allan_figure)
 picture.register(ErrorBudget, budget_figure)
 picture.register(Health, health_figure)
+picture.register(LineOfSight, sight_figure)
 picture.register(Lot, histograms)
 picture.register(Pool, over_conditions)
+picture.register(WaterfallFit, waterfall_figure)
 
 
 def _speeds(

@@ -15,6 +15,7 @@ from gyrostat.verbs.feasibility import feasible
 from gyrostat.verbs.gyro import allan
 from gyrostat.verbs.identification import identify
 from gyrostat.verbs.lots import lot
+from gyrostat.verbs.microvibration import jitter, waterfall
 from gyrostat.verbs.monitoring import monitor
 from gyrostat.verbs.papers import reproduce
 from gyrostat.verbs.placement import place
@@ -37,6 +38,7 @@ __all__ = [
     "export",
     "feasible",
     "identify",
+    "jitter",
     "lot",
     "monitor",
     "place",
@@ -49,4 +51,5 @@ __all__ = [
     "simulate",
     "tune",
     "validate",
+    "waterfall",
 ]

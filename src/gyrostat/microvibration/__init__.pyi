@@ -1,0 +1,29 @@
+"""Public names of gyrostat.microvibration; `__init__.py` reads this file."""
+
+from gyrostat.microvibration.disturbance_file import read_disturbance as read_disturbance
+from gyrostat.microvibration.disturbance_file import read_structure as read_structure
+from gyrostat.microvibration.exposure import drift_weight as drift_weight
+from gyrostat.microvibration.exposure import gaussian_mtf as gaussian_mtf
+from gyrostat.microvibration.exposure import jitter_weight as jitter_weight
+from gyrostat.microvibration.exposure import mtf as mtf
+from gyrostat.microvibration.exposure import relative_weight as relative_weight
+from gyrostat.microvibration.exposure import shift_weight as shift_weight
+from gyrostat.microvibration.exposure import sinusoid_mtf as sinusoid_mtf
+from gyrostat.microvibration.exposure import smear_mtf as smear_mtf
+from gyrostat.microvibration.exposure import smear_weight as smear_weight
+from gyrostat.microvibration.fit import fit_waterfall as fit_waterfall
+from gyrostat.microvibration.line_of_sight import LineOfSight as LineOfSight
+from gyrostat.microvibration.line_of_sight import MountedWheel as MountedWheel
+from gyrostat.microvibration.line_of_sight import line_of_sight as line_of_sight
+from gyrostat.microvibration.model import Harmonic as Harmonic
+from gyrostat.microvibration.model import Mode as Mode
+from gyrostat.microvibration.model import Noise as Noise
+from gyrostat.microvibration.model import WheelDisturbance as WheelDisturbance
+from gyrostat.microvibration.result import WaterfallFit as WaterfallFit
+from gyrostat.microvibration.simulate import simulated_waterfall as simulated_waterfall
+from gyrostat.microvibration.transfer import FrequencyResponse as FrequencyResponse
+from gyrostat.microvibration.transfer import ModalModel as ModalModel
+from gyrostat.microvibration.transfer_file import read_transfer as read_transfer
+from gyrostat.microvibration.waterfall import Waterfall as Waterfall
+from gyrostat.microvibration.waterfall import Window as Window
+from gyrostat.microvibration.waterfall_file import read_waterfall as read_waterfall
