@@ -1,6 +1,8 @@
 """Coverage of the 95 % intervals of `waterfall` on simulated waterfalls of known truth.
 
 python benchmarks/waterfall_coverage.py --waterfalls 200
+
+An interrupt ends it with the waterfalls so far.
 """
 
 import argparse
@@ -68,10 +70,14 @@ def main():
     parser.add_argument("--seed", type=int, default=0)
     options = parser.parse_args()
     held, score = defaultdict(list), defaultdict(list)
-    extra = missing = 0
+    extra = missing = count = 0
     for k in range(options.waterfalls):
         generator = np.random.default_rng([options.seed, k])
-        fit = fit_waterfall(simulated_waterfall(WHEEL, SPEED, generator, floor=FLOOR))
+        try:
+            fit = fit_waterfall(simulated_waterfall(WHEEL, SPEED, generator, floor=FLOOR))
+        except KeyboardInterrupt:
+            break
+        count += 1
         extra += len(fit.harmonics) > len(WHEEL.harmonics)
         for name, estimate, truth in intervals(fit):
             if estimate is None:
@@ -85,7 +91,7 @@ def main():
             f"{name:22s} {100 * np.mean(values):6.1f} %   bias {z.mean():6.2f}   rms {z.std():5.2f}"
         )
     total = np.concatenate(list(held.values()))
-    print(f"{options.waterfalls} waterfalls: {100 * total.mean():.1f} % of {total.size} intervals")
+    print(f"{count} waterfalls: {100 * total.mean():.1f} % of {total.size} intervals")
     print(f"harmonics not found: {missing}; waterfalls with further harmonics: {extra}")
 
 

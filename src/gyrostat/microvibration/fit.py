@@ -12,7 +12,6 @@ from gyrostat.microvibration.kind_model import SHAPE, KindModel
 from gyrostat.microvibration.lines import (
     FEWEST_FLANK,
     TWO_PI,
-    Lines,
     line_mask,
     measure_lines,
     number_of,
@@ -56,7 +55,8 @@ def fit_waterfall(waterfall: Waterfall) -> WaterfallFit:
     fits = {kind: _fit(waterfall, kind, models[kind], numbers, fits) for kind in models}
     if not len(numbers):
         reasons.append("no harmonic stands out from the noise")
-    harmonics = tuple(_harmonic(fits, k) for k in range(len(numbers)))
+    loads = {kind: _loads(fit, kind) for kind, fit in fits.items()}
+    harmonics = tuple(_harmonic(fits, loads, k) for k in range(len(numbers)))
     kinds = {kind: _kind(kind, fit) for kind, fit in fits.items()}
     return WaterfallFit(waterfall, harmonics, kinds, tuple(reasons), tuple(_warnings(fits)))
 
@@ -124,7 +124,9 @@ def _number(fits: dict[str, KindFit], index: int) -> tuple[float, float, float]:
     return number_of(speed, [fit.lines for fit in chosen], sigma, index)
 
 
-def _harmonic(fits: dict[str, KindFit], index: int) -> FittedHarmonic:
+def _harmonic(
+    fits: dict[str, KindFit], loads: dict[str, dict[str, tuple[Matrix, Matrix]]], index: int
+) -> FittedHarmonic:
     """Estimates of one harmonic."""
     value, sigma, half = _number(fits, index)
     first = next(iter(fits.values())).model
@@ -147,30 +149,48 @@ def _harmonic(fits: dict[str, KindFit], index: int) -> FittedHarmonic:
         alone = int(np.isfinite(fit.lines.power[index]).sum())
         splits = fit.model.has_mode and fit.model.is_gyroscopic
         coefficients[kind] = Coefficient(
-            total, parts[0], parts[1], splits, alone, _each_load(fit, index, kind, total)
+            total,
+            parts[0],
+            parts[1],
+            splits,
+            alone,
+            _each_load(fit, index, kind, total, loads[kind]),
         )
     return FittedHarmonic(number, coefficients)
 
 
-def _each_load(fit: KindFit, index: int, kind: str, total: Estimate) -> dict[str, Estimate]:
-    """Coefficient of each measured load, with the shape over speed that all have in common."""
-    model, numbers = fit.model, fit.model.numbers
-    shape = np.sum(model.powers(fit.values), axis=0)[index]
+def _loads(fit: KindFit, kind: str) -> dict[str, tuple[Matrix, Matrix]]:
+    """Powers of the lines of each measured load and their variances, (H, S) each."""
+    model = fit.model
+    background = model.background(fit.values)[0]
     result = {}
     for load in KINDS[kind]:
         density = model.waterfall.density.get(load)
-        if density is None or not total.value > 0.0:
-            continue
-        background = model.background(fit.values)[0]
-        lines: Lines = measure_lines(model.waterfall, density, background, numbers)
-        single = replace(model, loads=1)
-        variance = single.power_variance(fit.values, lines, fit.spread * fit.correlated)[index]
-        good = np.isfinite(lines.power[index])
-        weight = shape[good] / variance[good]
+        if density is not None:
+            lines = measure_lines(model.waterfall, density, background, model.numbers)
+            single = replace(model, loads=1)
+            variance = single.power_variance(fit.values, lines, fit.spread * fit.correlated)
+            result[load] = lines.power, variance
+    return result
+
+
+def _each_load(
+    fit: KindFit,
+    index: int,
+    kind: str,
+    total: Estimate,
+    measured: dict[str, tuple[Matrix, Matrix]],
+) -> dict[str, Estimate]:
+    """Coefficient of each measured load, with the shape over speed that all have in common."""
+    shape = np.sum(fit.model.powers(fit.values), axis=0)[index]
+    result = {}
+    for load, (power, variance) in measured.items():
+        good = np.isfinite(power[index])
+        weight = shape[good] / variance[index, good]
         information = float(weight @ shape[good])
-        if not information > 0.0:
+        if not (information > 0.0 and total.value > 0.0):
             continue
-        share = float(weight @ lines.power[index, good]) / information
+        share = float(weight @ power[index, good]) / information
         spread = np.hypot(1.0 / np.sqrt(information), 2.0 * share * total.sigma / total.value)
         square = total.value**2
         result[load] = Estimate.of_square(square * share, square * float(spread), UNITS[kind])

@@ -61,8 +61,8 @@ def find_harmonics(waterfall: Waterfall, models: dict[str, Matrix]) -> Vector:
     highest = waterfall.frequency[-1] / usable
     grid = np.arange(LOWEST_NUMBER, highest, 0.5 * step / speed[-1])
     place = np.round((grid[:, None] * speed - waterfall.frequency[0]) / step).astype(int)
-    inside = (place >= 1) & (place < len(waterfall.frequency) - 1)
-    place = np.where(inside, place, 1)
+    # the first bin has no two neighbours and never counts
+    place = np.where((place >= 0) & (place < len(waterfall.frequency)), place, 0)
     free = {kind: np.ones(density.shape) for kind, (density, _) in waterfall.kinds.items()}
     for kind, (density, _) in waterfall.kinds.items():
         free[kind][:, stationary_bins(density)] = 0.0
@@ -71,7 +71,7 @@ def find_harmonics(waterfall: Waterfall, models: dict[str, Matrix]) -> Vector:
     while len(numbers) < MOST:
         best, signal = -1.0, 0.0
         for kind, data in signals.items():
-            value = _statistic(data, free[kind], place, inside, waterfall.speed)
+            value = _statistic(data, free[kind], place, waterfall.speed)
             at = int(np.argmax(value))
             if value[at] > signal:
                 best, signal = float(grid[at]), float(value[at])
@@ -93,27 +93,27 @@ def _signal(density: Matrix, model: Matrix) -> _Signal:
     return _Signal(density - middle * model, spread * model**2)
 
 
-def _statistic(
-    data: _Signal,
-    free: Matrix,
-    place: NDArray[np.int64],
-    inside: NDArray[np.bool_],
-    speed: Vector,
-) -> Vector:
+def _statistic(data: _Signal, free: Matrix, place: NDArray[np.int64], speed: Vector) -> Vector:
     """Signal of each number over its standard deviation, the strongest speed left out."""
     rows = np.arange(len(speed))
-    alone = free[rows, place] * free[rows, place - 1] * free[rows, place + 1] * inside
     # three bins, whose noise is correlated by the window: some 2.7 times the sum of variances
-    excess = sum(data.excess[rows, place + k] for k in (-1, 0, 1))
-    variance = 2.7 * sum(data.variance[rows, place + k] for k in (-1, 0, 1))
-    weight = alone * speed**4 / variance
-    parts = weight * excess
-    noise = weight**2 * variance
+    variance = 2.7 * _three(data.variance)
+    alone = (_three(free) > 2.5) & (variance > 0.0)
+    weight = np.where(alone, speed[:, None] ** 4 / np.where(alone, variance, 1.0), 0.0)
+    parts = (weight * _three(data.excess))[rows, place]
+    noise = (weight**2 * variance)[rows, place]
     top = np.argmax(parts, axis=1)[:, None]
     total = parts.sum(axis=1) - np.take_along_axis(parts, top, 1)[:, 0]
     left = noise.sum(axis=1) - np.take_along_axis(noise, top, 1)[:, 0]
-    enough = alone.sum(axis=1) >= FEWEST_SPEEDS
+    enough = alone[rows, place].sum(axis=1) >= FEWEST_SPEEDS
     return np.where(enough, total / np.sqrt(np.maximum(left, 1e-300)), 0.0)
+
+
+def _three(values: Matrix) -> Matrix:
+    """Sum of each bin and its neighbours, 0 at the ends, (S, F)."""
+    result = np.zeros_like(values)
+    result[:, 1:-1] = values[:, 1:-1] + values[:, :-2] + values[:, 2:]
+    return result
 
 
 def _refined(

@@ -47,9 +47,9 @@ def text_lines(result: LineOfSight, detail: float | None = None) -> list[str]:
         lines.append(f"MTF at {plain(detail)} cycles/rad: {value}, each wheel at its worst speed")
     if result.limit is not None:
         bands = result.bands()
-        lines.append(
-            f"limit {plain(result.limit / ARCSEC)} arcsec: {len(bands)} band{'s' * (len(bands) != 1)} to avoid"
-        )
+        word = "band" if len(bands) == 1 else "bands"
+        limit = plain(result.limit / ARCSEC)
+        lines.append(f"limit {limit} arcsec: {len(bands)} {word} to avoid")
         lines += [f"  {plain(low / RPM)} to {plain(high / RPM)} rpm" for low, high in bands]
     return lines
 
