@@ -15,11 +15,7 @@ from gyrostat.cli import app
 from gyrostat.core.argument_names import naming_arguments
 
 ROOT = Path(__file__).parents[1]
-<<<<<<< HEAD
-MOST_NAMES = 55
-=======
-MOST_NAMES = 56
->>>>>>> 26ea7285 (Verbs waterfall and jitter: pictures, pages, bands of a scenario; extra structure; page on microvibration)
+MOST_NAMES = 57
 ALIASES = {"holdable": "feasible"}
 """Old name of a verb -> its name."""
 NOT_OPTIONS = {"say", "command", "on_progress", "changes"}
