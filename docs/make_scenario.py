@@ -575,7 +575,7 @@ def page():
         ("reference", KINDS["reference"], REFERENCE),
     ):
         lines += [*section(name, {}, text), *kinds(components)]
-    for name in ("reference.slew", "reference.mode"):
+    for name in ("reference.slew", "reference.mode", "reference.transition"):
         lines += [f"## [[{name}]]", "", "Each has a unique `name`.", "", *kinds(PARTS[name])]
     for text, section_name in (
         (BANDS_TEXT, "controller.band"),

@@ -1,5 +1,6 @@
 """Content of the report of a campaign: report.json, and the lines for a terminal."""
 
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -14,6 +15,8 @@ from gyrostat.reports.metric_statistics import STATISTICS_BY, metric_statistics,
 from gyrostat.runs.blind_windows import blind_windows
 from gyrostat.scenario import Scenario
 from gyrostat.scenario.metrics.results import percentile_name
+from gyrostat.scenario.mode_graph import edges
+from gyrostat.scenario.timeline import branches
 from gyrostat.scenario.unlikely import unlikely_numbers
 from gyrostat.simulation import Status
 
@@ -54,6 +57,7 @@ def campaign_content(
         "ended": ended,
         "unlikely": unlikely_numbers(scenario),
         "blind_windows": blind_windows(scenario, columns),
+        "changes_never_taken": never_taken(scenario, columns),
         "not_complete": [
             {
                 "run": int(k),
@@ -170,6 +174,14 @@ def told_percentile(entry: dict[str, Any], unit: str) -> tuple[str, ...]:
     return texts(next(enough, 17))
 
 
+def never_taken(scenario: Scenario, columns: Mapping[str, Any]) -> list[str]:
+    """Changes of mode that the scenario has and no run took."""
+    if not branches(scenario.parts):
+        return []
+    names = dict.fromkeys(edge.name for edge in edges(scenario))
+    return [name for name in names if not np.nansum(np.asarray(columns[f"change.{name}"]))]
+
+
 def campaign_lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
     """The outcome as lines for a terminal."""
     ended = ", ".join(
@@ -177,6 +189,8 @@ def campaign_lines(scenario: Scenario, content: dict[str, Any]) -> list[str]:
     )
     lines = [f"{content['runs']} runs of {scenario.name}: {ended}"]
     lines += [f"  {line}" for line in content["blind_windows"]]
+    if content.get("changes_never_taken"):
+        lines.append(f"  changes of mode never taken: {', '.join(content['changes_never_taken'])}")
     lines += [requirements.line(entry) for entry in content["requirements"]]
     for name in content["headline"]:
         if not content["requirements"]:

@@ -4,12 +4,32 @@ from collections.abc import Iterable
 
 from gyrostat.core.errors import InputError
 from gyrostat.scenario.kinds.events import kind_of
-from gyrostat.scenario.scenario import Event, Part, Scenario
+from gyrostat.scenario.scenario import Components, Event, Part, Scenario
+
+TRANSITION = "reference.transition"
+"""Section of the transitions from mode to mode."""
 
 
 def modes(parts: Iterable[Part]) -> list[str]:
     """Names of the modes of the reference, in their order."""
     return [part.name for part in parts if part.section == "reference.mode"]
+
+
+def branches(parts: Iterable[Part]) -> bool:
+    """Whether modes can change by a [[reference.transition]]."""
+    return any(part.section == TRANSITION for part in parts)
+
+
+def change_names(parts: Iterable[Part]) -> list[str]:
+    """Names of the changes of mode, in the order of their numbers: transitions, then ends."""
+    every = list(parts)
+    transitions = [part.name for part in every if part.section == TRANSITION]
+    return [*transitions, *(f"until_{mode}" for mode in modes(every)[:-1])]
+
+
+def mode_names(scenario: Components) -> tuple[list[str], list[str]]:
+    """Names of the modes, and of the changes of mode."""
+    return modes(scenario.parts), change_names(scenario.parts)
 
 
 def event_times(events: Iterable[Event], parts: Iterable[Part]) -> dict[str, str]:

@@ -64,6 +64,7 @@ def check(
     from gyrostat.runs.tracker_forecast import tracker_lines
     from gyrostat.runs.user.trial import supports_of
     from gyrostat.scenario.kinds.registry import kinds_of
+    from gyrostat.scenario.mode_graph import check_modes
     from gyrostat.scenario_files.scenario_file import validated
 
     definition = scenario_of(scenario, force=force, changes=changes)
@@ -88,6 +89,9 @@ def check(
             say(f"  {result.parts['friction']}")
     for line in requirement_lines(definition):
         say(line)
+    graph = check_modes(definition)
+    if graph:
+        say(graph)
     check_directions(definition)
     result.passes = passes_of(definition)
     for line in pass_lines(definition, result.passes):

@@ -20,6 +20,7 @@ from gyrostat.runs.metrics.windows import SeenWindow, WindowObserver, pointing_e
 from gyrostat.scenario.metrics.budget import Budget
 from gyrostat.scenario.metrics.kinds import kinds_of_run
 from gyrostat.scenario.metrics.metric import TOLERANCE, RunEnd, RunStart
+from gyrostat.scenario.metrics.mode_metrics import ModeMetrics
 from gyrostat.scenario.metrics.results import (
     kinds_of_window,
     metrics_of,
@@ -31,6 +32,7 @@ from gyrostat.scenario.metrics.tracker_view import heads_of
 from gyrostat.scenario.requirement import ErrorSignal
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.structure import Structure
+from gyrostat.scenario.timeline import branches, mode_names
 from gyrostat.simulation import Histories
 
 
@@ -99,6 +101,9 @@ class Observer(eqx.Module):
         start = options, setup.plant.spacecraft, setup.start
         run = RunStart(*start, heads_of(structure.parts), setup.keep_outs)
         metrics: tuple[Any, ...] = tuple(kind.of(run) for kind in kinds_of_run(structure.parts))
+        if branches(structure.parts):
+            period = values["run.control_period"]
+            metrics += (ModeMetrics.of(period, *mode_names(structure)),)
         metrics += () if setup.budget is None else (setup.budget,)
         static_fields = (structure.count, structure.boresight, structure.signals)
         return cls(setup, options, windows, metrics, *static_fields)
@@ -206,7 +211,9 @@ def concluded(
     seen = jax.tree.map(np.asarray, seen)
     end = RunEnd(np.maximum(seen.samples, 1), scenario.values["run.control_period"])
     table = _percentiles(scenario, errors[0]) | dict(budget)
-    kinds = (*kinds_of_run(scenario.parts), *((Budget,) if scenario.budget else ()))
+    kinds: list[Any] = [*kinds_of_run(scenario.parts)]
+    kinds += [ModeMetrics] if branches(scenario.parts) else []
+    kinds += [Budget] if scenario.budget else []
     for kind, memory in zip(kinds, seen.metrics, strict=True):
         table |= kind.results(memory, end)
     for window, values, collector in zip(scenario.windows, seen.windows, errors[1:], strict=True):

@@ -4,10 +4,12 @@ from typing import NamedTuple
 
 from gyrostat.scenario.metrics.budget import BUDGET, gained
 from gyrostat.scenario.metrics.kinds import WINDOW_METRICS, kinds_of_run
+from gyrostat.scenario.metrics.mode_metrics import columns_of
 from gyrostat.scenario.metrics.schema import PERCENTILE, WINDOW_PERCENTILE
 from gyrostat.scenario.metrics.tracker_view import HEADS, heads_of
 from gyrostat.scenario.metrics.window_metric import WindowMetric, WindowStart
 from gyrostat.scenario.scenario import Scenario, Window
+from gyrostat.scenario.timeline import branches, mode_names
 
 
 class Metric(NamedTuple):
@@ -36,7 +38,13 @@ def metrics_of(scenario: Scenario) -> dict[str, Metric]:
         entries |= window_metrics(window_start(scenario, window))
         metrics |= {f"{window.name}.{name}": metric for name, metric in entries.items()}
     metrics |= {each.metric: Metric(each.unit, each.meaning) for each in scenario.requirements}
-    return metrics | _user_metrics(scenario) | _budget(scenario)
+    return metrics | _user_metrics(scenario) | _modes(scenario) | _budget(scenario)
+
+
+def _modes(scenario: Scenario) -> dict[str, Metric]:
+    """Metrics of the modes of a reference that branches."""
+    columns = columns_of(*mode_names(scenario)) if branches(scenario.parts) else {}
+    return {name: Metric(column.unit, column.meaning) for name, column in columns.items()}
 
 
 def _budget(scenario: Scenario) -> dict[str, Metric]:

@@ -1,0 +1,144 @@
+"""Modes of a scenario as a graph, and what can be proven on it without dynamics."""
+
+from collections.abc import Iterator, Mapping, Sequence
+from itertools import pairwise
+from math import inf
+from typing import NamedTuple
+
+from gyrostat.core.errors import InputError
+from gyrostat.scenario.mode_kind import UNTIL
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.timeline import TRANSITION, modes
+from gyrostat.scenario.transition_kind import CONDITIONS
+
+_PAIRS = ("error", "rate", "momentum", "wheel_momentum")
+
+
+class GraphEdge(NamedTuple):
+    """Change from one mode to another.
+
+    Attributes:
+        name: Name of the transition; `until_MODE` for the end of a mode.
+        start: Mode from which it leads.
+        to: Mode to which it leads.
+        time: Least time in the mode before it is taken, s.
+        why: Why its conditions contradict each other; empty: they do not.
+        once: Whether it is taken once in a run at most.
+    """
+
+    name: str
+    start: str
+    to: str
+    time: float
+    why: str = ""
+    once: bool = False
+
+
+def edges(scenario: Scenario) -> list[GraphEdge]:
+    """Changes between the modes of a scenario, one for each pair of modes."""
+    return [*_transitions(scenario), *_ends(scenario)]
+
+
+def _transitions(scenario: Scenario) -> Iterator[GraphEdge]:
+    names = modes(scenario.parts)
+    for part in scenario.parts:
+        if part.section != TRANSITION:
+            continue
+        place = f"{TRANSITION}.{part.name}"
+        values = {key: scenario.values[f"{place}.{key}"] for key in CONDITIONS}
+        (to,) = part.linked("to")
+        for start in part.linked("from") or [name for name in names if name != to]:
+            dwell = scenario.values[f"reference.mode.{start}.minimum_dwell"]
+            time = max(values["time_in_mode"], values["held"], dwell)
+            why = _contradiction(values, len(scenario.wheels), scenario.duration)
+            yield GraphEdge(part.name, start, to, time, why, values["at"] >= 0.0)
+
+
+def _ends(scenario: Scenario) -> Iterator[GraphEdge]:
+    names = modes(scenario.parts)
+    for start, to in pairwise(names):
+        place = f"reference.mode.{start}"
+        values = {key: scenario.values[f"{place}.{key}"] for key in UNTIL}
+        if any(values[key] != entry.default for key, entry in UNTIL.items()):
+            time = max(values["until_time"], scenario.values[f"{place}.minimum_dwell"])
+            yield GraphEdge(f"until_{start}", start, to, time)
+
+
+def _contradiction(values: Mapping[str, float], wheels: int, duration: float) -> str:
+    """Why conditions cannot hold together, each quantity by itself; empty: they can."""
+    for name in _PAIRS:
+        above, below = values[f"{name}_above"], values[f"{name}_below"]
+        if above >= below:
+            return f"{name}_above {above:g} and {name}_below {below:g}"
+    if values["wheels_lost"] > wheels:
+        return f"wheels_lost {values['wheels_lost']:g} of {wheels} wheels"
+    if values["at"] > duration:
+        return f"at {values['at']:g} s in a run of {duration:g} s"
+    return "" if values["time_in_mode"] < inf else "time_in_mode none"
+
+
+def check_modes(scenario: Scenario) -> str:
+    """Check the graph of the modes, and say what was proven; empty without transitions.
+
+    Conditions are taken as free signals: this is no proof that the spacecraft reaches a mode.
+
+    Raises:
+        InputError: Conditions contradict each other; a mode has no path from the first one, or
+            transitions of which none can be taken; or a cycle of modes can take no time.
+    """
+    names, every = modes(scenario.parts), edges(scenario)
+    if not every:
+        return ""
+    for edge in every:
+        if edge.why:
+            raise InputError(
+                f"key {TRANSITION}.{edge.name}: found {edge.why}, expected conditions that can "
+                "hold together"
+            )
+    reached = _reached(names[0], every)
+    for name in names:
+        if name not in reached:
+            raise InputError(
+                f"key reference.mode.{name}: found no path to it from the first mode, {names[0]}, "
+                "expected a [[reference.transition]] or an `until` that leads to it"
+            )
+    cycle = _cycle([edge for edge in every if edge.time == 0.0 and not edge.once])
+    if cycle:
+        raise InputError(
+            f"key reference.mode.{cycle[0]}: found modes that can follow each other in no time, "
+            f"{' -> '.join(cycle)}, expected minimum_dwell, held or time_in_mode in one of them"
+        )
+    final = [name for name in names if all(edge.start != name for edge in every)]
+    return (
+        f"modes: {len(names)}, changes: {len(every)}, final: {', '.join(final) or 'none'}; each "
+        "mode has a path from the first one, each that is not final an exit, and no cycle takes "
+        "no time (on the graph, with conditions as free signals; this does not say that the "
+        "spacecraft reaches them)"
+    )
+
+
+def _reached(start: str, every: Sequence[GraphEdge]) -> set[str]:
+    """Modes that have a path from a mode."""
+    reached, waiting = {start}, [start]
+    while waiting:
+        mode = waiting.pop()
+        later = {edge.to for edge in every if edge.start == mode} - reached
+        reached |= later
+        waiting += later
+    return reached
+
+
+def _cycle(every: Sequence[GraphEdge]) -> list[str]:
+    """Modes of a cycle, the first one also at the end; empty: there is none."""
+    for edge in every:
+        paths = {edge.to: [edge.start, edge.to]}
+        waiting = [edge.to]
+        while waiting:
+            mode = waiting.pop()
+            if mode == edge.start:
+                return paths[mode]
+            for other in every:
+                if other.start == mode and other.to not in paths:
+                    paths[other.to] = [*paths[mode], other.to]
+                    waiting.append(other.to)
+    return []
