@@ -209,6 +209,10 @@ READY = {
         "One orbit with a wheel that becomes stiff: the null space keeps wheels out of bands of "
         "speeds and lets the stiff one turn slowly."
     ),
+    "science_windows": (
+        "Three science windows between slews, for [`gyrostat plan-speeds`](wheel_speed_plans.md): "
+        "no wheel is to cross zero or a band in them."
+    ),
     "nadir_and_slew": (
         "An Earth observation pass: sun, nadir, slew to a target and back, as a sequence of modes."
     ),

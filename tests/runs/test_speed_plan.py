@@ -133,6 +133,7 @@ def test_a_drift_across_zero_that_nothing_can_avoid_is_proven(mission):
     result = gs.plan_speeds(mission, **hard)
     assert result.answer == "infeasible"
     assert result.plan.certificate is not None
+    assert result.plan.certificate.proves(result.plan.problem)
 
 
 def test_entries_of_a_plan_must_be_in_order(mission):

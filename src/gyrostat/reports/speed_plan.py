@@ -20,8 +20,9 @@ def lines_of(result: SpeedPlan) -> list[str]:
         count = len(result.plan.certificate.leaves)
         return [
             before,
-            f"infeasible: no control avoids a crossing in science time {numbers} with these "
-            f"attitudes and external torques (certificate of {count} linear programs)",
+            f"infeasible: without unloading in science time {numbers}, no control keeps the "
+            f"clearance with these attitudes and external torques (certificate of {count} linear "
+            "programs)",
         ]
     if result.after is None:
         return [before, "not found: neither a plan nor a proof that there is none"]

@@ -24,7 +24,8 @@ class SpeedPlan:
 
     Attributes:
         answer: "found": flown without a crossing in the nominal run; "infeasible": proven that no
-            control avoids them with these attitudes and external torques; "not found": neither.
+            control keeps the clearance with these attitudes and external torques and without
+            unloading in the windows; "not found": neither.
         scenario: Scenario with the plan; the given one without a plan.
         plan: The plan, or the proof that there is none.
         windows: Names of the science windows.

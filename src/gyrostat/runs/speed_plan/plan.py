@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.runs.speed_plan.choices import Certificate, infeasible, solve
+from gyrostat.runs.speed_plan.choices import Certificate, Problem, infeasible, solve
 from gyrostat.runs.speed_plan.demand import Demand, Limits
 from gyrostat.runs.speed_plan.problems import cost_of, necessary, sufficient
 
@@ -39,6 +39,7 @@ class Plan(NamedTuple):
         entries: Entries of the plan; none without one.
         impulse: Sum of the sizes of the planned changes of momentum about each axis, N·m·s.
         certificate: Proof that there is no plan; None without one.
+        problem: Problem without a solution to which it refers.
         windows: Numbers of the science windows to which the proof refers, from 0.
     """
 
@@ -46,6 +47,7 @@ class Plan(NamedTuple):
     entries: tuple[Entry, ...] = ()
     impulse: float = 0.0
     certificate: Certificate | None = None
+    problem: Problem | None = None
     windows: tuple[int, ...] = ()
 
 
@@ -85,10 +87,11 @@ def plan_of(demand: Demand, limits: Limits, clearance: float, seconds: float = 2
         return _found(demand, unit, point)
     count = len(demand.windows)
     for only in (*range(count), None) if count > 1 else (None,):
-        proof = infeasible(necessary(demand, limits, clearance, only), seconds)
+        problem = necessary(demand, limits, clearance, only)
+        proof = infeasible(problem, seconds)
         if isinstance(proof, Certificate):
             windows = tuple(range(count)) if only is None else (only,)
-            return Plan(INFEASIBLE, certificate=proof, windows=windows)
+            return Plan(INFEASIBLE, certificate=proof, problem=problem, windows=windows)
     return Plan(NOT_FOUND)
 
 
