@@ -10,7 +10,7 @@ from pathlib import Path
 
 import pytest
 
-from gyrostat.core import remote_lock
+from gyrostat.core import remote_folder, remote_lock
 from gyrostat.core.errors import InputError
 from gyrostat.core.remote_folder import is_remote, local_folder
 from gyrostat.core.remote_lock import RemoteLock
@@ -221,3 +221,72 @@ def test_a_report_is_made_on_the_store(server, small, tmp_path):
     written = contents(server, "made")
     assert b"gyrostat replay s3://runs/made" in written["report.html"]
     assert written["runs.parquet"] == files_of(small.out)["runs.parquet"]
+
+
+def test_what_cannot_be_copied_at_the_end_is_kept(memory, monkeypatch):
+    said = []
+
+    def work():
+        with local_folder("memory://bucket/e", said.append) as (folder, _):
+            (folder / "first").write_text("first")
+            kept.append(folder)
+            time.sleep(2.5 * remote_folder.LOOK)
+            monkeypatch.setattr(type(memory), "put_file", refuse)
+            (folder / "late").write_text("late")
+            time.sleep(2.5 * remote_folder.LOOK)
+
+    def refuse(*_):
+        raise PermissionError("ExpiredToken")
+
+    kept = []
+    monkeypatch.setattr(remote_folder, "LOOK", 0.05)
+    with pytest.raises(InputError, match="ExpiredToken.* goes on with them") as error:
+        work()
+    assert str(kept[0]) in str(error.value)
+    assert (kept[0] / "late").read_text() == "late"
+    assert len(said) == 1
+    assert "ExpiredToken" in said[0]
+    shutil.rmtree(kept[0].parent)
+
+
+def test_files_that_are_not_of_the_campaign_stay_on_the_store(memory):
+    others = {"/bucket/f/.lock": b"theirs", "/bucket/f/.gyrostat-user/x": b"theirs"}
+    for path, content in others.items():
+        memory.pipe_file(path, content)
+    with local_folder("memory://bucket/f", print) as (folder, _):
+        assert [*folder.iterdir()] == []
+    assert {path: memory.cat(path) for path in others} == others
+
+
+def test_objects_that_mark_folders_are_no_files(server):
+    for name in ("marked/", "marked/blocks/"):
+        server.put_object(Bucket="runs", Key=name, Body=b"")
+    with local_folder("s3://runs/marked", print) as (folder, _):
+        (folder / "blocks").mkdir()
+        (folder / "blocks" / "0").write_text("zero")
+    assert contents(server, "marked") == {"": b"", "blocks/": b"", "blocks/0": b"zero"}
+
+
+def test_a_folder_that_cannot_be_read_removes_nothing(memory, monkeypatch):
+    memory.pipe_file("/bucket/g/blocks/0", b"zero")
+
+    def work():
+        with local_folder("memory://bucket/g", print) as (folder, _):
+            shutil.rmtree(folder)
+            copies.append(folder)
+
+    copies = []
+    with pytest.raises(InputError, match="FileNotFoundError"):
+        work()
+    assert memory.cat("/bucket/g/blocks/0") == b"zero"
+    shutil.rmtree(copies[0].parent)
+
+
+def test_a_store_without_conditional_creation_is_refused(memory, monkeypatch):
+    create = type(memory).pipe_file
+    monkeypatch.setattr(
+        type(memory), "pipe_file", lambda self, path, value, **_: create(self, path, value)
+    )
+    with pytest.raises(InputError, match="two campaigns could write"):
+        RemoteLock(memory, "/bucket/h", "memory://bucket/h", print)
+    assert memory.find("/bucket/h") == []

@@ -1,12 +1,14 @@
 """Output folder on an object store: a folder of this machine that is copied to it at once.
 
 Commands write files as always, each of them complete under its name; a thread copies new files
-to the store within a second. After a kill the next command finds there what was copied.
+to the store within a second. After a kill the next command finds there what was copied. What cannot
+be copied at the end stays on this machine.
 """
 
 import contextlib
 import os
 import re
+import shutil
 import tempfile
 import threading
 from collections.abc import Callable, Iterator
@@ -56,29 +58,32 @@ def local_folder(
         yield Path(folder), say
         return
     url = str(folder).rstrip("/")
-    with tempfile.TemporaryDirectory(prefix="gyrostat-", ignore_cleanup_errors=True) as name:
-        copy = Path(name) / "campaign"
-        copy.mkdir()
+    copy = Path(tempfile.mkdtemp(prefix="gyrostat-")) / "campaign"
+    copy.mkdir()
 
-        def named(text: str) -> str:
-            return text.replace(str(copy), url)
+    def named(text: str) -> str:
+        return text.replace(str(copy), url)
 
+    with contextlib.ExitStack() as stack:
+        stack.callback(shutil.rmtree, copy.parent, ignore_errors=True)
         files, root = _file_system(url, where)
         with _one_line(url):
             _make_folder(files, root)
             lock = RemoteLock(files, root, url, say)
+        stack.callback(_release, lock)
+        mirror = _Mirror(files, root, url, copy, lock, say)
+        with _one_line(url):
+            mirror.fetch()
         try:
-            mirror = _Mirror(files, root, url, copy, lock)
-            with _one_line(url):
-                mirror.fetch()
             with mirror.copied():
                 try:
                     yield copy, lambda text: say(named(text))
                 except InputError as error:
                     raise InputError(named(str(error))) from None
         finally:
-            with contextlib.suppress(Exception):
-                lock.release()
+            if mirror.is_behind:
+                stack.pop_all()
+                _release(lock)
 
 
 def text_of(folder: str | Path, name: str) -> str:
@@ -108,11 +113,24 @@ class _Mirror:
         url: Its address.
         folder: Folder of this machine.
         lock: Lock of the folder of the store.
+        say: Called with a message if the store does not answer meanwhile.
+
+    Attributes:
+        is_behind: Whether the folder has files that could not be copied at the end.
     """
 
-    def __init__(self, files: Any, root: str, url: str, folder: Path, lock: RemoteLock):
+    def __init__(
+        self,
+        files: Any,
+        root: str,
+        url: str,
+        folder: Path,
+        lock: RemoteLock,
+        say: Callable[[str], None],
+    ):
         self._files, self._root, self._url, self._folder = files, root, url, folder
-        self._lock = lock
+        self._lock, self._say = lock, say
+        self.is_behind = False
         self._copied: dict[str, State] = {}
 
     def fetch(self) -> None:
@@ -120,7 +138,8 @@ class _Mirror:
         self._files.invalidate_cache()
         for path in self._files.find(self._root):
             name = path.removeprefix(self._root).lstrip("/")
-            if not name.startswith(NAME):
+            # a name that ends with "/" marks a folder; tools that show folders make it
+            if name and not name.endswith("/") and _is_copied(name):
                 local = self._folder / name
                 local.parent.mkdir(parents=True, exist_ok=True)
                 self._files.get_file(path, str(local))
@@ -132,9 +151,16 @@ class _Mirror:
         ended = threading.Event()
 
         def follow() -> None:
+            has_told = False
             while not ended.wait(LOOK):
-                with contextlib.suppress(Exception):  # told at the end if it lasts
-                    self._push()
+                try:
+                    with _one_line(self._url):
+                        self._push()
+                    has_told = False
+                except InputError as error:
+                    if not has_told:
+                        self._say(f"{error}: it is tried again until the end")
+                    has_told = True
 
         thread = threading.Thread(target=follow, daemon=True)
         thread.start()
@@ -143,8 +169,16 @@ class _Mirror:
         finally:
             ended.set()
             thread.join()
-            with _one_line(self._url):
-                self._push()
+            self.is_behind = True
+            try:
+                with _one_line(self._url):
+                    self._push()
+            except InputError as error:
+                raise InputError(
+                    f"{error}; all files are in {self._folder}, and the same command with --out "
+                    f"{self._folder} goes on with them"
+                ) from None
+            self.is_behind = False
         if self._lock.is_lost:
             raise InputError(
                 f"{self._url}: found another campaign that took it over while this one did not "
@@ -168,14 +202,31 @@ class _Mirror:
 
     def _states(self) -> Iterator[tuple[str, State]]:
         """Name and state of each complete file."""
-        for folder, folders, names in os.walk(self._folder):
-            folders[:] = [each for each in folders if not each.startswith(UNFINISHED)]
+        # a folder that cannot be read is no folder without files, which would be removed there
+        for folder, _, names in os.walk(self._folder, onerror=_raised):
             for name in names:
                 path = Path(folder) / name
-                is_unfinished = name.startswith(UNFINISHED) and name != MANIFEST
-                if name != ".lock" and not is_unfinished:
+                relative = path.relative_to(self._folder).as_posix()
+                if _is_copied(relative):
                     with contextlib.suppress(FileNotFoundError):  # renamed meanwhile
-                        yield path.relative_to(self._folder).as_posix(), _state(path)
+                        yield relative, _state(path)
+
+
+def _is_copied(name: str) -> bool:
+    """Whether a file, by its path in the folder, is copied: no lock, and not unfinished."""
+    *folders, last = name.split("/")
+    is_unfinished = last.startswith(UNFINISHED) and last != MANIFEST
+    is_lock = last == ".lock" or last.startswith(NAME)
+    return not (is_lock or is_unfinished or any(each.startswith(UNFINISHED) for each in folders))
+
+
+def _raised(error: OSError) -> None:
+    raise error
+
+
+def _release(lock: RemoteLock) -> None:
+    with contextlib.suppress(Exception):
+        lock.release()
 
 
 def _make_folder(files: Any, path: str) -> None:

@@ -49,6 +49,13 @@ class RemoteLock:
             files.pipe_file(self._path(self._number), self._content(), mode="create")
         except FileExistsError:
             raise self._refusal() from None
+        if not self._is_conditional():
+            files.rm_file(self._path(self._number))
+            raise InputError(
+                f"{url}: found a store that replaces an object which was to be created only if it "
+                "does not exist, expected one that knows this condition: two campaigns could "
+                "write to the same folder"
+            )
         if self._numbers()[-1] != self._number:  # this process was slow, and others were not
             files.rm_file(self._path(self._number))
             raise self._refusal()
@@ -80,6 +87,14 @@ class RemoteLock:
         holder = f"process {os.getpid()} of {platform.node()}"
         content = {"holder": holder, "count": self._count, "released": released}
         return json.dumps(content).encode()
+
+    def _is_conditional(self) -> bool:
+        """Whether the store refuses to create the object of the lock, which exists, again."""
+        try:
+            self._files.pipe_file(self._path(self._number), self._content(), mode="create")
+        except FileExistsError:
+            return True
+        return False
 
     def _read(self, number: int) -> dict[str, Any] | None:
         try:
