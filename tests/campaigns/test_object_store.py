@@ -240,7 +240,7 @@ def test_what_cannot_be_copied_at_the_end_is_kept(memory, monkeypatch):
 
     kept = []
     monkeypatch.setattr(remote_folder, "LOOK", 0.05)
-    with pytest.raises(InputError, match="ExpiredToken.* goes on with them") as error:
+    with pytest.raises(InputError, match=r"ExpiredToken.* goes on with them") as error:
         work()
     assert str(kept[0]) in str(error.value)
     assert (kept[0] / "late").read_text() == "late"
