@@ -26,6 +26,18 @@ class AttitudeReference(NamedTuple):
     rate: Vector3
     acceleration: Vector3
 
+    def turned(self, relative: "AttitudeReference") -> "AttitudeReference":
+        """Motion of axes that move relative to this reference.
+
+        Args:
+            relative: Their motion in axes of this reference.
+        """
+        attitude = rotations.product(self.attitude, relative.attitude)
+        carried = rotations.to_body(relative.attitude, self.rate)
+        gained = rotations.to_body(relative.attitude, self.acceleration)
+        acceleration = gained - jnp.cross(relative.rate, carried) + relative.acceleration
+        return AttitudeReference(attitude, carried + relative.rate, acceleration)
+
 
 class Motion(NamedTuple):
     """Unit quaternion with its first and second time derivative at one time.
@@ -62,10 +74,6 @@ class Motion(NamedTuple):
         """Attitude, rate and acceleration, for a unit quaternion: q*' q' has no vector part."""
         rate, acceleration = (rate_of(self.attitude, each) for each in (self.slope, self.bend))
         return AttitudeReference(self.attitude, rate, acceleration)
-
-    def after(self, time: Scalar) -> Quaternion:
-        """Quaternion a short time later, s, to second order."""
-        return self.attitude + time * (self.slope + 0.5 * time * self.bend)
 
 
 def rate_of(quaternion: Quaternion, slope: Quaternion) -> Vector3:

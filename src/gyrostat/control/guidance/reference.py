@@ -9,14 +9,13 @@ from jaxtyping import Array, Bool, Int
 
 from gyrostat.control.guidance.attitude_reference import (
     AttitudeReference,
-    Motion,
     Profile,
     reference_at,
 )
 from gyrostat.control.guidance.condition import Condition, ModeChange
 from gyrostat.control.guidance.mode_changes import Changes, Lasted, Watch
 from gyrostat.control.guidance.slew import SlewLimits, Transition
-from gyrostat.core.arrays import Quaternion, Scalar
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
@@ -186,7 +185,7 @@ class Reference(Checked):
         assert mode.transition is not None
         transition = jax.lax.cond(
             changes,
-            lambda: Transition.of(before(), self.motion(number, start).reference, start, limits),
+            lambda: Transition.of(before(), self.motion(number, start), start, limits),
             lambda: jax.tree.map(jnp.asarray, mode.transition),
         )
         return mode._replace(number=number, start=start, transition=transition)
@@ -237,7 +236,7 @@ class Reference(Checked):
         return later._replace(watch=watch), now
 
     @_traced_once
-    def motion(self, number: Int[Array, ""], time: Scalar) -> Motion:
+    def motion(self, number: Int[Array, ""], time: Scalar) -> AttitudeReference:
         """Motion of a mode; those of the others are not computed.
 
         Args:
@@ -245,7 +244,7 @@ class Reference(Checked):
             time: Time, s.
         """
         time = jnp.asarray(time, dtype=float)
-        branches = [lambda time, mode=mode: Motion.of(mode, time) for mode in self.modes]
+        branches = [lambda time, mode=mode: reference_at(mode, time) for mode in self.modes]
         return jax.lax.switch(number, branches, time)
 
 
@@ -266,14 +265,10 @@ class BoundReference(eqx.Module):
         reference, (number, start, transition, _) = self.reference, self.mode
         present = reference.motion(number, time)
         if transition is None:
-            return present.reference
+            return present
         since = time - start
-
-        def attitude(later: Scalar) -> Quaternion:
-            return transition(since + later, present.after(later))
-
         return jax.lax.cond(
             since < transition.duration,
-            lambda: reference_at(attitude, 0.0),
-            lambda: present.reference,
+            lambda: transition(since, present),
+            lambda: present,
         )

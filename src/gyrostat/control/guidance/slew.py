@@ -120,13 +120,14 @@ class Slews(Checked):
 class Transition(NamedTuple):
     """Rotation from a motion to a moving reference, along an eigenaxis of the latter's frame.
 
-    q(t) = q_b(t) exp((1 - s) p) exp(c g(t) + a h(t)), with the attitude q_b after the end, the
+    q(t) = q_b(t) exp((1 - s) p) r(c g(t) + a h(t)), with the attitude q_b after the end, the
     rotation p from there to the attitude at the start, the progress s from 0 to 1, and the rate c
-    and the acceleration a of the motion before relative to q_b(t) exp(p). With x = t / D, over the
-    duration D, g = D x (1 - x)³ (1 + 3 x) and h = D² x² (1 - x)³ / 2 have the derivatives g' = 1
-    and h'' = 1 at the start; all others up to the second are zero there and at the end. Attitude,
-    rate and acceleration are therefore continuous where those of the profile are. Between attitudes
-    at rest the motion is an eigenaxis slew.
+    and the acceleration a of the motion before relative to q_b(t) exp(p); r(v) is the rotation with
+    the Rodrigues vector v / 2. With x = t / D, over the duration D, g = D x (1 - x)³ (1 + 3 x) and
+    h = D² x² (1 - x)³ / 2 have the derivatives g' = 1 and h'' = 1 at the start; all others up to
+    the second are zero there and at the end. Attitude, rate and acceleration are therefore
+    continuous where those of the profile are. Between attitudes at rest the motion is an eigenaxis
+    slew.
 
     Attributes:
         turn: Rotation vector p, (3,), rad.
@@ -173,23 +174,47 @@ class Transition(NamedTuple):
         """Duration, s."""
         return self.profile.duration
 
-    def __call__(self, since: Scalar, after: Quaternion) -> Quaternion:
-        """Attitude at a time.
+    def __call__(self, since: Scalar, after: AttitudeReference) -> AttitudeReference:
+        """Motion at a time.
+
+        The rates of the two rotations have closed forms; their second derivatives as functions of
+        quaternions would be several times longer in exported code.
 
         Args:
             since: Time since the start, s, not negative and not after the end.
-            after: Attitude of the reference after the end, at this time, (4,).
+            after: Motion of the reference after the end, at this time.
         """
         duration = self.duration
-        x = since / jnp.where(duration > 0.0, duration, 1.0)
-        fading = x * (1.0 - x) ** 3 * duration
-        motion = (1.0 + 3.0 * x) * self.rate + 0.5 * x * duration * self.acceleration
-        remainder = 1.0 - _progress(self.profile, since)
-        rotation = rotations.product(
-            rotations.from_rotation_vector(remainder * self.turn),
-            rotations.from_rotation_vector(fading * motion),
-        )
-        return rotations.product(after, rotation)
+
+        def shares(time: Scalar) -> Vector3:
+            x = time / jnp.where(duration > 0.0, duration, 1.0)
+            fading = x * (1.0 - x) ** 3 * duration
+            remainder = 1.0 - _progress(self.profile, time)
+            return jnp.stack([remainder, fading * (1.0 + 3.0 * x), fading * 0.5 * x * duration])
+
+        def changing(time: Scalar) -> tuple[Vector3, Vector3]:
+            return jax.jvp(shares, (time,), (jnp.ones_like(time),))
+
+        since = jnp.asarray(since, dtype=float)
+        (now, slope), (_, bend) = jax.jvp(changing, (since,), (jnp.ones_like(since),))
+        turn = rotations.from_rotation_vector(now[0] * self.turn)
+        turning = AttitudeReference(turn, slope[0] * self.turn, bend[0] * self.turn)
+        half = 0.5 * jnp.stack([self.rate, self.acceleration])
+        moving = _by_rodrigues(*(each[1:] @ half for each in (now, slope, bend)))
+        return after.turned(turning).turned(moving)
+
+
+def _by_rodrigues(vector: Vector3, slope: Vector3, bend: Vector3) -> AttitudeReference:
+    """Motion of the quaternion (1, g) / sqrt(1 + g'g), with g and its first and second derivative.
+
+    The rate is 2 (g' - g x g') / (1 + g'g): M. D. Shuster, "A survey of attitude representations",
+    J. Astronautical Sciences 41 (1993), section on the Rodrigues vector.
+    """
+    scale = 1.0 / (1.0 + vector @ vector)
+    attitude = jnp.sqrt(scale) * jnp.concatenate([jnp.ones(1), vector])
+    rate = 2.0 * scale * (slope - jnp.cross(vector, slope))
+    acceleration = 2.0 * scale * (bend - jnp.cross(vector, bend) - (vector @ slope) * rate)
+    return AttitudeReference(attitude, rate, acceleration)
 
 
 def _progress(profile: SlewProfile, time: Scalar) -> Scalar:
