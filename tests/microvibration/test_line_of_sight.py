@@ -5,8 +5,8 @@ from itertools import pairwise
 import numpy as np
 import pytest
 
-from gyrostat.microvibration.line_of_sight import LineOfSight, MountedWheel, line_of_sight
 from gyrostat.microvibration.model import Harmonic, Mode, Noise, WheelDisturbance
+from gyrostat.microvibration.sight import LineOfSight, MountedWheel, line_of_sight
 from gyrostat.microvibration.transfer import ModalModel
 
 HZ, RPM = 2.0 * np.pi, np.pi / 30.0

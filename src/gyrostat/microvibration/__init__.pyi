@@ -12,14 +12,14 @@ from gyrostat.microvibration.exposure import sinusoid_mtf as sinusoid_mtf
 from gyrostat.microvibration.exposure import smear_mtf as smear_mtf
 from gyrostat.microvibration.exposure import smear_weight as smear_weight
 from gyrostat.microvibration.fit import fit_waterfall as fit_waterfall
-from gyrostat.microvibration.line_of_sight import LineOfSight as LineOfSight
-from gyrostat.microvibration.line_of_sight import MountedWheel as MountedWheel
-from gyrostat.microvibration.line_of_sight import line_of_sight as line_of_sight
 from gyrostat.microvibration.model import Harmonic as Harmonic
 from gyrostat.microvibration.model import Mode as Mode
 from gyrostat.microvibration.model import Noise as Noise
 from gyrostat.microvibration.model import WheelDisturbance as WheelDisturbance
 from gyrostat.microvibration.result import WaterfallFit as WaterfallFit
+from gyrostat.microvibration.sight import LineOfSight as LineOfSight
+from gyrostat.microvibration.sight import MountedWheel as MountedWheel
+from gyrostat.microvibration.sight import line_of_sight as line_of_sight
 from gyrostat.microvibration.simulate import simulated_waterfall as simulated_waterfall
 from gyrostat.microvibration.transfer import FrequencyResponse as FrequencyResponse
 from gyrostat.microvibration.transfer import ModalModel as ModalModel

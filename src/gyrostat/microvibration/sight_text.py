@@ -6,7 +6,7 @@ import numpy as np
 
 from gyrostat.core.text import plain
 from gyrostat.core.unit_table import RPM
-from gyrostat.microvibration.line_of_sight import WEIGHTS, LineOfSight
+from gyrostat.microvibration.sight import WEIGHTS, LineOfSight
 
 ARCSEC = np.pi / 180.0 / 3600.0
 

@@ -12,9 +12,9 @@ from matplotlib.figure import Figure
 from gyrostat.core.outputs import new_files
 from gyrostat.core.units import RPM
 from gyrostat.microvibration.disturbance_file import disturbance_text
-from gyrostat.microvibration.line_of_sight import LineOfSight
 from gyrostat.microvibration.model import KINDS
 from gyrostat.microvibration.result import WaterfallFit
+from gyrostat.microvibration.sight import LineOfSight
 from gyrostat.microvibration.sight_text import bands_text, content, text_lines
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
 from gyrostat.reports.drawing import literal, panels, svg

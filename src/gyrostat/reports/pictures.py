@@ -17,8 +17,8 @@ from gyrostat.identification.judge.fit_changes import Comparison
 from gyrostat.identification.lot.result import Lot
 from gyrostat.identification.pool.result import Pool
 from gyrostat.identification.torque_points import torque_points
-from gyrostat.microvibration.line_of_sight import LineOfSight
 from gyrostat.microvibration.result import WaterfallFit
+from gyrostat.microvibration.sight import LineOfSight
 from gyrostat.monitoring.health import Health
 from gyrostat.reports.allan import allan_figure
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL

@@ -7,8 +7,8 @@ from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Say, silent
 
 if TYPE_CHECKING:
-    from gyrostat.microvibration.line_of_sight import LineOfSight
     from gyrostat.microvibration.result import WaterfallFit
+    from gyrostat.microvibration.sight import LineOfSight
     from gyrostat.microvibration.waterfall import Waterfall
 
 MOST_SPEEDS = 1_000_000
@@ -89,7 +89,7 @@ def jitter(
 
     from gyrostat.core.outputs import check_outputs
     from gyrostat.microvibration.disturbance_file import read_structure
-    from gyrostat.microvibration.line_of_sight import line_of_sight
+    from gyrostat.microvibration.sight import line_of_sight
     from gyrostat.microvibration.sight_text import text_lines
     from gyrostat.reports.microvibration import SIGHT_FILES, write_sight
 
