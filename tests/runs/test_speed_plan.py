@@ -8,7 +8,7 @@ import pytest
 
 import gyrostat as gs
 from gyrostat.runs.speed_plan.choices import Certificate, Choice, Leaf, Problem, infeasible, solve
-from gyrostat.runs.speed_plan.demand import Limits
+from gyrostat.runs.speed_plan.demand import Limits, demand_of
 from gyrostat.runs.speed_plan.plan import crossings
 from gyrostat.runs.speed_plan.problems import intervals
 from gyrostat.scenario_files.scenario_file import read_scenario
@@ -144,6 +144,47 @@ def test_entries_of_a_plan_must_be_in_order(mission):
     mission.write_text(MISSION + rows)
     with pytest.raises(gs.InputError, match=r"controller.plan\[b\].time: found 10 s, expected mo"):
         gs.check(mission)
+
+
+def test_another_unloading_is_refused(mission):
+    rods = """[unloading]
+kind = "torque_rods"
+limit = [0.1, 0.1, 0.1]
+[[sensor]]
+kind = "magnetometer"
+[[actuator]]
+kind = "torque_rods"
+limit = [0.1, 0.1, 0.1]
+[orbit]
+kind = "circular"
+epoch = "2026-06-21T10:12:00Z"
+altitude = "500 km"
+inclination = "97.4 deg"
+"""
+    mission.write_text(MISSION + rods)
+    with pytest.raises(gs.InputError, match="key unloading: found torque_rods, expected none"):
+        gs.plan_speeds(mission)
+
+
+def test_demand_without_unloading_does_not_depend_on_the_actuator():
+    """The same body, once with and once without a constant torque of its actuator."""
+    count, period, torque = 11, 0.5, np.array([1e-6, -2e-6, 3e-6])
+    attitude = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
+    inside = np.ones(count, bool)
+    speed = np.tile([100.0, -50.0, 70.0, 20.0], (count, 1))
+    impulse = period * np.arange(count)[:, None] * torque
+    total = speed @ (PYRAMID * 2e-5).T
+    still = {"attitude": attitude, "wheel_speed": speed, "momentum": total}
+    unloaded = {
+        "attitude": attitude,
+        "wheel_speed": speed + impulse @ np.linalg.pinv(PYRAMID).T / 2e-5,
+        "momentum": total + impulse,
+        "external_torque": np.tile(torque, (count, 1)),
+    }
+    first, second = (demand_of(each, inside, period, WHEELS) for each in (still, unloaded))
+    np.testing.assert_allclose(first.wheels, second.wheels, atol=1e-15)
+    np.testing.assert_allclose(first.total, second.total, atol=1e-15)
+    assert first.windows == second.windows == ((0, count, 0),)
 
 
 def test_a_scenario_without_windows_is_refused(mission):

@@ -88,7 +88,8 @@ def search_plan(
         raise InputError(
             f"{scenario.name}: found no time in the windows {', '.join(windows)}, expected some"
         )
-    plan = plan_of(demand_of(history, inside, period, limits), limits, clearance, seconds)
+    demand = demand_of(history, inside, period, limits, scenario.command_delay)
+    plan = plan_of(demand, limits, clearance, seconds)
     before = crossings(history["wheel_speed"], inside, limits.bands)
     about = tuple(windows), clearance, before
     if plan.answer != FOUND:

@@ -44,9 +44,14 @@ class Limits(NamedTuple):
         """Wheels and actuator of a scenario.
 
         Raises:
-            InputError: Its controller is no `wheel_array`.
+            InputError: Its controller is no `wheel_array`, or another part unloads the wheels.
         """
         values = scenario.values
+        if scenario.unloading != "none":
+            raise InputError(
+                f"key unloading: found {scenario.unloading}, expected none: a plan of wheel speeds "
+                "unloads by controller.external_torque_limit"
+            )
         if "controller.crossing_gain" not in values:
             raise InputError(
                 f"key controller: found {scenario.controller}, expected a wheel_array, which can "
@@ -131,7 +136,9 @@ def science_windows(scenario: Scenario, history: Mapping[str, Any], names: Any) 
     return np.any([path.windows[name] for name in names], axis=0)
 
 
-def demand_of(history: Mapping[str, Any], inside: Any, period: float, limits: Limits) -> Demand:
+def demand_of(
+    history: Mapping[str, Any], inside: Any, period: float, limits: Limits, delay: int = 0
+) -> Demand:
     """Momentum that a simulated run asks of its wheels.
 
     Args:
@@ -139,6 +146,7 @@ def demand_of(history: Mapping[str, Any], inside: Any, period: float, limits: Li
         inside: Whether each sample is in a science window, (samples,).
         period: Control period, s.
         limits: Wheels and actuator.
+        delay: Control periods from a sample to the start of its command.
     """
     attitude = np.asarray(history["attitude"])
     rotation = np.asarray(jax.vmap(rotation_matrix)(jnp.asarray(attitude)))
@@ -146,9 +154,9 @@ def demand_of(history: Mapping[str, Any], inside: Any, period: float, limits: Li
     across = np.linalg.pinv(limits.axes)
     impulse = np.zeros((len(attitude), 3))
     if "external_torque" in history:
-        # a command is in force from its sample on
-        torque = np.nan_to_num(np.asarray(history["external_torque"]))
-        steps = period * np.einsum("tij,tj->ti", rotation, torque)[: len(attitude) - 1]
+        torque = np.zeros((len(attitude), 3))
+        torque[delay:] = np.asarray(history["external_torque"])[: len(attitude) - delay]
+        steps = period * np.einsum("tij,tj->ti", rotation, np.nan_to_num(torque))[:-1]
         impulse[1:] = np.cumsum(steps, axis=0)
     needed = np.einsum("wi,tji,tj->tw", across, rotation, impulse)
     row = wheels @ (across @ limits.axes).T
