@@ -5,7 +5,8 @@
 Each worker is a process with one thread, a folder and a cache of its own. The machine may have
 fewer cores than workers, and other work: times are those that the processors spent (user, system).
 
-    efficiency   processor time of the workers for a run, on one worker over that on n workers
+    efficiency   processor time of the workers for a run, on one worker over that on n workers,
+                 without what they take while idle
     overhead     processor time of the scheduler, beyond what it takes while idle, and of the
                  placement of jobs in the command, over that of the workers
 """
@@ -27,6 +28,7 @@ ROOT = Path(__file__).parents[1]
 SCENARIO = ROOT / "examples" / "scenarios" / "zero_crossing_model.toml"
 COMMAND = "from gyrostat.cli import main; main()"
 PAUSE = 0.029  # 64 runs of the scenario
+IDLE = 10.0  # s
 TICKS = os.sysconf("SC_CLK_TCK")
 
 
@@ -94,13 +96,17 @@ def on_workers(count: int, folder: Path, scenario: Path, runs: int) -> dict[str,
     with on_machines(folder, count) as (scheduler, workers, address):
         # the first runs of a worker load libraries and the program
         more = "--scheduler", address
-        campaign(scenario, 128 * count, folder / "warm", *more)
+        campaign(scenario, 1024 * count, folder / "warm", *more)
         processes = [scheduler.pid, *(worker.pid for worker in workers)]
+        idle = sum(map(processor_time, processes[1:]))
+        time.sleep(IDLE)
+        idle = (sum(map(processor_time, processes[1:])) - idle) / IDLE
         before = [processor_time(each) for each in processes]
         times = campaign(scenario, runs, folder / "out", *more)
         after = [processor_time(each) for each in processes]
     spent = [b - a for a, b in zip(before, after, strict=True)]
-    return {**times, "scheduler": spent[0], "workers": sum(spent[1:])}
+    working = sum(spent[1:]) - idle * times["wall"]
+    return {**times, "scheduler": spent[0], "workers": working, "idle": idle / count}
 
 
 def pause(job: int) -> dict[str, np.ndarray]:
@@ -149,7 +155,9 @@ def main() -> None:
         print(
             f"{given.runs} runs, 2 local processes: {here['wall']:.1f} s, {total:.1f} s processor"
         )
-        print("workers   wall  workers  scheduler  command   runs/s of processor  efficiency")
+        print(
+            "workers   wall  workers  scheduler  command   runs/s of processor  efficiency   idle"
+        )
         first = None
         for count in map(int, given.workers.split(",")):
             times = on_workers(count, folder / f"on-{count}", given.scenario, given.runs)
@@ -160,7 +168,7 @@ def main() -> None:
             print(
                 f"{count:7d} {times['wall']:6.1f} {times['workers']:8.1f} "
                 f"{times['scheduler']:10.2f} {times['command']:8.1f} {rate:21.0f} "
-                f"{rate / first:11.3f}",
+                f"{rate / first:11.3f} {times['idle']:6.3f}",
                 flush=True,
             )
         jobs, scheduler, placement = overhead(folder / "overhead", given.runs, 2)

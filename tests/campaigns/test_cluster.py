@@ -2,7 +2,9 @@
 
 import json
 import os
+import re
 import shutil
+import signal
 import subprocess
 import sys
 import time
@@ -193,3 +195,26 @@ def test_experiments_of_a_paper_give_the_same_claims(tmp_path):
             assert result.returncode == 0, result.stderr
     first, second = ((tmp_path / out / "claims.json").read_bytes() for out in ("here", "there"))
     assert first == second
+
+
+def test_a_job_of_slurm_is_a_worker(tmp_path, undisturbed):
+    pytest.importorskip("dask_jobqueue", reason="dask-jobqueue is not installed")
+    script = SOURCE.parent / "examples" / "cluster" / "slurm.py"
+    words = ["scenario.toml", "10", str(tmp_path), "--script", "--queue", "short"]
+    result = subprocess.run([sys.executable, script, *words], capture_output=True, text=True)
+    assert result.returncode == 0, result.stderr
+    assert "#SBATCH -p short" in result.stdout
+    with processes(tmp_path / "dask") as cluster:
+        job = re.sub(r"tcp://\S+", cluster.address, result.stdout)
+        worker = subprocess.Popen(
+            ["bash"], stdin=subprocess.PIPE, text=True, start_new_session=True
+        )
+        worker.stdin.write(job)
+        worker.stdin.close()
+        try:
+            code, messages = ended(start(tmp_path / "out", 0.0, cluster.address))
+        finally:
+            os.killpg(worker.pid, signal.SIGKILL)
+            worker.wait()
+    assert code == 0, messages
+    assert (tmp_path / "out" / "runs.parquet").read_bytes() == undisturbed

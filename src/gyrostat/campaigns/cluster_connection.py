@@ -47,6 +47,11 @@ class Connection:
         """Whether the scheduler was given up."""
         return self._client.status in ("closed", "closing")
 
+    @property
+    def is_broken(self) -> bool:
+        """Whether the connection has ended; Dask may try to restore it."""
+        return self._client.status != "running"
+
     def close(self) -> None:
         """Close the connection."""
         self._fetching.shutdown(wait=False, cancel_futures=True)

@@ -24,8 +24,9 @@ LOSSES = 3
 """Number of workers that one job may end before the computation fails."""
 PATIENCE = 20.0
 """Time for which a lost worker may be started again if all others are refused, s."""
-GONE = 10.0
-"""Time without an answer after which the scheduler is lost, s."""
+GONE, SILENT = 10.0, 180.0
+"""Time without an answer after which the scheduler is lost: if the connection is broken, and if the
+scheduler may be busy, s."""
 SLOW = 4.0
 """A call that takes this many times the median is given to a second worker that is free."""
 
@@ -115,7 +116,7 @@ class ClusterPool(Executor):
         for address in set(listed) - set(self._workers):
             self._workers[address] = Worker(max(1, listed[address]))
             self._greet(address, {})
-        if not listed and not self._has_told:
+        if not (listed or self._has_told or self._failure):
             self._has_told = True
             self._say("--scheduler: found no worker, waiting for one")
 
@@ -154,7 +155,8 @@ class ClusterPool(Executor):
     def _judge(self) -> None:
         """Fail if the scheduler is lost or no worker can be used."""
         now = time.monotonic()
-        if now - self._answered > GONE or self._connection.is_closed:
+        patience = GONE if self._connection.is_broken else SILENT
+        if now - self._answered > patience or self._connection.is_closed:
             self._fail(
                 f"--scheduler: found no answer from {self._connection.address} any more, "
                 "expected the scheduler to stay: start one and repeat the command, which goes on "
@@ -216,7 +218,8 @@ class ClusterPool(Executor):
         if batch.calls.get(address) is not call:
             return
         if error is not None and is_lost(error):
-            self._lose(batch, address)
+            # a slow transfer is no fault of the job
+            self._lose(batch, address, counted=not isinstance(error, TimeoutError))
             return
         self._release(batch, address)
         if outcome is not None and not outcome.was_greeted:
@@ -253,7 +256,7 @@ class ClusterPool(Executor):
             self._batches.discard(batch)
             self._waiting.extendleft(reversed(batch.tasks))
 
-    def _lose(self, batch: Batch, address: str, *, counted: bool = True) -> None:
+    def _lose(self, batch: Batch, address: str, *, counted: bool) -> None:
         """A worker was lost with a call."""
         call = batch.calls.get(address)
         self._release(batch, address)
