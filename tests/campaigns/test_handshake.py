@@ -7,6 +7,7 @@ import pickle
 import pytest
 
 from gyrostat.campaigns import delivered_programs, handshake
+from gyrostat.campaigns.cluster_pool import ClusterPool
 from gyrostat.campaigns.delivered_programs import Label, digest_of_content, install_programs
 from gyrostat.campaigns.handshake import Answer, Handshake, Outcome, carry_out_greeted, greet
 from gyrostat.core.errors import InputError
@@ -82,3 +83,57 @@ def test_content_that_cannot_be_loaded_is_an_error(record):
 
 def test_the_mathematical_library_has_a_name_and_a_version():
     assert len(mathematical_library().split()) >= 2
+
+
+def refuse_disk(job):
+    """Job on a full disk."""
+    raise OSError(28, "No space left on device")
+
+
+def test_errors_of_jobs_are_not_those_of_the_connection(record):
+    asked = Handshake(record)
+    assert greet(asked, WHERE, {}) == Answer()
+    failed = carry_out_greeted(asked.identity, [(float, "x")])
+    assert isinstance(failed.error, ValueError)
+    full = carry_out_greeted(asked.identity, [(refuse_disk, 0)])
+    assert isinstance(full.error, InputError)
+    assert "found [Errno 28] No space left on device" in str(full.error)
+
+
+def test_a_full_disk_refuses_the_worker(record, monkeypatch):
+    def full(labels):
+        raise OSError(28, "No space left on device")
+
+    monkeypatch.setattr(handshake, "missing_programs", full)
+    answer = greet(Handshake(record), WHERE, {})
+    assert answer.refusal.startswith(f"{WHERE}: ")
+    assert "No space left on device" in answer.refusal
+
+
+class SilentConnection:
+    """Connection whose calls are lost, to a worker that stays in the list."""
+
+    address, is_closed, is_broken = "tcp://10.0.0.1:8786", False, False
+
+    def ask_for_workers(self, take):
+        take({"tcp://10.0.0.3:41": 1})
+
+    def send(self, address, function, *arguments):
+        return None
+
+    def when_done(self, call, take):
+        take((None, OSError("connection reset")))
+
+    def cancel(self, calls):
+        pass
+
+
+def test_a_worker_that_never_answers_its_greeting_is_refused(record):
+    said = []
+    pool = ClusterPool(SilentConnection(), Handshake(record), said.append)
+    try:
+        with pytest.raises(InputError, match="all of them refused"):
+            pool.submit(abs, -1).result(timeout=10)
+    finally:
+        pool.shutdown()
+    assert "found connection reset" in said[0]

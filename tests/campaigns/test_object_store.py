@@ -12,6 +12,7 @@ import pytest
 
 from gyrostat.core import remote_folder, remote_lock
 from gyrostat.core.errors import InputError
+from gyrostat.core.files import check_writable
 from gyrostat.core.remote_folder import is_remote, local_folder
 from gyrostat.core.remote_lock import RemoteLock
 from tests.campaigns.test_faults import RUNS, ended, start
@@ -23,6 +24,15 @@ def test_addresses_of_stores_are_told_from_folders():
     assert is_remote("s3://bucket/prefix")
     assert is_remote("memory://a")
     assert not any(map(is_remote, ("s3:", "runs", "/tmp/s3://a", "C:/runs", Path("s3://a/b"))))
+
+
+def test_addresses_are_no_folders_where_folders_are_expected(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    for name in ("s3://bucket/prefix", "s3:/bucket", "gs:/a"):
+        with pytest.raises(InputError, match=r"found an address, expected a folder"):
+            check_writable(Path(name))
+    check_writable(tmp_path / "s3:" / "bucket")
+    assert not [*tmp_path.iterdir()]
 
 
 def test_without_fsspec_a_line_says_what_to_install(monkeypatch):

@@ -20,6 +20,8 @@ DEPTH = 2
 """Calls that a worker has for each of its threads: one waits while another is computed."""
 CALL = 1.0
 """Time of a call, into which short jobs are joined, s: Dask needs some milliseconds for each."""
+GREETINGS = 4
+"""Number of greetings without an answer after which a worker is refused."""
 LOSSES = 3
 """Number of workers that one job may end before the computation fails."""
 PATIENCE = 20.0
@@ -129,7 +131,11 @@ class ClusterPool(Executor):
     def _greeted(self, event: tuple[str, Answer, Exception | None]) -> None:
         address, answer, error = event
         worker = self._workers.get(address)
-        if worker is None or (error is not None and is_lost(error)):
+        if worker is None:
+            return
+        worker.greetings += 1
+        if error is not None and is_lost(error) and worker.greetings < GREETINGS:
+            self._greet(address, {})  # if it is lost, the list of workers will say so
             return
         if error is not None:  # whatever a worker without this version of gyrostat raises
             found = " ".join(str(error).split()) or type(error).__name__
@@ -142,6 +148,7 @@ class ClusterPool(Executor):
             self._say(f"{answer.refusal}: the worker is not used")
         else:
             worker.is_accepted = self._had_worker = True
+            worker.greetings = 0
             self._calls_at_once += DEPTH * worker.threads
             self._free.extend([address] * (DEPTH * worker.threads - len(worker.batches)))
 
@@ -233,7 +240,9 @@ class ClusterPool(Executor):
             return
         self._batches.discard(batch)
         self._turnarounds.append(time.monotonic() - batch.begun)
-        if outcome is None:
+        if outcome is not None and outcome.error is not None:
+            error = outcome.error
+        if outcome is None or error is not None:
             for task in batch.tasks:
                 settle(task, error=error)
         else:

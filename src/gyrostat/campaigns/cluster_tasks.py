@@ -33,6 +33,7 @@ class Worker:
     threads: int
     is_accepted: bool = False
     refusal: str = ""
+    greetings: int = 0
     batches: set[Batch] = field(default_factory=set)
 
 

@@ -2,6 +2,7 @@
 
 import hashlib
 import json
+import platform
 import time
 from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
@@ -127,7 +128,7 @@ def greet(asked: Handshake, where: str, contents: Mapping[str, bytes]) -> Answer
             # the same scenario, compiled by another machine
             _accepted.clear()
             make_ready.cache_clear()
-    except InputError as error:
+    except (InputError, OSError) as error:
         text = str(error)
         return Answer(text if text.startswith(where) else f"{where}: {text}")
     _flags.add(flags)
@@ -142,11 +143,14 @@ class Outcome(NamedTuple):
         was_greeted: Whether the process had accepted the handshake; otherwise there are no results.
         results: Results of the jobs.
         seconds: Time that they took, s.
+        error: What a job has raised, instead of results. An error of the call itself is thus one of
+            the connection.
     """
 
     was_greeted: bool
     results: Sequence[Any] = ()
     seconds: float = 0.0
+    error: Exception | None = None
 
 
 def carry_out_greeted(identity: str, jobs: Sequence[tuple[Callable[[Any], Any], Any]]) -> Outcome:
@@ -161,5 +165,12 @@ def carry_out_greeted(identity: str, jobs: Sequence[tuple[Callable[[Any], Any], 
     if identity not in _accepted:
         return Outcome(False)
     began = time.perf_counter()
-    results = [function(job) for function, job in jobs]
+    try:
+        results = [function(job) for function, job in jobs]
+    except OSError as error:
+        name = platform.node()
+        found = f"worker on {name}: found {error}, expected a worker that can compute its jobs"
+        return Outcome(True, error=InputError(found))
+    except Exception as error:
+        return Outcome(True, error=error)
     return Outcome(True, results, time.perf_counter() - began)

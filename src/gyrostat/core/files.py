@@ -3,6 +3,7 @@
 import fcntl
 import hashlib
 import os
+import re
 import stat
 import tempfile
 from collections.abc import Callable, Iterator, Mapping
@@ -20,6 +21,7 @@ _LARGE = 64_000_000
 _DIGESTS: dict[Path, tuple[tuple[int, ...], str]] = {}
 """Path of a large file -> its inode, size and times of change, and its digest."""
 
+_ADDRESS = re.compile(r"[A-Za-z][A-Za-z0-9+.-]+:/")
 UNFINISHED = ".gyrostat-"
 """Prefix of the names of temporary files and folders."""
 
@@ -28,8 +30,14 @@ def check_writable(folder: Path) -> None:
     """Check, before long work, that files can be written to a folder that may not exist yet.
 
     Raises:
-        InputError: The folder cannot be created, or no file can be written there.
+        InputError: The folder cannot be created, no file can be written there, or the name is that
+            of an address such as s3://BUCKET/PREFIX.
     """
+    if _ADDRESS.match(str(folder)):
+        raise InputError(
+            f"{folder}: found an address, expected a folder of this machine (an address, such as "
+            "s3://BUCKET/PREFIX, is possible for gyrostat campaign, as text)"
+        )
     try:
         existing = next(p for p in (folder.absolute(), *folder.absolute().parents) if p.exists())
         with tempfile.TemporaryFile(dir=existing):
