@@ -204,6 +204,7 @@ def _plan(case: SlewCase) -> PlannedSlew:
     eigenaxis = case.eigenaxis()
     done = eigenaxis.is_clear
     if case.crossing_time is not None:
-        done &= eigenaxis.crossings == 0  # a detour may be worth its time
+        # a detour may be worth its time
+        done &= (eigenaxis.crossings == 0) | (case.crossing_time <= 0.0)
     done |= jnp.any(eigenaxis.ends_blocked)
     return jax.lax.cond(done, lambda: eigenaxis, case.bowed)

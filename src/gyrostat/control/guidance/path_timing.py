@@ -124,7 +124,8 @@ def fastest(
         ramps: Shares of the path in which the progress gathers speed, (shares,); at most 0.5.
     """
     s = np.linspace(0.0, 1.0, len(samples.rate))
-    speed = np.sqrt(np.minimum(np.minimum(s, 1.0 - s) / ramps[:, None], 1.0))
+    nearest = np.minimum(s, 1.0 - s) + s[1]  # of both neighbours, the speed between the samples
+    speed = np.sqrt(np.minimum(nearest / ramps[:, None], 1.0))
     size, bend = (jnp.sqrt(jnp.sum(each**2, axis=-1)) for each in (samples.rate, samples.slope))
     largest = jnp.minimum(limits.acceleration, NO_LIMIT), jnp.minimum(limits.rate, NO_LIMIT)
     by_square = (0.5 / ramps)[:, None] * size + bend * speed**2  # (shares, samples)

@@ -12,6 +12,7 @@ from gyrostat.control.guidance.slew_profile import NO_LIMIT
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.linear import inverse_definite
 
 HALVINGS = 60
 """Bisections of the bound."""
@@ -26,8 +27,8 @@ def shortest_time(turn: Vector3, limits: SlewLimits, room: WheelRoom | None) -> 
     rate across b turns it; the whole rotation takes the whole rate. With J w' = -w x H - A u and
     J_c w = H - A h, no torque u and momentum h of the wheels, in whatever combination, gives more
     than |P w'| <= a_b + c |w| and |P w| <= w_b: P removes the part along b, a_b and w_b come from
-    the corners of the torque and momentum polytopes, and c = |H| / least eigenvalue of J. The bound
-    is the largest over many axes. It is in general not reached.
+    the corners of the torque and momentum polytopes, and c = |H| |J^-1|, Frobenius norm.
+    The bound is the largest over many axes. It is in general not reached.
 
     Args:
         turn: Rotation vector in body axes, (3,), rad.
@@ -46,10 +47,10 @@ def shortest_time(turn: Vector3, limits: SlewLimits, room: WheelRoom | None) -> 
     growth: Any = 0.0
     if room is not None:
         total = jnp.sqrt(room.total @ room.total)
-        growth = total / jnp.linalg.eigvalsh(room.inertia)[0]
+        growth = total * _norm(inverse_definite(room.inertia))
         largest = _largest(across, room, room.inertia, room.torque)
         accelerations = jnp.minimum(accelerations, largest)
-        held = total / jnp.linalg.eigvalsh(room.locked)[0]
+        held = total * _norm(inverse_definite(room.locked))
         rates = jnp.minimum(rates, _largest(across, room, room.locked, room.momentum) + held)
     # the last element has no axis: that of the whole rate
     extra = accelerations[-1]
@@ -80,10 +81,15 @@ def _largest(
     """Largest rates or accelerations across each axis by corners of a polytope."""
     works = jnp.any(room.rows != 0.0, axis=1)
     # the pseudo-inverse of the pseudo-inverse: the axes of the working wheels
-    axes = jnp.linalg.pinv(room.rows)
+    axes = inverse_definite(room.rows.T @ room.rows) @ room.rows.T
     corners = np.array(list(itertools.product([1.0, -1.0], repeat=len(room.torque))))
-    vectors = jnp.linalg.solve(inertia, axes @ (corners * (works * each)).T)
+    vectors = inverse_definite(inertia) @ axes @ (corners * (works * each)).T
     return jnp.max(jnp.sqrt(jnp.sum((across @ vectors) ** 2, axis=1)), axis=1)
+
+
+def _norm(matrix: Array) -> Scalar:
+    """Frobenius norm, which is at least the spectral one."""
+    return jnp.sqrt(jnp.sum(matrix**2))
 
 
 def _axes() -> Float[np.ndarray, "axes 3"]:
