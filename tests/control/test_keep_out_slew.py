@@ -131,6 +131,13 @@ def test_start_and_end_inside_a_cone_are_told():
     assert slew.ends_blocked.tolist() == [False, True]
 
 
+def test_a_slew_to_the_same_attitude_stays_there():
+    slew = plan_slew(START, -START, cones(), LIMITS)
+    assert slew.is_clear
+    assert slew.duration < 1e-4
+    assert not np.any(slew.path.bow)
+
+
 def test_crossings_are_avoided_where_they_cost_more():
     slow = plan_slew(START, END, cones(1.0), LIMITS, crossing_time=100.0)
     fast = plan_slew(START, END, cones(1.0), LIMITS)

@@ -12,6 +12,9 @@ from gyrostat.core.arrays import Quaternion, Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 
+TINY = 1e-300
+"""Smallest divisor: a path that stays where it is has no bulge."""
+
 
 class KeepOutCones(NamedTuple):
     """Angles that boresights keep from directions fixed in space.
@@ -82,7 +85,7 @@ class KeepOutCones(NamedTuple):
         def largest(boresight: Array, direction: Array, angle: Scalar) -> Scalar:
             cosine = samples.to_body(rotations.to_body(path.middle, direction)) @ boresight
             rise = cosine[1:] - cosine[:-1]
-            share = jnp.clip(0.5 + 0.5 * rise / bulge, 0.0, 1.0)
+            share = jnp.clip(0.5 + 0.5 * rise / jnp.maximum(bulge, TINY), 0.0, 1.0)
             bound = jnp.max(cosine[:-1] + rise * share + bulge * share * (1.0 - share))
             return jnp.where(angle > 0.0, bound - jnp.cos(angle), -1.0)
 
