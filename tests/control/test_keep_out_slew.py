@@ -158,6 +158,33 @@ def test_bound_is_exact_about_the_best_axis_and_below_every_slew(planned):
     assert 0.95 * expected < bound <= expected * (1.0 + 1e-12)
 
 
+def test_limits_below_the_slowest_rate_of_the_envelope_hold():
+    slow = plan_slew(START, END, cones(1.0), limits_of(rate=5e-5))
+    assert slow.duration >= 1.4 / 5e-5
+    assert slow.has_room
+    short = np.array([1.0, 0.0, 1e-7, 0.0])  # 2e-7 rad about y
+    slew = plan_slew(START, short, cones(1.0), limits_of(acceleration=0.01))
+    assert slew.has_room
+    assert slew.duration == pytest.approx(2.0 * np.sqrt(2e-7 / 0.01), rel=0.02)
+
+
+@pytest.mark.parametrize(("total", "has_room"), [(0.06, False), (0.01, True)])
+def test_momentum_that_wheels_cannot_hold_is_told(total, has_room):
+    still = LIMITS.envelope.spacecraft
+    limits = SlewLimits(envelope=WheelEnvelope.of(still, total_momentum=np.array([0, 0, total])))
+    about_z = np.array([1.0, 0.0, 0.0, 1.0]) / np.sqrt(2.0)
+    assert plan_slew(START, about_z, cones(1.0), limits).has_room == has_room
+
+
+@pytest.mark.parametrize(
+    ("end", "message"),
+    [([2.0, 0, 0, 0], "length 2"), ([np.nan, 0, 0, 0], "length nan"), ([0.6, 0, 0.8], "shape")],
+)
+def test_ends_that_are_no_attitudes_are_refused(end, message):
+    with pytest.raises(gs.InputError, match=message):
+        plan_slew(START, end, cones(), LIMITS)
+
+
 @pytest.mark.parametrize(
     ("cone", "message"),
     [(([0, 0, 0], SUN, 0.1), "vectors with a direction"), ((CAMERA, SUN, 4.0), "0 to pi")],

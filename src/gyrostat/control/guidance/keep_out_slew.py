@@ -14,7 +14,8 @@ from gyrostat.control.guidance.slew import SlewLimits
 from gyrostat.control.guidance.slew_profile import SlewProfile
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
-from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.errors import InputError
+from gyrostat.core.jax64 import Tracer, jax, jnp
 
 SAMPLES = 33, 65
 """Samples of a path in the search and of the path that is taken."""
@@ -38,8 +39,8 @@ class PlannedSlew(NamedTuple):
         profile: Progress over time.
         is_clear: Whether the whole path is outside of all cones.
         ends_blocked: Whether the start and the end are inside a cone, (2,); then no path is clear.
-        has_room: Whether the wheels have the momentum to turn the body; if not, it turns at 1e-4
-            rad/s.
+        has_room: Whether the wheels have room for the momentum of the body along the path, at rest
+            and at 1e-4 rad/s; if not, the slew asks for more than their limits.
         crossings: Number of wheels that pass through zero speed.
     """
 
@@ -122,6 +123,7 @@ class SlewCase(NamedTuple):
             time = timing.duration
             if self.crossing_time is not None:
                 time = time + self.crossing_time * timing.crossings
+            time = jnp.where(timing.has_room, time, 0.5 * BLOCKED)
             return jnp.where(excess <= 0.0, time, BLOCKED * (1.0 + excess))
 
         grid = jnp.asarray(_grid())
@@ -194,8 +196,16 @@ def plan_slew(
         limits: Limits of the slew.
         time: Time of its start, s; it decides which wheels of the envelope work.
         crossing_time: Time that may be lost to avoid a zero crossing of a wheel, s; None: no time.
+
+    Raises:
+        InputError: An attitude that is not traced is not a unit quaternion.
     """
     first, last = (jnp.asarray(each, dtype=float) for each in (start, end))
+    for name, attitude in (("start", first), ("end", last)):
+        if attitude.shape != (4,):
+            raise InputError(f"{name}: found shape {attitude.shape}, expected (4,)")
+        if not isinstance(attitude, Tracer):
+            rotations.check_unit(attitude)
     return _plan(SlewCase(first, last, cones, limits, WheelRoom.of(limits, time), crossing_time))
 
 

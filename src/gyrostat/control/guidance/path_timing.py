@@ -27,7 +27,8 @@ class PathTiming(NamedTuple):
         acceleration: Its acceleration, 1/s².
         crossings: Number of wheels that pass through zero speed; a wheel that starts at zero does
             not count.
-        has_room: Whether the wheels can turn the body at all; if not, the rate is `SLOWEST`.
+        has_room: Whether the wheels can hold the momentum of a body at rest in each attitude of the
+            path, and turn it at `SLOWEST`; if not, their momentum does not limit the rate further.
     """
 
     rate: Scalar
@@ -132,11 +133,16 @@ def fastest(
     rates = jnp.sqrt(largest[0] / (jnp.max(by_square, axis=-1) + SMALL))
     rates = jnp.minimum(rates, largest[1] / (jnp.max(size * speed, axis=-1) + SMALL))
     held, spun = jnp.zeros((1, 1, len(s))), jnp.zeros((1, len(ramps), len(s)))
+    has_room = jnp.array(True)
     if room is not None:
         torque_rates, held, spun = _wheel_terms(path, samples, room, speed, ramps)
         rates = jnp.minimum(rates, torque_rates)
         free = room.momentum[:, None, None] + jnp.sign(spun) * held
-        rates = jnp.minimum(rates, _least_quotient(jnp.maximum(free, 0.0), spun))
+        momentum_rates = _least_quotient(jnp.maximum(free, 0.0), spun)
+        least = SLOWEST / jnp.maximum(jnp.max(size), SMALL)
+        has_room = jnp.all(jnp.abs(held[:, 0]) <= room.momentum[:, None])
+        has_room &= jnp.max(momentum_rates) >= least
+        rates = jnp.minimum(rates, jnp.maximum(momentum_rates, least))
     start, shares = jnp.sign(held[:, 0, :1]), jnp.asarray(ramps)
     lost: Scalar = 0.0
     if crossing_time is not None:
@@ -148,11 +154,10 @@ def fastest(
         changes = jnp.any((held - spun * rates[:, None]) * start[:, None] < 0.0, axis=2)
         lost = crossing_time * jnp.sum(changes, axis=0)
     best = jnp.argmin((1.0 + 2.0 * shares) / jnp.maximum(rates, SMALL) + lost)
-    least = SLOWEST / jnp.maximum(jnp.max(size), SMALL)
-    rate = jnp.maximum(rates[best], least)
+    rate = jnp.maximum(rates[best], SMALL)
     changes = jnp.any((held[:, 0] - spun[:, best] * rate) * start < 0.0, axis=1)
     acceleration = 0.5 * rate**2 / shares[best]
-    return PathTiming(rate, acceleration, jnp.sum(changes), rates[best] >= least)
+    return PathTiming(rate, acceleration, jnp.sum(changes), has_room)
 
 
 def _wheel_terms(
