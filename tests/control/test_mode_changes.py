@@ -201,3 +201,23 @@ def test_a_missing_sample_neither_fulfils_nor_interrupts(count, number):
     for k in range(count):
         mode = reference.step(mode, None if k == 2 else fast, jnp.asarray((k + 1) * PERIOD))
     assert mode.number == number
+
+
+def test_one_sample_after_a_gap_has_not_held():
+    """The limit does not hold before the gap, which is longer than the time to hold."""
+    reference = Reference.branching(
+        [Fixed(REST), Fixed(REST)],
+        [ModeChange(1, Condition(rate_above=0.5, held=1.0, reached=0.0), (0,))],
+        limits=LIMITS,
+    )
+    slow, fast = (
+        SpacecraftMeasurement(REST, np.array([rate, 0.0, 0.0]), np.zeros(4), np.ones(4, bool))
+        for rate in (0.1, 1.0)
+    )
+    samples = [slow, *(8 * [None]), *(5 * [fast])]
+    mode, numbers = reference.start(), []
+    for k, sample in enumerate(samples):
+        mode = reference.step(mode, sample, jnp.asarray((k + 1) * PERIOD))
+        numbers.append(int(mode.number))
+    # 1 s after the first of the fast samples
+    assert numbers == [*(13 * [0]), 1]

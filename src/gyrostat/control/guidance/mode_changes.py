@@ -23,12 +23,14 @@ class Watch(NamedTuple):
         tracked: Time of the last measurement of the attitude, s.
         lost: Number of wheels that the controller takes to have failed.
         taken: Number of the change that led to the active mode, from 1; 0 before the first one.
+        sampled: Time of the last sample, also of a missing one, s.
     """
 
     unmet: Float[Array, " changes"]
     tracked: Scalar
     lost: Scalar
     taken: Int[Array, ""]
+    sampled: Scalar
 
 
 class Lasted(NamedTuple):
@@ -49,7 +51,7 @@ class Changes(Checked):
     """Changes from mode to mode, tested at each sample in their order.
 
     The conditions use the measurement of the sample; a sample without measurement neither fulfils
-    nor interrupts those that need one.
+    nor interrupts those that need one: it counts for `held` only after a sample at which they held.
 
     Attributes:
         conditions: Conditions of each change, (changes,).
@@ -105,7 +107,7 @@ class Changes(Checked):
         zero = jnp.zeros(())
         if not self.to:
             return None
-        return Watch(jnp.zeros(len(self.to)), zero, zero, jnp.zeros((), dtype=int))
+        return Watch(jnp.zeros(len(self.to)), zero, zero, jnp.zeros((), dtype=int), zero)
 
     def __call__(
         self, watch: Watch, mode: Lasted, measurement: Any, target: Quaternion, time: Scalar
@@ -123,7 +125,9 @@ class Changes(Checked):
         holds = self._hold(mode, watch, measurement, target, time)
         unmet = jnp.where(holds, watch.unmet, time)
         if measurement is None:
-            unmet = jnp.where(self._need_measurement(), watch.unmet, unmet)
+            # unmet at the sample before: still unmet
+            latest = jnp.where(watch.unmet >= watch.sampled, time, watch.unmet)
+            unmet = jnp.where(self._need_measurement(), latest, unmet)
         held = jnp.asarray(self.conditions.held)
         # multiples of a control period are subject to rounding
         holds &= (held == 0.0) | (time - unmet > held + 1e-9)
@@ -133,6 +137,7 @@ class Changes(Checked):
         return taken, watch._replace(
             unmet=jnp.where(taken > 0, time, unmet),
             taken=jnp.where(taken > 0, taken, watch.taken),
+            sampled=jnp.asarray(time, dtype=float),
         )
 
     def _watched(self, watch: Watch, measurement: Any, time: Scalar) -> Watch:
