@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from gyrostat.campaigns.pointing.campaign import PointingBudget
 from gyrostat.campaigns.pointing.collected import Collected, counted_sizes
 from gyrostat.campaigns.pointing.statistics import least_runs, mean_bounds, size_at
 from gyrostat.campaigns.pointing.verdicts import judged
@@ -18,6 +19,7 @@ from gyrostat.runs.metrics.error_vectors import across_and_about, error_vector
 from gyrostat.scenario.metrics.sample import Sample
 from gyrostat.scenario.requirement import KNOWLEDGE, ErrorSignal, Requirement
 from gyrostat.scenario_files.scenario_file import read_scenario
+from gyrostat.search.error_budget import moment_columns
 
 ANGLE = np.pi / 180.0
 
@@ -328,3 +330,15 @@ def test_a_boresight_opposite_to_its_target_is_half_a_turn_away():
     found = np.asarray(across_and_about(turn, axis))
     assert np.linalg.norm(found) == pytest.approx(np.pi)
     assert found @ axis == pytest.approx(0.0, abs=1e-15)
+
+
+def test_runs_without_a_value_of_an_index_have_the_columns_of_all_others(scenario):
+    """A block of such runs ended a search: its table did not fit to those of the others."""
+    budget = PointingBudget(scenario, 2, scenario.count + 1, 2, moments=True)
+    budget.finish()
+    columns = budget.moments()
+    expected = [name for each in scenario.requirements for name in moment_columns(each)]
+    assert sorted(columns) == sorted(expected)
+    assert {name.rpartition(".")[2] for name in expected} >= {"0", "2", "mean_square", "size"}
+    for values in columns.values():
+        assert np.all(np.isnan(values))

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gyrostat.campaigns.draws import check_draws, draw
 from gyrostat.campaigns.pointing.campaign import size_name
 from gyrostat.campaigns.pointing.collected import mean_names, mean_square_name
-from gyrostat.campaigns.pointing.indices import component
+from gyrostat.campaigns.pointing.indices import parts_of
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix
 from gyrostat.scenario.error_sources import (
@@ -284,5 +284,5 @@ def _variant_key(each: SourceSet) -> tuple[frozenset[str], bool]:
 def moment_columns(requirement: Requirement) -> list[str]:
     """Columns of the index of a requirement: mean square, parts of the mean, size."""
     metric = requirement.metric
-    parts = component(requirement, np.zeros((1, 1, 3))).shape[-1]
-    return [mean_square_name(metric), *mean_names(metric, parts), size_name(metric)]
+    names = mean_names(metric, parts_of(requirement))
+    return [mean_square_name(metric), *names, size_name(metric)]

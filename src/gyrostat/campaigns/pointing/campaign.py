@@ -6,7 +6,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.campaigns.pointing.collected import Collected, Moments, Profile
-from gyrostat.campaigns.pointing.indices import Part
+from gyrostat.campaigns.pointing.indices import Part, parts_of
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.scenario.requirement import signals_of
 from gyrostat.scenario.scenario import Scenario
@@ -67,7 +67,7 @@ class PointingBudget:
                 length=scenario.count + 1,
             )
             if moments:
-                collected.moments = Moments(runs)
+                collected.moments = Moments(runs, parts_of(each))
             self._entries.append((each, signals.index(each.signal), places, collected))
 
     def add(self, counted: Sequence[Matrix], vectors: Sequence[NDArray[np.float64]]) -> None:

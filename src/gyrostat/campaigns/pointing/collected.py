@@ -71,11 +71,12 @@ class Moments:
 
     Args:
         runs: Number of runs.
+        parts: Number of parts of the index.
     """
 
-    def __init__(self, runs: int):
+    def __init__(self, runs: int, parts: int):
         self._count, self._square = np.zeros(runs), np.zeros(runs)
-        self._sum: Matrix = np.zeros((runs, 1))
+        self._sum: Matrix = np.zeros((runs, parts))
 
     def add(self, part: Part) -> None:
         """Take values of an index."""

@@ -59,6 +59,11 @@ def component(
     return about if requirement.axis == "about" else vectors - about * axis
 
 
+def parts_of(requirement: Requirement) -> int:
+    """Number of parts of the index of a requirement: 1 or 3."""
+    return component(requirement, np.zeros((1, 1, 3))).shape[-1]
+
+
 class WindowIndex:
     """Index other than PRE of several runs, computed while they are simulated.
 
@@ -72,7 +77,7 @@ class WindowIndex:
     def __init__(self, requirement: Requirement, runs: int, window: int, stability: int = 0):
         self._requirement, self._window, self._stability = requirement, window, stability
         self._operation, self._instant = requirement.operation, requirement.instant
-        size = component(requirement, np.zeros((1, 1, 3))).shape[-1]
+        size = parts_of(requirement)
         self._means = _Means(runs, size, window, 2 * window + stability)
         self._runs, self._next = runs, 0
         is_late = self._operation == "relative" and self._instant == "any"
@@ -135,7 +140,7 @@ class ReproducibilityIndex:
 
     def __init__(self, requirement: Requirement, runs: int, window: int):
         self._requirement, self._window = requirement, window
-        size = component(requirement, np.zeros((1, 1, 3))).shape[-1]
+        size = parts_of(requirement)
         self._means = _Means(runs, size, window, window)
         self.found: list[list[NDArray[np.float64]]] = [[] for _ in range(runs)]
 
