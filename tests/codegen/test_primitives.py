@@ -80,6 +80,8 @@ def ordered(x, m, k, n):
         jnp.argsort(jnp.round(m)),
         jax.lax.sort((jnp.round(x), x), num_keys=1)[1],
         jnp.argmax(m, axis=1),
+        jnp.argmax(m > 0.5, axis=1),
+        jnp.argmin(m > 0.5, axis=1),
         jnp.argmin(m),
         jnp.argmax(wide, axis=1),
         jnp.argmin(wide, axis=0),

@@ -145,6 +145,9 @@ def _is_better(
 ) -> Operand:
     """Whether an element is above, or below, the best one so far, or the first NaN."""
     new = partial(build.compute, group=group)
+    if best.kind == "logical":  # C orders no truth values
+        high, low = (element, best) if test == "gt" else (best, element)
+        return new("and", high, new("not", low))
     better = new(test, element, best)
     if best.kind != "real":
         return better
