@@ -2,6 +2,7 @@
 
 import re
 import shutil
+import subprocess
 from pathlib import Path
 
 import numpy as np
@@ -50,37 +51,140 @@ at = "30 s"
 """
 
 
+OWN = """
+from typing import NamedTuple
+import equinox as eqx
+import jax.numpy as jnp
+
+class Late(eqx.Module):
+    after: float = 0.0
+
+    def __call__(self, measurement, time):
+        return time - self.after - 1e3 * jnp.minimum(measurement.rate[2], 0.0)
+"""
+LAW = """
+class Law(eqx.Module):
+    def start(self, period):
+        return ()
+
+    def __call__(self, memory, measurement):
+        return memory, Command(LOOP * jnp.ones(4))
+
+class Command(NamedTuple):
+    torque: jnp.ndarray
+"""
+AT = 'at = "30 s"'
+LATE = 'python = "own.py:Late"\nafter = 2.1'
+BACK = {'duration = "60 s"': 'duration = "4 s"', "0.3 deg/s": "5 deg/s", AT: LATE}
+BACK |= {'held = "2 s"': 'held = "1 s"', 'dwell = "5 s"': 'dwell = "0.5 s"'}
+
+
+MODES = """
+#include <stdio.h>
+#include "controller_vectors.h"
+
+int main(void)
+{
+    for (int row = 0; row < VECTOR_ROWS; row++) {
+        if (vector_prepare(row) != 0 || vector_step() != 0) { return 1; }
+        printf("%d", (int)vector.command.mode);
+    }
+    return 0;
+}
+"""
+
+
 @pytest.fixture
 def scenario(tmp_path):
     for name in ("cubesat.toml", "cubesat_wheel.toml"):
         shutil.copy(EXAMPLES / name, tmp_path)
 
-    def write(old="", new=""):
+    def write(changes=(), own=OWN):
+        (tmp_path / "own.py").write_text(own)
         path = tmp_path / "scenario.toml"
-        path.write_text(TEXT.replace(old, new, 1))
+        text = TEXT
+        for was, now in dict(changes).items():
+            assert was in text
+            text = text.replace(was, now, 1)
+        path.write_text(text)
         return path
 
     return write
 
 
 def test_both_engines_take_the_same_changes(scenario):
-    path = scenario()
+    """The way back is a condition of the user's Python."""
+    path = scenario(BACK)
+    said = []
+    gs.check(path, say=said.append)
+    assert "  engine: native or JAX; export to C: yes" in said
     runs = [gs.simulate(path, engine=engine) for engine in ("native", "jax")]
     for name in ("attitude", "rate", "torque", "wheel_speed", "target", "mode", "mode_start"):
         one, other = (np.asarray(run[name]) for run in runs)
         np.testing.assert_allclose(one, other, rtol=1e-10, atol=1e-10, err_msg=name)
     modes = np.asarray(runs[0]["mode"])
-    changes = np.flatnonzero(np.diff(modes))
-    assert list(modes[changes + 1]) == [1, 0]
-    assert float(runs[0]["time"][changes[1] + 1]) == pytest.approx(30.0)
+    # into the mode after the hold and the dwell, back from the first sample after 2.1 s on
+    assert list(modes[:10]) == [0.0] * 5 + [1.0] * 4 + [0.0]
     assert float(runs[0].attrs["change.to_science"]) == 1.0
     assert float(runs[0].attrs["change.to_safe"]) == 1.0
     times = [float(runs[0].attrs[f"mode.{name}.time"]) for name in ("safe", "science")]
-    assert sum(times) == pytest.approx(60.0)
-    assert times[0] == pytest.approx(0.25 * np.sum(modes[:-1] == 0))
-    # 2 s below the limit on the rate, as the controller measures it, from the first such sample
-    rate = np.linalg.norm(np.asarray(runs[0]["measured_rate"]), axis=1)
-    assert np.all(rate[changes[0] + 1 - 8 : changes[0] + 2] < np.radians(0.3))
+    assert times == pytest.approx([3.0, 1.0])
+
+
+def test_exported_c_steps_as_in_python(scenario, tmp_path, tools):
+    """To the other mode, and back by a condition of the user."""
+    out = tmp_path / "flight"
+    gs.export(read_scenario(scenario(BACK)), out, to="c")
+    (out / "modes.c").write_text(MODES)
+    tools.build(out, "-c", "controller.c")
+    done = []
+    for name in ("controller_test.c", "modes.c"):
+        tools.build(out, "controller.o", name, "-lm", "-o", "program")
+        done.append(subprocess.run([out / "program"], capture_output=True, text=True))
+        assert done[-1].returncode == 0, done[-1].stdout
+    assert "command.mode_change: as in Python" in done[0].stdout
+    assert done[1].stdout.startswith("0000011110")
+
+
+@pytest.mark.parametrize(
+    ("result", "message"),
+    [
+        ("jnp.ones(2) * time", "found shape (2,) of condition, a number above 0 while it holds"),
+        ("jnp.nan * time", "found the condition nan at the first sample, expected a finite number"),
+        ("1.0 if time > 2.0 else 0.0", "expected jnp.where(condition, a, b)"),
+    ],
+)
+def test_mistakes_in_a_condition_of_the_user_are_one_line(scenario, result, message):
+    own = OWN.replace(OWN.partition("return ")[2], f"{result}\n")
+    with pytest.raises(InputError, match=re.escape(message)) as caught:
+        read_scenario(scenario({AT: LATE}, own))
+    assert "own.py:Late" in str(caught.value)
+    assert "\n" not in str(caught.value)
+
+
+def test_check_says_which_conditions_and_laws_cannot_be_exported(scenario):
+    loop = "jax.lax.while_loop(lambda x: x > 1.0, lambda x: 0.5 * x, 3.0 + measurement.rate[0])"
+    own = OWN.replace("return time", f"return {loop} + time") + LAW.replace("LOOP", loop)
+    changes = {AT: LATE, 'kind = "three_axis"\nrate_gain = 0.3': 'python = "own.py:Law"'}
+    parts = gs.check(scenario(changes, f"import jax\n{own}")).parts
+    for name in ("reference.transition.to_safe", "controller.law.soft"):
+        assert parts[name].exported
+        assert "a loop without a bound" in parts[name].export.operation
+        assert parts[name].native is None
+
+
+@pytest.mark.parametrize(
+    ("key", "message"),
+    [
+        ("wheels_lost", "found a controller whose command has no works, expected"),
+        ("tracker_lost", "found a measurement without attitude_measured, expected"),
+    ],
+)
+def test_conditions_that_can_never_hold_are_refused(scenario, run, key, message):
+    code, _, said = run("check", scenario({AT: f"{key} = 1"}))
+    assert code == 2
+    (line,) = said.splitlines()
+    assert f"key reference.transition.to_safe.{key}: {message}" in line
 
 
 @pytest.mark.parametrize(
@@ -93,21 +197,26 @@ def test_both_engines_take_the_same_changes(scenario):
         ('at = "30 s"', 'at = "90 s"', "found at 90 s in a run of 60 s"),
         ('held = "2 s"', 'rate_above = "0.4 deg/s"', "expected conditions that can hold together"),
         ('to = "safe"', 'from = "safe"\nto = "safe"', ""),
-        ('at = "30 s"', "wheels_lost = 9", "found wheels_lost 9 of 4 wheels"),
         ('to = "science"', 'to = "safe"', "found no path to it from the first mode, safe"),
     ],
 )
 def test_mistakes_are_one_line(scenario, old, new, message):
     if not message:
-        assert check_modes(read_scenario(scenario(old, new)))
+        assert check_modes(read_scenario(scenario({old: new})))
         return
     with pytest.raises(InputError, match=re.escape(message)):
-        check_modes(read_scenario(scenario(old, new)))
+        check_modes(read_scenario(scenario({old: new})))
+
+
+def test_more_lost_wheels_than_there_are_is_a_mistake(scenario):
+    changes = {'kind = "three_axis"\n[[': 'kind = "wheel_array"\n[[', AT: "wheels_lost = 9"}
+    with pytest.raises(InputError, match="found wheels_lost 9 of 4 wheels"):
+        check_modes(read_scenario(scenario(changes)))
 
 
 def test_a_cycle_that_takes_no_time_is_refused(scenario):
     text = TEXT.replace('minimum_dwell = "5 s"\n', "").replace('held = "2 s"\n', "")
-    path = scenario(TEXT, text.replace('at = "30 s"', 'rate_above = "1 deg/s"'))
+    path = scenario({TEXT: text.replace('at = "30 s"', 'rate_above = "1 deg/s"')})
     with pytest.raises(InputError, match="safe -> science -> safe"):
         check_modes(read_scenario(path))
 

@@ -15,6 +15,7 @@ from gyrostat.core.validation import check_parts, check_period
 from gyrostat.runs.build import Setup, build
 from gyrostat.runs.designs import Plans, plan
 from gyrostat.runs.fingerprint import FLAGS, engine_record
+from gyrostat.runs.mode_inputs import check_conditions
 from gyrostat.runs.user.trial import check_first_sample, first_sample
 from gyrostat.scenario.kinds.registry import is_shipped
 from gyrostat.scenario.scenario import Scenario
@@ -59,6 +60,7 @@ def plans_of(scenario: Scenario) -> Plans:
         check_first_sample(scenario, *first)
     else:
         setup = setup_of(scenario, plans)
+    check_conditions(scenario, setup)
     check_parts(setup.plant, setup.controller, setup.sensor, *setup.metrics.values())
     setup.plant.check_state(setup.start)
     check_period(scenario.values["run.control_period"], setup.controller)

@@ -12,7 +12,10 @@ from gyrostat.core.user_modules import PREFIX
 from gyrostat.scenario.user.lines import Line, line_in
 from gyrostat.scenario.user.recording import Call
 
-EXPORTED = ("controller", "compensator", "estimator", "reference", "reference.mode")
+EXPORTED = (
+    *("controller", "controller.law", "compensator", "estimator"),
+    *("reference", "reference.mode", "reference.transition"),
+)
 """Sections whose parts are in the exported controller of a scenario."""
 
 

@@ -10,7 +10,8 @@ from gyrostat.core.jax64 import jax
 from gyrostat.core.user_errors import UserPartError
 from gyrostat.core.user_modules import is_user_kind
 from gyrostat.runs.build import Setup, build
-from gyrostat.runs.designs import Plans
+from gyrostat.runs.designs import LAW, Plans
+from gyrostat.runs.mode_inputs import condition_values, probed
 from gyrostat.runs.user.repeated import try_parts
 from gyrostat.runs.user.support import EXPORTED, Support, support_of
 from gyrostat.scenario.kinds.registry import kinds_of
@@ -53,7 +54,8 @@ def supports_of(scenario: Scenario, plans: Plans) -> dict[str, Support]:
     calls, supports = try_shapes(scenario, plans), {}
     for name, kind in kinds_of(scenario).items():
         if is_user_kind(kind):
-            section = next(s for s in (*EXPORTED[::-1], name) if f"{name}.".startswith(f"{s}."))
+            matching = [s for s in EXPORTED if f"{name}.".startswith(f"{s}.")]
+            section = max(matching, key=len, default=name)
             labels = f"{name} {kind}", f"{section} {kind}"
             part_calls = [call for call in calls if call.part in labels]
             supports[name] = support_of(part_calls, exported=section in EXPORTED)
@@ -74,7 +76,8 @@ def first_sample(structure: Structure, values: Values, plans: Plans) -> tuple[Se
     setup = build(structure, values, plans)
     period = values["run.control_period"]
     measurement = first_measurement(setup.sensor, setup.start, period)
-    outputs = setup.controller(setup.controller.start(period), measurement)
+    controller = probed(setup.controller)
+    outputs = controller(controller.start(period), measurement)
     bodies = jax.tree.leaves(setup.plant, is_leaf=lambda part: isinstance(part, Gyrostat))
     body = next(part for part in bodies if isinstance(part, Gyrostat))
     torques = _user_torques(setup, body, outputs[1])
@@ -131,6 +134,12 @@ def check_first_sample(
     """
     memory, command = made
     names = _user_names(scenario)
+    for name, value in condition_values(scenario, command).items():
+        if not np.isfinite(value):
+            raise UserPartError(
+                f"{name}: found the condition {np.asarray(value)} at the first sample, expected a "
+                "finite number, above 0 while it holds"
+            )
     entries = {f"command.{n}": v for n, v in zip(command._fields, command, strict=True)}
     for label, value in {**entries, "memory": memory}.items():
         for leaf in jax.tree.leaves(value):
@@ -183,6 +192,6 @@ def say_bad_commands(
 def _user_names(scenario: Scenario) -> str:
     """Names of the user-defined parts that compute the command."""
     kinds = {name: getattr(scenario, name) for name in LOOP}
-    modes = [part for part in scenario.parts if part.section == "reference.mode"]
-    kinds |= {f"{part.section}.{part.name}": part.kind for part in modes}
+    parts = [part for part in scenario.parts if part.section in ("reference.mode", LAW)]
+    kinds |= {f"{part.section}.{part.name}": part.kind for part in parts}
     return ", ".join(f"{name} {kind}" for name, kind in kinds.items() if is_user_kind(kind))
