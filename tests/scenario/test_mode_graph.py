@@ -1,5 +1,7 @@
 """Proof on the graph of the modes, against powers of its adjacency matrix."""
 
+from itertools import pairwise
+
 import numpy as np
 import pytest
 from hypothesis import given
@@ -53,7 +55,7 @@ def test_the_proof_is_that_of_powers_of_the_adjacency_matrix(graph):
         cycle = message.split("in no time, ")[1].partition(", expected")[0].split(" -> ")
         numbers = [names.index(name) for name in cycle]
         assert numbers[0] == numbers[-1]
-        assert all(pair in instant for pair in zip(numbers, numbers[1:], strict=False))
+        assert all(pair in instant for pair in pairwise(numbers))
     else:
         final = [name for k, name in enumerate(names) if all(row[0] != k for row in rows)]
         assert f"final: {', '.join(final) or 'none'};" in message
