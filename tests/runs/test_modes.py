@@ -195,6 +195,7 @@ def test_conditions_that_can_never_hold_are_refused(scenario, run, key, message)
         ('at = "30 s"', "", "to_safe: found no condition"),
         ('at = "30 s"', 'when = "eclipse"', "found it without [orbit]"),
         ('at = "30 s"', 'at = "90 s"', "found at 90 s in a run of 60 s"),
+        ('at = "30 s"', 'at = "0 s"', "found at 0 s, before which no mode can begin"),
         ('held = "2 s"', 'rate_above = "0.4 deg/s"', "expected conditions that can hold together"),
         ('to = "safe"', 'from = "safe"\nto = "safe"', ""),
         ('to = "science"', 'to = "safe"', "found no path to it from the first mode, safe"),
@@ -216,9 +217,38 @@ def test_more_lost_wheels_than_there_are_is_a_mistake(scenario):
 
 def test_a_cycle_that_takes_no_time_is_refused(scenario):
     text = TEXT.replace('minimum_dwell = "5 s"\n', "").replace('held = "2 s"\n', "")
-    path = scenario({TEXT: text.replace('at = "30 s"', 'rate_above = "1 deg/s"')})
+    path = scenario({TEXT: text.replace('at = "30 s"', 'rate_above = "0.3 deg/s"')})
     with pytest.raises(InputError, match="safe -> science -> safe"):
         check_modes(read_scenario(path))
+
+
+ORBIT = """
+[orbit]
+kind = "circular"
+epoch = "2026-06-21T10:12:00Z"
+ascending_node = "112 deg"
+altitude = "500 km"
+inclination = "97.4 deg"
+"""
+
+
+@pytest.mark.parametrize(
+    ("there", "back"),
+    [
+        ('rate_below = "0.3 deg/s"', 'rate_above = "0.5 deg/s"'),
+        ('when = "eclipse"', 'when = "sunlight"'),
+    ],
+)
+def test_a_cycle_whose_conditions_exclude_each_other_takes_time(scenario, there, back):
+    text = TEXT.replace('minimum_dwell = "5 s"\n', "").replace('held = "2 s"\n', "")
+    text = text.replace('rate_below = "0.3 deg/s"', there).replace('at = "30 s"', back)
+    path = scenario(TEXT, text + ORBIT if "when" in there else text)
+    assert "modes: 2, changes: 2, final: none" in check_modes(read_scenario(path))
+
+
+def test_a_mode_that_changes_only_to_itself_is_final(scenario):
+    path = scenario('to = "safe"\n', 'from = "science"\nto = "science"\n')
+    assert "final: science;" in check_modes(read_scenario(path))
 
 
 def test_times_of_edges_are_those_of_dwell_and_hold(scenario):

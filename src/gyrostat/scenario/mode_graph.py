@@ -24,6 +24,8 @@ class GraphEdge(NamedTuple):
         time: Least time in the mode before it is taken, s.
         why: Why its conditions contradict each other; empty: they do not.
         once: Whether it is taken once in a run at most.
+        limits: Lower and upper limit of each of `_PAIRS`.
+        view: View that it waits for, see `Condition.view`.
     """
 
     name: str
@@ -32,6 +34,8 @@ class GraphEdge(NamedTuple):
     time: float
     why: str = ""
     once: bool = False
+    limits: tuple[tuple[float, float], ...] = ((-1.0, inf),) * len(_PAIRS)
+    view: float = 0.0
 
 
 def edges(scenario: Scenario) -> list[GraphEdge]:
@@ -51,7 +55,9 @@ def _transitions(scenario: Scenario) -> Iterator[GraphEdge]:
             dwell = scenario.values[f"reference.mode.{start}.minimum_dwell"]
             time = max(values["time_in_mode"], values["held"], dwell)
             why = _contradiction(values, len(scenario.wheels), scenario.duration)
-            yield GraphEdge(part.name, start, to, time, why, values["at"] >= 0.0)
+            limits = tuple((values[f"{n}_above"], values[f"{n}_below"]) for n in _PAIRS)
+            once, view = values["at"] >= 0.0, values["when"]
+            yield GraphEdge(part.name, start, to, time, why, once, limits, view)
 
 
 def _ends(scenario: Scenario) -> Iterator[GraphEdge]:
@@ -61,7 +67,12 @@ def _ends(scenario: Scenario) -> Iterator[GraphEdge]:
         values = {key: scenario.values[f"{place}.{key}"] for key in UNTIL}
         if any(values[key] != entry.default for key, entry in UNTIL.items()):
             time = max(values["until_time"], scenario.values[f"{place}.minimum_dwell"])
-            yield GraphEdge(f"until_{start}", start, to, time)
+            limits = tuple(
+                (values.get(f"until_{n}_above", -1.0), values.get(f"until_{n}_below", inf))
+                for n in _PAIRS
+            )
+            edge = GraphEdge(f"until_{start}", start, to, time)
+            yield edge._replace(limits=limits, view=values["until"])
 
 
 def _contradiction(values: Mapping[str, float], wheels: int, duration: float) -> str:
@@ -72,6 +83,8 @@ def _contradiction(values: Mapping[str, float], wheels: int, duration: float) ->
             return f"{name}_above {above:g} and {name}_below {below:g}"
     if values["wheels_lost"] > wheels:
         return f"wheels_lost {values['wheels_lost']:g} of {wheels} wheels"
+    if values["at"] == 0.0:
+        return "at 0 s, before which no mode can begin"
     if values["at"] > duration:
         return f"at {values['at']:g} s in a run of {duration:g} s"
     return "" if values["time_in_mode"] < inf else "time_in_mode none"
@@ -106,9 +119,11 @@ def check_modes(scenario: Scenario) -> str:
     if cycle:
         raise InputError(
             f"key reference.mode.{cycle[0]}: found modes that can follow each other in no time, "
-            f"{' -> '.join(cycle)}, expected minimum_dwell, held or time_in_mode in one of them"
+            f"{' -> '.join(cycle)}, expected minimum_dwell, held or time_in_mode in one of them, "
+            "or conditions that cannot all hold at one time"
         )
-    final = [name for name in names if all(edge.start != name for edge in every)]
+    left = {edge.start for edge in every if edge.to != edge.start}
+    final = [name for name in names if name not in left]
     return (
         f"modes: {len(names)}, changes: {len(every)}, final: {', '.join(final) or 'none'}; each "
         "mode has a path from the first one, each that is not final an exit, and no cycle takes "
@@ -128,17 +143,30 @@ def _reached(start: str, every: Sequence[GraphEdge]) -> set[str]:
     return reached
 
 
+def _hold_together(changes: Sequence[GraphEdge]) -> bool:
+    """Whether the limits and views of changes can hold at one time; equal limits count as such."""
+    views = {each.view for each in changes} - {0.0}
+    if any(-view in views for view in views):
+        return False
+    return all(
+        max(low for low, _ in pair) <= min(high for _, high in pair)
+        for pair in zip(*(each.limits for each in changes), strict=True)
+    )
+
+
 def _cycle(every: Sequence[GraphEdge]) -> list[str]:
-    """Modes of a cycle, the first one also at the end; empty: there is none."""
+    """Modes of a cycle whose changes can all be taken at one time; empty: there is none."""
     for edge in every:
-        paths = {edge.to: [edge.start, edge.to]}
-        waiting = [edge.to]
+        waiting, known = [(edge,)], set[object]()
         while waiting:
-            mode = waiting.pop()
-            if mode == edge.start:
-                return paths[mode]
+            path = waiting.pop(0)
+            if path[-1].to == edge.start:
+                return [edge.start, *(each.to for each in path)]
             for other in every:
-                if other.start == mode and other.to not in paths:
-                    paths[other.to] = [*paths[mode], other.to]
-                    waiting.append(other.to)
+                longer = (*path, other)
+                # what a path excludes is all that its continuation depends on
+                state = other.to, frozenset((each.limits, each.view) for each in longer)
+                if other.start == path[-1].to and state not in known and _hold_together(longer):
+                    known.add(state)
+                    waiting.append(longer)
     return []
