@@ -7,6 +7,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gyrostat.microvibration.estimates import Estimate
 from gyrostat.microvibration.fit import fit_waterfall
 from gyrostat.microvibration.simulate import simulated_waterfall
 from gyrostat.microvibration.waterfall import Waterfall, Window
@@ -59,6 +60,25 @@ def test_loads_of_a_pair_have_the_coefficient_of_the_pair(fit):
     loads = fit.harmonics[1].coefficients["force"].loads
     for load in ("Fx", "Fy"):
         assert loads[load].low <= 1e-6 <= loads[load].high
+
+
+def test_what_is_left_out_of_the_disturbance_is_told(fit):
+    unknown = Estimate(0.0, 1.0, 0.0, 1.0, "kg·m²")
+    first = fit.harmonics[0]
+    total = Estimate.normal(1e-9, 1e-10, "kg·m²")
+    coefficient = replace(
+        next(iter(first.coefficients.values())),
+        total=total,
+        forward=unknown,
+        backward=unknown,
+        splits=True,
+    )
+    lost = replace(first, coefficients={"torque": coefficient})
+    weak = replace(first, coefficients={"torque": replace(coefficient, total=unknown)})
+    for harmonic, text in ((lost, "kg·m², sense not determined: left"), (weak, "no coefficient")):
+        result = replace(fit, harmonics=(harmonic,))
+        assert not result.disturbance().harmonics
+        assert any(text in line for line in result.lines())
 
 
 def test_too_few_speeds_and_a_coarse_resolution_are_not_valid(waterfall):

@@ -118,7 +118,9 @@ class WaterfallFit(Pictured):
             f"steps of {plain(data.step)} Hz"
         ]
         for each in self.harmonics:
-            lines.append(f"  h = {measured(each.number.value, each.number.sigma)}")
+            seen = any(value.total.observable for value in each.coefficients.values())
+            weak = "" if seen else ": no coefficient stands out, left out of the disturbance"
+            lines.append(f"  h = {measured(each.number.value, each.number.sigma)}{weak}")
             for kind, value in each.coefficients.items():
                 if value.total.observable:
                     size = measured(value.total.value, value.total.sigma)
@@ -168,10 +170,10 @@ class WaterfallFit(Pictured):
 
 def _sense(value: Coefficient) -> str:
     """Sense of whirl where the waterfall determines it."""
+    parts = [n for n in ("forward", "backward") if getattr(value, n).observable]
     if not value.splits:
         return ""
-    parts = [n for n in ("forward", "backward") if getattr(value, n).observable]
-    return f", {' and '.join(parts)}"
+    return f", {' and '.join(parts) or 'sense not determined: left out of the disturbance'}"
 
 
 def _content(value: Coefficient) -> dict[str, Any]:
