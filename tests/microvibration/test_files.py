@@ -63,6 +63,21 @@ def test_csv_is_read_in_long_and_wide_form(tmp_path, text):
     assert_same(read_waterfall(path))
 
 
+@pytest.mark.parametrize("unit", ["_mN^2/Hz", " (mN²/Hz)", "_lbf"])
+def test_loads_in_other_units_are_refused(tmp_path, unit):
+    path = tmp_path / "waterfall.csv"
+    path.write_text(long_form().replace("_N^2/Hz", unit))
+    with pytest.raises(InputError, match="Fx: found the unit"):
+        read_waterfall(path)
+
+
+@pytest.mark.parametrize("unit", ["", " [N²/Hz]", "_N", " (N^2/Hz)"])
+def test_units_without_a_factor_are_read(tmp_path, unit):
+    path = tmp_path / "waterfall.csv"
+    path.write_text(long_form().replace("_N^2/Hz", unit))
+    assert_same(read_waterfall(path))
+
+
 @pytest.mark.parametrize("quantity", ["amplitude", "rms"])
 def test_amplitudes_are_turned_into_densities(tmp_path, quantity):
     """A line of density S in a bin has the mean square S times the noise bandwidth."""
@@ -80,6 +95,10 @@ def test_hdf5_is_read(tmp_path):
         for load, values in DENSITY.items():
             file[load] = values
     assert_same(read_waterfall(path))
+    with h5py.File(path, "a") as file:
+        file["Tz"].attrs["unit"] = "(mN·m)²/Hz"
+    with pytest.raises(InputError, match="Tz: found the unit"):
+        read_waterfall(path)
 
 
 @pytest.mark.skipif(PYUFF, reason="not run: pyuff is not installed")

@@ -13,7 +13,11 @@ ARCSEC = np.pi / 180.0 / 3600.0
 
 def bands_text(result: LineOfSight) -> str:
     """Sections [[controller.band]] of a scenario with the speeds to avoid."""
-    lines = ["# Wheel speeds at which the line of sight moves by more than the limit."]
+    low, high = (plain(end / RPM) for end in result.speed[[0, -1]])
+    lines = [
+        "# Wheel speeds at which the line of sight moves by more than the limit.",
+        f"# Computed for {low} to {high} rpm; nothing is known of other speeds.",
+    ]
     for k, (low, high) in enumerate(result.bands(), 1):
         lines += ["", "[[controller.band]]", f'name = "jitter_{k}"']
         lines += [f'above = "{low / RPM:.6g} rpm"', f'below = "{high / RPM:.6g} rpm"']

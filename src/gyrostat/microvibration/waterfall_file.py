@@ -1,5 +1,6 @@
 """Reading of measured waterfalls: CSV in long or wide form, HDF5, UFF58."""
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
@@ -27,6 +28,8 @@ SUFFIXES = {
 }
 _SPECTRA = (2, 9, 12)
 """Function types of UFF58 that are taken: auto spectrum, power spectral density, spectrum."""
+_SI = {"", "n", "nm", "n2/hz", "nm2/hz", "n2m2/hz"}
+"""Units of loads without signs, in which a file may say what its numbers are."""
 Cells = dict[str, dict[float, tuple[Vector, Vector]]]
 """Load -> speed, rad/s -> frequencies, Hz, and numbers."""
 
@@ -79,7 +82,7 @@ def _csv(path: Path) -> Cells:
         return cells
     along, hertz = factor_of(path, header, "frequency", "frequency")
     frequency = hertz * numbers(path, header[along], [row[along] for row in rows])
-    found = [(k, _load(name)) for k, name in enumerate(header) if k not in (at, along)]
+    found = [(k, _load(path, name)) for k, name in enumerate(header) if k not in (at, along)]
     for k, load in found:
         data = numbers(path, header[k], [row[k] for row in rows])
         for value in np.unique(speed):
@@ -90,8 +93,20 @@ def _csv(path: Path) -> Cells:
     return cells
 
 
-def _load(name: str) -> str:
-    return name.split("_")[0].split("(")[0].split("[")[0].strip()
+def _load(path: Path, name: str) -> str:
+    """Load of a column, without its unit."""
+    load = re.split(r"[_(\[ ]", name.strip())[0]
+    _check_unit(path, load, name.strip()[len(load) :])
+    return load
+
+
+def _check_unit(path: Path, load: str, unit: str) -> None:
+    plain = re.sub(r"[\s_^*·()\[\]]", "", unit.replace("²", "2")).casefold()
+    if plain not in _SI:
+        raise InputError(
+            f"{path}: {load}: found the unit {unit.strip(' _()[]')!r}, expected N and N·m, "
+            "N²/Hz and (N·m)²/Hz, or none"
+        )
 
 
 def _add(
@@ -142,6 +157,7 @@ def _hdf5(path: Path) -> tuple[Vector, Vector, dict[str, Matrix]]:
                 if isinstance(item, h5py.Dataset)
             }
             unit = str(_text(file["speed"].attrs)) if "speed" in content else ""
+            units = {load: str(_text(file[load].attrs)) for load in LOADS if load in content}
     except (OSError, TypeError, ValueError) as error:
         raise InputError(f"{path}: found {error}, expected an HDF5 file of numbers") from None
     for name in ("speed", "frequency"):
@@ -152,6 +168,8 @@ def _hdf5(path: Path) -> tuple[Vector, Vector, dict[str, Matrix]]:
         raise InputError(
             f"{path}: speed: found the unit {unit!r}, expected an attribute unit such as rpm"
         )
+    for load, each in units.items():
+        _check_unit(path, load, each)
     values = {load: content[load] for load in LOADS if load in content}
     return np.abs(known.factor * content["speed"]), content["frequency"], values
 
