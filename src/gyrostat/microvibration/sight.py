@@ -4,7 +4,7 @@ The phases of harmonics, of the kinds of load and of wheels are not known: their
 Within one kind of load, the two loads across the axis are 90° apart, as a whirl has them.
 """
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -86,25 +86,34 @@ class LineOfSight(Pictured):
         exposure: Duration of an exposure, s.
         limit: Largest rms of smear and jitter of all wheels together, both axes, rad; or None.
         wheels: Motion by each wheel.
+        reverse: Motion by each wheel when it turns the other way, which a structure may answer
+            otherwise; empty: not computed.
     """
 
     speed: Vector
     exposure: float
     limit: float | None
     wheels: tuple[WheelMotion, ...]
+    reverse: tuple[WheelMotion, ...] = ()
 
     def rms(self, *measures: str) -> Matrix:
         """Root mean square about both axes of measures together, (wheels, S), rad.
+
+        It is that of the sense of rotation in which it is larger.
 
         Args:
             measures: Some of shift, smear and jitter; smear and jitter by default.
         """
         names = measures or ("smear", "jitter")
         squares = [
-            np.sum([wheel.mean_square(name, self.exposure) for name in names], axis=0)
-            for wheel in self.wheels
+            [
+                np.sum([wheel.mean_square(name, self.exposure) for name in names], axis=(0, 1))
+                for wheel in wheels
+            ]
+            for wheels in (self.wheels, self.reverse)
+            if wheels
         ]
-        return np.sqrt(np.sum(squares, axis=1))
+        return np.sqrt(np.max(squares, axis=0))
 
     def bands(self) -> list[tuple[float, float]]:
         """Ranges of speeds at which a wheel may exceed its share of the limit, rad/s.
@@ -160,11 +169,20 @@ def line_of_sight(
         exposure: Duration of an exposure, s.
         limit: See `LineOfSight`.
     """
-    motions = tuple(
-        _motion(wheel, transfer, min(k, transfer.wheels - 1), speed, exposure)
-        for k, wheel in enumerate(wheels)
+    forward, reverse = (
+        tuple(
+            _motion(
+                replace(wheel, axis=sense * wheel.axis),
+                transfer,
+                min(k, transfer.wheels - 1),
+                speed,
+                exposure,
+            )
+            for k, wheel in enumerate(wheels)
+        )
+        for sense in (1.0, -1.0)
     )
-    return LineOfSight(speed, exposure, limit, motions)
+    return LineOfSight(speed, exposure, limit, forward, reverse)
 
 
 def _motion(
