@@ -169,31 +169,30 @@ def line_of_sight(
         exposure: Duration of an exposure, s.
         limit: See `LineOfSight`.
     """
-    forward, reverse = (
-        tuple(
-            _motion(
-                replace(wheel, axis=sense * wheel.axis),
-                transfer,
-                min(k, transfer.wheels - 1),
-                speed,
-                exposure,
-            )
-            for k, wheel in enumerate(wheels)
-        )
-        for sense in (1.0, -1.0)
-    )
-    return LineOfSight(speed, exposure, limit, forward, reverse)
+    forward, reverse = [], []
+    for k, wheel in enumerate(wheels):
+        index = min(k, transfer.wheels - 1)
+        frequency = _frequencies(wheel, speed)
+        response = transfer.at(frequency.ravel() / TWO_PI, index).reshape(*frequency.shape, 2, 6)
+        for motions, sense in ((forward, 1.0), (reverse, -1.0)):
+            turned = replace(wheel, axis=sense * wheel.axis)
+            noise = _noise(turned, transfer, index, speed, exposure)
+            motions.append(_motion(turned, transfer, speed, response, noise))
+    return LineOfSight(speed, exposure, limit, tuple(forward), tuple(reverse))
+
+
+def _frequencies(wheel: MountedWheel, speed: Vector) -> Matrix:
+    """Frequencies of the tones of a wheel, (tones, S), rad/s."""
+    numbers = np.array([each.number for each in wheel.disturbance.harmonics])
+    return numbers[:, None] * speed
 
 
 def _motion(
-    wheel: MountedWheel, transfer: Transfer, index: int, speed: Vector, exposure: float
+    wheel: MountedWheel, transfer: Transfer, speed: Vector, response: Any, noise: dict[str, Matrix]
 ) -> WheelMotion:
-    """Motion of the line of sight by one wheel."""
-    turn = wheel.to_body()
-    numbers = np.array([each.number for each in wheel.disturbance.harmonics])
-    frequency = numbers[:, None] * speed
-    response = transfer.at(frequency.ravel() / TWO_PI, index) @ turn
-    response = response.reshape(*frequency.shape, 2, 6)
+    """Motion of the line of sight by one wheel; `response` is that to its tones, in body axes."""
+    frequency = _frequencies(wheel, speed)
+    response = response @ wheel.to_body()
     square = np.zeros((*frequency.shape, 2))
     for kind in KINDS:
         for sense in (1, -1):
@@ -203,7 +202,6 @@ def _motion(
     low, high = transfer.limits
     outside = (frequency < TWO_PI * low) | (frequency > TWO_PI * high)
     amplitude = np.moveaxis(np.sqrt(square), -1, 1)
-    noise = _noise(wheel, transfer, index, speed, exposure)
     return WheelMotion(wheel.name, frequency, amplitude, noise, outside)
 
 
