@@ -242,12 +242,12 @@ inclination = "97.4 deg"
 def test_a_cycle_whose_conditions_exclude_each_other_takes_time(scenario, there, back):
     text = TEXT.replace('minimum_dwell = "5 s"\n', "").replace('held = "2 s"\n', "")
     text = text.replace('rate_below = "0.3 deg/s"', there).replace('at = "30 s"', back)
-    path = scenario(TEXT, text + ORBIT if "when" in there else text)
+    path = scenario({TEXT: text + ORBIT if "when" in there else text})
     assert "modes: 2, changes: 2, final: none" in check_modes(read_scenario(path))
 
 
 def test_a_mode_that_changes_only_to_itself_is_final(scenario):
-    path = scenario('to = "safe"\n', 'from = "science"\nto = "science"\n')
+    path = scenario({'to = "safe"\n': 'from = "science"\nto = "science"\n'})
     assert "final: science;" in check_modes(read_scenario(path))
 
 
