@@ -157,7 +157,8 @@ def _hold_together(changes: Sequence[GraphEdge]) -> bool:
 def _cycle(every: Sequence[GraphEdge]) -> list[str]:
     """Modes of a cycle whose changes can all be taken at one time; empty: there is none."""
     for edge in every:
-        waiting, known = [(edge,)], set[object]()
+        waiting: list[tuple[GraphEdge, ...]] = [(edge,)]
+        known: set[object] = set()
         while waiting:
             path = waiting.pop(0)
             if path[-1].to == edge.start:
