@@ -125,7 +125,7 @@ class Guided(Checked):
         units = {name: UNITS[name] for name in signals}
         works = getattr(command, "works", None)
         if mode.watch is not None and works is not None:
-            lost = jnp.sum(~works, dtype=float)
+            lost = jnp.sum(jnp.logical_not(works), dtype=float)
             mode = mode._replace(watch=mode.watch._replace(lost=lost))
         next_memory = GuidedMemory(inner, mode, memory.sample + 1.0, memory.period)
         return next_memory, with_fields("Guided", command, signals, units)

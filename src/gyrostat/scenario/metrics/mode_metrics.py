@@ -58,7 +58,7 @@ class ModeMetrics(eqx.Module):
         """Memory after a sample; the last one, after which no time follows, is in no mode."""
         after, mode = dict(memory), sample.mode
         for number, name in enumerate(self.modes):
-            inside = (mode.number == number) & ~is_last
+            inside = (mode.number == number) & jnp.logical_not(is_last)
             place = f"mode.{name}."
             after[f"{place}time"] += jnp.where(inside, self.period, 0.0)
             after[f"{place}error_rms"] += jnp.where(inside, sample.error**2, 0.0)

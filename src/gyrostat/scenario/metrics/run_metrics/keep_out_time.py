@@ -44,5 +44,5 @@ class KeepOutTime(Metric):
         attitude = sample.state.attitude
         near = [each.violated(attitude, sample.time) for each in self.keep_outs]
         # a sample stands for the period that follows it
-        counts = jnp.any(jnp.array(near)) & ~is_last
+        counts = jnp.any(jnp.array(near)) & jnp.logical_not(is_last)
         return updated(self.columns, memory, {"keep_out_time": jnp.where(counts, self.period, 0.0)})
