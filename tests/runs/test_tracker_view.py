@@ -10,11 +10,12 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import gyrostat as gs
+from gyrostat.core.directions import spread_evenly
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 from gyrostat.runs.blind_windows import blind_windows
 from gyrostat.runs.body_sky import BodySky, body_sky
-from gyrostat.runs.placement import Blocked, Exclusion, evaluated, grid, margins, place_heads
+from gyrostat.runs.placement import DIRECTIONS, Blocked, Exclusion, evaluated, margins, place_heads
 from gyrostat.runs.reference_path import longest_outage, nominal_setup, reference_path
 from gyrostat.runs.surface_placement import place_panel, view_factor
 from gyrostat.runs.tracker_forecast import heads_of_run, tracker_forecasts, tracker_lines
@@ -278,7 +279,7 @@ def wandering_sky(seed, rows=60):
 
 @pytest.mark.parametrize("count", [1, 2, 3])
 def test_the_best_heads_are_those_of_all_combinations(count):
-    exclusion, directions = Exclusion(0.8, 0.3, 0.3, 0.95), grid(30)
+    exclusion, directions = Exclusion(0.8, 0.3, 0.3, 0.95), spread_evenly(30)
     cone = Blocked(np.array([0.0, 0.0, -1.0]), 0.6)
     for seed in range(4):
         sky = wandering_sky(seed)
@@ -303,7 +304,9 @@ def test_the_best_heads_are_those_of_all_combinations(count):
 def test_a_finer_search_is_no_worse_and_keeps_the_rules():
     sky, exclusion = wandering_sky(9, 200), Exclusion(0.6, 0.2, 0.2, 0.9)
     cone = Blocked(np.array([1.0, 0.0, 0.0]), 0.5)
-    coarse = place_heads(sky, exclusion, 2, apart=1.0, blocked=[cone], directions=grid())
+    coarse = place_heads(
+        sky, exclusion, 2, apart=1.0, blocked=[cone], directions=spread_evenly(DIRECTIONS)
+    )
     fine = place_heads(sky, exclusion, 2, apart=1.0, blocked=[cone])
     assert fine.availability >= coarse.availability - 5e-4
     first, second = fine.directions

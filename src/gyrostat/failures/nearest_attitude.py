@@ -6,6 +6,7 @@ from functools import partial
 
 import numpy as np
 
+from gyrostat.core.directions import across
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.failures.attitudes import matrix_of, turned
 from gyrostat.failures.certificate import Certificate, certificate_at
@@ -51,7 +52,7 @@ def nearest_attitude(case: Case, target: Vector) -> Rest | None:
     # shortest rotation, in body axes, from the target's momentum direction to the feasible one
     axis = np.cross(point, momentum)
     if np.linalg.norm(axis) <= TOLERANCE * case.radius**2:
-        axis = _across(momentum)
+        axis = across(momentum)
     return Rest(point, angle, turned(target, axis / np.linalg.norm(axis), angle))
 
 
@@ -87,7 +88,7 @@ def nearest_direction(case: Case, body: Vector, wanted: Vector) -> Rest | None:
     point = _least_loaded(case, points)
     perpendicular = wanted - np.cos(polar) * axis
     if np.linalg.norm(perpendicular) <= TOLERANCE:
-        perpendicular = _across(axis)
+        perpendicular = across(axis)
     direction = np.cos(angle) * axis + np.sin(angle) * perpendicular / np.linalg.norm(perpendicular)
     attitude = _triad(body, point, direction, case.momentum)
     return Rest(point, abs(angle - polar), attitude, direction)
@@ -127,7 +128,7 @@ def best_roll(case: Case, body: Vector, wanted: Vector, cost: Callable[[Vector],
 def attitude_at_roll(case: Case, body: Vector, wanted: Vector, momentum: Vector) -> Vector:
     """Attitude (4,) that points a boresight at its target, at the roll angle of `best_roll`."""
     if not case.radius:
-        return _triad(body, _across(body), wanted, _across(wanted))
+        return _triad(body, across(body), wanted, across(wanted))
     return _triad(body, momentum, wanted, case.momentum)
 
 
@@ -143,7 +144,7 @@ def _least_loaded(case: Case, points: Matrix) -> Vector:
 
 def _rolls(body: Vector, radius: float, polar: float, roll: Vector) -> Matrix:
     """Momenta (M, 3) in body axes at a polar angle to the boresight and roll angles (M,)."""
-    normal = _across(body)
+    normal = across(body)
     around = np.outer(np.cos(roll), normal) + np.outer(np.sin(roll), np.cross(body, normal))
     return radius * (np.cos(polar) * body + np.sin(polar) * around)
 
@@ -154,18 +155,10 @@ def _triad(body: Vector, body_other: Vector, inertial: Vector, inertial_other: V
     for first, second in ((body, body_other), (inertial, inertial_other)):
         normal = np.cross(first, second)
         if np.linalg.norm(normal) <= TOLERANCE * np.linalg.norm(second):
-            normal = _across(first)
+            normal = across(first)
         normal = normal / np.linalg.norm(normal)
         frames.append(np.stack([first, np.cross(normal, first), normal], axis=1))
     from scipy.spatial.transform import Rotation  # slow to import
 
     rotation = Rotation.from_matrix(frames[1] @ frames[0].T)
     return np.asarray(rotation.as_quat(canonical=True, scalar_first=True), dtype=float)
-
-
-def _across(direction: Vector) -> Vector:
-    """Any unit vector orthogonal to a direction; any unit vector if the direction is zero."""
-    axis = np.eye(3)[int(np.argmin(np.abs(direction)))]
-    normal = np.asarray(np.cross(direction, axis), dtype=float)
-    length = float(np.linalg.norm(normal))
-    return normal / length if length else np.eye(3)[0]

@@ -4,6 +4,7 @@ import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
+from gyrostat.core.directions import across
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.failures import SkyMap
 from gyrostat.reports.colours import BAND, MARK, MODEL
@@ -130,8 +131,7 @@ def _areas(sky: SkyMap) -> str:
 
 def circle(pole: Vector, angle: float) -> str:
     """Path through the directions at a given angle, rad, from a pole."""
-    normal = np.cross(pole, np.eye(3)[int(np.argmin(np.abs(pole)))])
-    normal = normal / np.linalg.norm(normal)
+    normal = across(pole)
     around = np.linspace(0.0, 2.0 * np.pi, 361)
     ring = np.outer(np.cos(around), normal) + np.outer(np.sin(around), np.cross(pole, normal))
     longitude, latitude = angles(np.cos(angle) * pole + np.sin(angle) * ring)

@@ -10,6 +10,7 @@ from typing import NamedTuple
 import numpy as np
 from jaxtyping import Bool, Float
 
+from gyrostat.core.directions import across, spread_evenly
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.runs.body_sky import BodySky
 
@@ -62,14 +63,6 @@ class Heads(NamedTuple):
     sees: Bool[np.ndarray, "times heads"]
 
 
-def grid(count: int = DIRECTIONS) -> Matrix:
-    """Directions that cover the sphere evenly, (count, 3): the spiral of Fibonacci."""
-    number = np.arange(count) + 0.5
-    height, turn = 1.0 - 2.0 * number / count, np.pi * (1.0 + np.sqrt(5.0)) * number
-    across = np.sqrt(1.0 - height**2)
-    return np.stack([across * np.cos(turn), across * np.sin(turn), height], axis=1)
-
-
 def margins(sky: BodySky, directions: Matrix, exclusion: Exclusion) -> Matrix:
     """Angle by which a head in each direction is clear of what blinds it, (times, directions), rad.
 
@@ -115,7 +108,7 @@ def place_heads(
         directions: Grid of directions, (n, 3); a finer or coarser one than the default.
     """
     searched = sky.thinned(SEARCHED)
-    allowed = not_blocked(grid() if directions is None else directions, blocked)
+    allowed = not_blocked(spread_evenly(DIRECTIONS) if directions is None else directions, blocked)
     if len(allowed) == 0:
         return None
     found = _on_grid(margins(searched, allowed, exclusion), allowed, count, np.cos(apart))
@@ -204,8 +197,7 @@ def _nearby(
     heads = heads.copy()
     for k in range(len(heads)):
         own = heads[k]
-        side = np.cross(own, np.eye(3)[int(np.argmin(np.abs(own)))])
-        side /= np.linalg.norm(side)
+        side = across(own)
         around = np.arange(8) * np.pi / 4.0
         ring = np.outer(np.cos(around), side) + np.outer(np.sin(around), np.cross(own, side))
         tried = not_blocked(np.vstack([own, np.cos(step) * own + np.sin(step) * ring]), blocked)

@@ -5,9 +5,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from gyrostat.core.directions import spread_evenly
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.runs.body_sky import BodySky
-from gyrostat.runs.placement import SEARCHED, Blocked, grid, not_blocked
+from gyrostat.runs.placement import DIRECTIONS, SEARCHED, Blocked, not_blocked
 
 SOLAR_FLUX = 1361.0
 """Irradiance of the Sun at 1 au, W/m²."""
@@ -46,7 +47,7 @@ def place_radiator(
         emittance: Its emittance in the infrared.
         blocked: Directions that the body blocks.
     """
-    directions = not_blocked(grid(), blocked)
+    directions = not_blocked(spread_evenly(DIRECTIONS), blocked)
     if len(directions) == 0:
         return None
     heat = absorbed(sky.thinned(SEARCHED), directions, absorptance, emittance)
@@ -69,7 +70,7 @@ def place_panel(sky: BodySky, blocked: Sequence[Blocked] = ()) -> Surface | None
         sky: Sun, Earth and Moon in body axes, at the times that count.
         blocked: Directions that the body blocks.
     """
-    directions = not_blocked(grid(), blocked)
+    directions = not_blocked(spread_evenly(DIRECTIONS), blocked)
     if len(directions) == 0:
         return None
     light = sunlit(sky.thinned(SEARCHED), directions)
