@@ -19,8 +19,8 @@ import numpy as np
 import gyrostat as gs
 from gyrostat.control.guidance import KeepOutCones, SlewLimits, WheelEnvelope, reference_at
 from gyrostat.control.guidance.keep_out_slew import SlewCase
-from gyrostat.control.guidance.path_timing import WheelRoom
 from gyrostat.control.guidance.slew_bound import shortest_time
+from gyrostat.control.guidance.wheel_envelope import WheelRoom
 from gyrostat.core import rotations
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel import pyramid_axes, read_wheel_sheet

@@ -13,7 +13,6 @@ from gyrostat.control.guidance import (
     shortest_time,
 )
 from gyrostat.control.guidance.bowed_path import BowedPath
-from gyrostat.control.guidance.path_timing import WheelRoom
 from gyrostat.core import rotations
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.wheel import pyramid_axes, read_wheel_sheet
@@ -147,14 +146,14 @@ def test_crossings_are_avoided_where_they_cost_more():
 
 def test_bound_is_exact_about_the_best_axis_and_below_every_slew(planned):
     turn = jnp.array([0.0, 1.4, 0.0])
-    assert shortest_time(turn, LIMITS, WheelRoom.of(LIMITS, 0.0)) < planned.duration
+    assert shortest_time(turn, LIMITS, LIMITS.room(0.0)) < planned.duration
     free = SlewLimits(rate=0.05, acceleration=0.01)
     assert shortest_time(turn, free, None) == pytest.approx(1.4 / 0.05 + 0.05 / 0.01, rel=1e-12)
     still = limits_of().envelope
     still = SlewLimits(envelope=WheelEnvelope.of(still.spacecraft, torque_share=0.8))
     about_z = jnp.array([0.0, 0.0, 0.1])
     expected = still.profile(about_z, jnp.asarray(START), 0.0).duration
-    bound = shortest_time(about_z, still, WheelRoom.of(still, 0.0))
+    bound = shortest_time(about_z, still, still.room(0.0))
     assert 0.95 * expected < bound <= expected * (1.0 + 1e-12)
 
 

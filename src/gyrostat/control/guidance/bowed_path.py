@@ -72,7 +72,7 @@ class BowedPath(NamedTuple):
         return rotations.product(self.middle, rotations.from_rotation_vector(vector))
 
     def vector(self, progress: Scalar) -> Vector3:
-        """Rotation vector from the middle attitude at a progress, (3,), rad."""
+        """Rotation vector from the middle attitude at a progress, (3,), rad; see `sampled`."""
         s, rest = progress, 1.0 - progress
         second_bow = 10.0 * s * rest * (rest - s) * self.twist
         return (s - 0.5) * self.turn + 4.0 * s * rest * self.bow + second_bow
@@ -85,8 +85,7 @@ class BowedPath(NamedTuple):
         """
         s = jnp.linspace(0.0, 1.0, samples)[:, None]
         turn, bow, twist = self.turn, self.bow, self.twist
-        vector = (s - 0.5) * turn + 4.0 * s * (1.0 - s) * bow
-        vector = vector + 10.0 * s * (1.0 - s) * (1.0 - 2.0 * s) * twist
+        vector = self.vector(s)
         first = turn + 4.0 * (1.0 - 2.0 * s) * bow + 10.0 * (1.0 - 6.0 * s + 6.0 * s**2) * twist
         second = -8.0 * bow + 60.0 * (2.0 * s - 1.0) * twist
         return PathSamples(vector, first, second, *_rates(vector, first, second))

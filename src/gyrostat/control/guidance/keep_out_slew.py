@@ -9,9 +9,10 @@ from numpy.typing import ArrayLike
 
 from gyrostat.control.guidance.bowed_path import BowedPath
 from gyrostat.control.guidance.keep_out_cones import KeepOutCones
-from gyrostat.control.guidance.path_timing import SHARES, WheelRoom, fastest
+from gyrostat.control.guidance.path_timing import SHARES, fastest
 from gyrostat.control.guidance.slew import SlewLimits
 from gyrostat.control.guidance.slew_profile import SlewProfile
+from gyrostat.control.guidance.wheel_envelope import WheelRoom
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.errors import InputError
@@ -206,7 +207,7 @@ def plan_slew(
             raise InputError(f"{name}: found shape {attitude.shape}, expected (4,)")
         if not isinstance(attitude, Tracer):
             rotations.check_unit(attitude)
-    return _plan(SlewCase(first, last, cones, limits, WheelRoom.of(limits, time), crossing_time))
+    return _plan(SlewCase(first, last, cones, limits, limits.room(time), crossing_time))
 
 
 @jax.jit

@@ -1,22 +1,20 @@
 """Fastest progress along a path within the torque and momentum of the working wheels."""
 
-from typing import NamedTuple, Self
+from typing import NamedTuple
 
 import numpy as np
-from jaxtyping import Array, Bool, Float
+from jaxtyping import Array, Bool
 
 from gyrostat.control.guidance.bowed_path import BowedPath, PathSamples
 from gyrostat.control.guidance.slew import SlewLimits
 from gyrostat.control.guidance.slew_profile import NO_LIMIT, SlewProfile
-from gyrostat.control.guidance.wheel_envelope import SLOWEST
+from gyrostat.control.guidance.wheel_envelope import SLOWEST, SMALL, WheelRoom
 from gyrostat.core import rotations
-from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jnp
 
 SHARES = np.geomspace(0.5, 0.01, 7), np.geomspace(0.5, 0.001, 120)
 """Shares of the path in which the progress gathers speed, in a coarse and in the final search."""
-SMALL = 1e-12
-"""Smallest divisor of torques, momenta and rates."""
 
 
 class PathTiming(NamedTuple):
@@ -51,53 +49,6 @@ class PathTiming(NamedTuple):
         turned = jnp.max(jnp.sqrt(jnp.sum(samples.rate**2, axis=-1)))
         jerk = jnp.minimum(jerk, NO_LIMIT) / jnp.maximum(turned, SMALL)
         return SlewProfile.fastest(jnp.ones(()), self.rate, self.acceleration, jerk)
-
-
-class WheelRoom(NamedTuple):
-    """Wheels that a slew may use, at its start.
-
-    Attributes:
-        rows: Pseudo-inverse of the axes of the working wheels, (wheels, 3).
-        inertia: Inertia without the spin inertia of the rotors, (3, 3), kg·m².
-        locked: Inertia with it, (3, 3), kg·m².
-        torque: Torque for slews, (wheels,), N·m.
-        momentum: Momentum for slews, (wheels,), N·m·s.
-        null: Momentum of the wheels that cancels on the body, (wheels,), N·m·s.
-        total: Total momentum in inertial axes, (3,), N·m·s.
-    """
-
-    rows: Float[Array, "wheels 3"]
-    inertia: Float[Array, "3 3"]
-    locked: Float[Array, "3 3"]
-    torque: Float[Array, " wheels"]
-    momentum: Float[Array, " wheels"]
-    null: Float[Array, " wheels"]
-    total: Vector3
-
-    @classmethod
-    def of(cls, limits: SlewLimits, time: Scalar) -> Self | None:
-        """Room of the wheels of an envelope; None without one.
-
-        Args:
-            limits: Limits of the slew.
-            time: Time of its start, s.
-        """
-        envelope = limits.envelope
-        if envelope is None:
-            return None
-        number = jnp.sum(jnp.asarray(envelope.starts) <= time + 1e-9) - 1
-        rows = jnp.asarray(envelope.share)[number]
-        craft = envelope.spacecraft
-        held = jnp.any(rows != 0.0, axis=1) * envelope.wheel_momentum
-        return cls(
-            rows,
-            jnp.asarray(craft.inertia),
-            jnp.asarray(craft.inertia_locked()),
-            envelope.torque_share * jnp.minimum(craft.wheels.torque_limit, NO_LIMIT),
-            envelope.momentum_share * jnp.minimum(craft.wheels.momentum_limit, NO_LIMIT),
-            held - rows @ (jnp.asarray(craft.wheels.axes) @ held),
-            jnp.asarray(envelope.total_momentum, dtype=float),
-        )
 
 
 def fastest(

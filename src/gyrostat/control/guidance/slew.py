@@ -9,7 +9,7 @@ from numpy.typing import ArrayLike
 from gyrostat.control.guidance.attitude_reference import AttitudeReference
 from gyrostat.control.guidance.profiles import is_unit
 from gyrostat.control.guidance.slew_profile import SlewProfile
-from gyrostat.control.guidance.wheel_envelope import WheelEnvelope
+from gyrostat.control.guidance.wheel_envelope import WheelEnvelope, WheelRoom
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, limit
@@ -43,6 +43,14 @@ class SlewLimits(Checked):
                 "slew limits: found neither acceleration nor jerk, expected one of them, or an "
                 "envelope of the wheels"
             )
+
+    def room(self, time: Scalar) -> WheelRoom | None:
+        """Wheels that a slew may use; None: they are not considered.
+
+        Args:
+            time: Time of its start, s.
+        """
+        return None if self.envelope is None else self.envelope.room(time)
 
     def profile(
         self, turn: Vector3, attitude: Quaternion, time: Scalar, change: Scalar = 0.0

@@ -6,11 +6,12 @@ from typing import Any
 import numpy as np
 from jaxtyping import Array, Float
 
-from gyrostat.control.guidance.path_timing import WheelRoom
 from gyrostat.control.guidance.slew import SlewLimits
 from gyrostat.control.guidance.slew_profile import NO_LIMIT
+from gyrostat.control.guidance.wheel_envelope import WheelRoom
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.core.directions import spread_evenly
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 
@@ -36,7 +37,7 @@ def shortest_time(turn: Vector3, limits: SlewLimits, room: WheelRoom | None) -> 
         room: Wheels that it may use; None: they are not considered.
     """
     turn = jnp.asarray(turn, dtype=float)
-    axes = jnp.asarray(_axes())
+    axes = jnp.asarray(np.concatenate([np.eye(3), spread_evenly(AXES)]))
     turned = jax.vmap(lambda b: rotations.to_body(rotations.from_rotation_vector(turn), b))(axes)
     angles = jax.vmap(rotations.angle_between)(axes, turned)
     angles = jnp.append(angles, jnp.sqrt(turn @ turn))
@@ -90,12 +91,3 @@ def _largest(
 def _norm(matrix: Array) -> Scalar:
     """Frobenius norm, which is at least the spectral one."""
     return jnp.sqrt(jnp.sum(matrix**2))
-
-
-def _axes() -> Float[np.ndarray, "axes 3"]:
-    """Body axes and directions on a spiral over the sphere, each of unit length."""
-    number = np.arange(AXES) + 0.5
-    height, turn = 1.0 - 2.0 * number / AXES, np.pi * (1.0 + np.sqrt(5.0)) * number
-    level = np.sqrt(1.0 - height**2)
-    spiral = np.stack([level * np.cos(turn), level * np.sin(turn), height], axis=1)
-    return np.concatenate([np.eye(3), spiral])

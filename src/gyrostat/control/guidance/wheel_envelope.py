@@ -1,6 +1,6 @@
 """Largest rate and acceleration of a slew within the torque and momentum of the working wheels."""
 
-from typing import Annotated, Any, Self
+from typing import Annotated, Any, NamedTuple, Self
 
 import equinox as eqx
 import numpy as np
@@ -21,6 +21,28 @@ SLOWEST = 1e-4
 """Smallest rate limit, rad/s: a slew goes on even if the wheels seem to have no momentum left."""
 SMALL = 1e-12
 """Smallest divisor of torques, momenta and rates."""
+
+
+class WheelRoom(NamedTuple):
+    """Wheels that a slew may use, at its start.
+
+    Attributes:
+        rows: Pseudo-inverse of the axes of the working wheels, (wheels, 3).
+        inertia: Inertia without the spin inertia of the rotors, (3, 3), kg·m².
+        locked: Inertia with it, (3, 3), kg·m².
+        torque: Torque for slews, (wheels,), N·m.
+        momentum: Momentum for slews, (wheels,), N·m·s.
+        null: Momentum of the wheels that cancels on the body, (wheels,), N·m·s.
+        total: Total momentum in inertial axes, (3,), N·m·s.
+    """
+
+    rows: Float[Array, "wheels 3"]
+    inertia: Float[Array, "3 3"]
+    locked: Float[Array, "3 3"]
+    torque: Float[Array, " wheels"]
+    momentum: Float[Array, " wheels"]
+    null: Float[Array, " wheels"]
+    total: Vector3
 
 
 class WheelEnvelope(Checked):
@@ -76,6 +98,25 @@ class WheelEnvelope(Checked):
         share = [np.linalg.pinv(axes * works, rcond=SPAN) for works in sets]
         return cls(spacecraft, jnp.asarray(np.array(share)), **others)
 
+    def room(self, time: Scalar) -> WheelRoom:
+        """Wheels that a slew may use.
+
+        Args:
+            time: Time of its start, s.
+        """
+        number = jnp.sum(jnp.asarray(self.starts) <= time + 1e-9) - 1
+        rows, wheels = jnp.asarray(self.share)[number], self.spacecraft.wheels
+        held = jnp.any(rows != 0.0, axis=1) * self.wheel_momentum
+        return WheelRoom(
+            rows,
+            jnp.asarray(self.spacecraft.inertia),
+            jnp.asarray(self.spacecraft.inertia_locked()),
+            self.torque_share * jnp.minimum(wheels.torque_limit, NO_LIMIT),
+            self.momentum_share * jnp.minimum(wheels.momentum_limit, NO_LIMIT),
+            held - rows @ (jnp.asarray(wheels.axes) @ held),
+            jnp.asarray(self.total_momentum, dtype=float),
+        )
+
     def limits(
         self,
         turn: Vector3,
@@ -103,13 +144,9 @@ class WheelEnvelope(Checked):
         """
         angle = jnp.sqrt(turn @ turn)
         axis = jnp.where(angle > SMALL, turn / jnp.where(angle > SMALL, angle, 1.0), jnp.eye(3)[0])
-        number = jnp.sum(jnp.asarray(self.starts) <= time + 1e-9) - 1
-        rows = jnp.asarray(self.share)[number]
-        wheels, works = self.spacecraft.wheels, jnp.any(rows != 0.0, axis=1)
-        momentum = works * self.wheel_momentum
-        null = momentum - rows @ (jnp.asarray(wheels.axes) @ momentum)
-        torque = self.torque_share * jnp.minimum(wheels.torque_limit, NO_LIMIT)
-        total = rotations.to_body(attitude, jnp.asarray(self.total_momentum, dtype=float))
+        room = self.room(time)
+        rows, torque = room.rows, room.torque
+        total = rotations.to_body(attitude, room.total)
         along = axis * (axis @ total)
         across, normal = total - along, jnp.cross(axis, total)
 
@@ -125,12 +162,11 @@ class WheelEnvelope(Checked):
 
         # in body axes the momentum is along + across cos(x) - beside sin(x)
         gyroscopic = largest(jnp.zeros(len(rows)), rows @ normal, rows @ across)
-        inertial = jnp.maximum(jnp.abs(rows @ (jnp.asarray(self.spacecraft.inertia) @ axis)), SMALL)
-        at_rest = largest(null + rows @ along, rows @ across, -rows @ normal)
-        spun = jnp.maximum(jnp.abs(rows @ (self.spacecraft.inertia_locked() @ axis)), SMALL)
-        momentum_limit = self.momentum_share * jnp.minimum(wheels.momentum_limit, NO_LIMIT)
-        room = jnp.min(jnp.maximum(momentum_limit - at_rest, 0.0) / spun)
-        fastest = jnp.minimum(rate, jnp.maximum(room, SLOWEST))
+        inertial = jnp.maximum(jnp.abs(rows @ (room.inertia @ axis)), SMALL)
+        at_rest = largest(room.null + rows @ along, rows @ across, -rows @ normal)
+        spun = jnp.maximum(jnp.abs(rows @ (room.locked @ axis)), SMALL)
+        free = jnp.min(jnp.maximum(room.momentum - at_rest, 0.0) / spun)
+        fastest = jnp.minimum(rate, jnp.maximum(free, SLOWEST))
         quickest = jnp.append(torque / inertial, jnp.minimum(acceleration, NO_LIMIT))
         load = jnp.append(gyroscopic / jnp.maximum(torque, SMALL), 0.0)
 
