@@ -8,16 +8,15 @@ from gyrostat.control import AttitudeTargets
 from gyrostat.control.guidance import Guided, ModeLaws, Reference
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.runs.assembly import Assembly, context_of
-from gyrostat.runs.build_parts import named_parts
+from gyrostat.runs.build_parts import named_kinds, named_parts
 from gyrostat.runs.build_reference import navigated, reference_of
 from gyrostat.runs.designs import LAW, phase_starts
 from gyrostat.runs.phases import Phases, in_orbit
 from gyrostat.scenario.build_spacecraft import has_section, of_wheels
 from gyrostat.scenario.controller_kind import Beginning
-from gyrostat.scenario.kinds.registry import component
-from gyrostat.scenario.scenario import KEEP_OUT, Part
-from gyrostat.scenario.sensing import Values, arrays_of, guarded, with_faults
-from gyrostat.scenario.structure import Structure
+from gyrostat.scenario.scenario import KEEP_OUT
+from gyrostat.scenario.sensing import guarded, with_faults
+from gyrostat.scenario.timeline import modes
 from gyrostat.spacecraft import AddedSensors
 from gyrostat.spacecraft.sensors.star_tracker_heads import StarTrackerHeads
 
@@ -43,12 +42,12 @@ def add_controller(run: Assembly) -> dict[str, Any]:
         plans = jax.tree.map(lambda *leaves: jnp.stack([jnp.asarray(x) for x in leaves]), *each)
         return Phases(starts, plans, orbit=run.orbit)
 
-    parts = [part for part in structure.parts if part.section == LAW]
-    laws = [run.law, *(_law(structure, values, part) for part in parts)]
+    others = named_kinds(structure, values, LAW)
+    laws = [run.law, *others.values()]
     controllers = map(phases, laws, [run.plans.controllers, *run.plans.laws])
     controller: Any = next(controllers)
-    if parts:
-        names = [part.name for part in parts]
+    if others:
+        names = list(others)
         chosen = [
             1.0 + names.index(part.linked("law")[0]) if part.linked("law") else 0.0
             for part in structure.parts
@@ -57,12 +56,6 @@ def add_controller(run: Assembly) -> dict[str, Any]:
         follows = tuple(law.follows for law in laws)
         controller = ModeLaws((controller, *controllers), jnp.asarray(chosen), follows)
     return {"starts": starts, "controller": controller}
-
-
-def _law(structure: Structure, values: Values, part: Part) -> Any:
-    """Kind of a [[controller.law]] with its values."""
-    kind = component(LAW, part.kind, structure.sources)
-    return kind.of(arrays_of(values, f"{LAW}.{part.name}", kind.keys()))
 
 
 def add_reference(run: Assembly) -> dict[str, Any]:
@@ -96,9 +89,8 @@ def add_compensator(run: Assembly) -> dict[str, Any]:
 def add_unloading(run: Assembly) -> dict[str, Any]:
     """Unloading of the wheels around the compensated controller."""
     unloading = run.component("unloading").make(context_of(run, "controller"))
-    names = [part.name for part in run.structure.parts if part.section == "reference.mode"]
-    acts = [run.values[f"reference.mode.{name}.unloading"] for name in names]
-    if run.structure.unloading == "none" or not names:
+    acts = [run.values[f"reference.mode.{name}.unloading"] for name in modes(run.structure.parts)]
+    if run.structure.unloading == "none" or not acts:
         return {"controller": unloading}
     return {"controller": replace(unloading, in_modes=jnp.stack([jnp.asarray(a) for a in acts]))}
 

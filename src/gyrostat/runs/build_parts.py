@@ -9,6 +9,22 @@ from gyrostat.scenario.structure import Structure
 from gyrostat.spacecraft import FlexibleModes, Spacecraft
 
 
+def named_kinds(structure: Structure, values: Values, section: str) -> dict[str, Any]:
+    """Kinds of the parts of a list with their values: name -> kind.
+
+    Args:
+        structure: Structure of the scenario.
+        values: Values of this run.
+        section: Section of the parts.
+    """
+    kinds = {}
+    for part in structure.parts:
+        if part.section == section:
+            kind = component(section, part.kind, structure.sources)
+            kinds[part.name] = kind.of(arrays_of(values, f"{section}.{part.name}", kind.keys()))
+    return kinds
+
+
 def named_parts(
     structure: Structure, values: Values, section: str, context: Context
 ) -> dict[str, Any]:
@@ -20,14 +36,10 @@ def named_parts(
         section: Section of the parts.
         context: What the parts are made with; their places are added.
     """
-    parts = {}
-    for part in structure.parts:
-        if part.section == section:
-            place = f"{section}.{part.name}"
-            kind = component(section, part.kind, structure.sources)
-            instance = kind.of(arrays_of(values, place, kind.keys()))
-            parts[part.name] = instance.make(context._replace(place=place))
-    return parts
+    return {
+        name: kind.make(context._replace(place=f"{section}.{name}"))
+        for name, kind in named_kinds(structure, values, section).items()
+    }
 
 
 def modes_of_run(

@@ -26,6 +26,7 @@ from gyrostat.scenario.reference_kind import (
 from gyrostat.scenario.scenario import Scenario, Source
 from gyrostat.scenario.sensing import Values, arrays_of
 from gyrostat.scenario.structure import Structure
+from gyrostat.scenario.timeline import TRANSITION
 from gyrostat.spacecraft import Spacecraft
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 
@@ -138,9 +139,9 @@ def _changes(
 ) -> list[ModeChange]:
     """Changes from mode to mode: the transitions in the order of the file, then the ends."""
     changes, names = [], list(modes)
-    transitions = named_parts(structure, values, "reference.transition", context)
+    transitions = named_parts(structure, values, TRANSITION, context)
     for part in structure.parts:
-        if part.section == "reference.transition":
+        if part.section == TRANSITION:
             (to,) = map(names.index, part.linked("to"))
             origins = tuple(map(names.index, part.linked("from"))) or None
             changes.append(transitions[part.name]._replace(to=to, origins=origins))

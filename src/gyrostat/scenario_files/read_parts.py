@@ -12,12 +12,15 @@ from gyrostat.scenario.kinds.registry import PARTS, component
 from gyrostat.scenario.metrics.kinds import RUN_METRICS
 from gyrostat.scenario.mode_kind import Mode
 from gyrostat.scenario.scenario import Part, Source
+from gyrostat.scenario.timeline import TRANSITION
 from gyrostat.scenario.transition_kind import Transition
 from gyrostat.scenario.user.kinds import USER_KINDS
 from gyrostat.scenario_files.read_user_parts import USER_KEYS, user_kind
 from gyrostat.scenario_files.tables import Table
 from gyrostat.spacecraft import SpacecraftMeasurement, TrackerGyroMeasurement
 
+LINKS = {"reference.mode": Mode.links, TRANSITION: Transition.links}
+"""Section -> key of a part that names other parts -> their section."""
 _MEASURED = (*TrackerGyroMeasurement._fields, *SpacecraftMeasurement._fields, "time")
 TAKEN = {
     "sensor": (tuple(dict.fromkeys(_MEASURED)), ("attitude_", "wheel_")),
@@ -59,7 +62,7 @@ def _links(
     Raises:
         InputError: There is no such part.
     """
-    for key, section in _link_sections(part).items():
+    for key, section in LINKS.get(part.section, {}).items():
         names = [other.name for other, _ in parts if other.section == section]
         value = row.row.get(key)
         if value is None and key != "to":
@@ -70,13 +73,6 @@ def _links(
             expected = f"one of {', '.join(names)}" if names else f"a [[{section}]] with this name"
             raise row.refuse(key, value, expected)
         yield key, tuple(map(str, found))
-
-
-def _link_sections(part: Part) -> Mapping[str, str]:
-    """Key of a part -> section of the parts that it names."""
-    if part.section == "reference.mode":
-        return Mode.links
-    return Transition.links if part.section == "reference.transition" else {}
 
 
 def completed(table: Table, kind: Any, values: Mapping[str, float]) -> Table:
@@ -169,7 +165,7 @@ def part_name(section: str, row: Table, kind: str, others: Collection[str]) -> s
     """
     short = kind.rpartition(":")[2]
     default = re.sub(r"(?<=[a-z0-9])(?=[A-Z])", "_", short).lower()
-    if section == "reference.transition":
+    if section == TRANSITION:
         default = _numbered(f"to_{row.row.get('to')}", others)
     name = row.text("name", default)
     plain = name.isascii() and name.isidentifier() and not name.startswith("_")
