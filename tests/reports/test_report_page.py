@@ -4,6 +4,7 @@ import base64
 import html
 import json
 import re
+import shutil
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -13,6 +14,7 @@ import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
+import gyrostat as gs
 from gyrostat.campaigns.blocks import columns_of
 from gyrostat.reports.axis import Axis, axis_of, scaled_unit
 from gyrostat.reports.campaign import _campaign_page
@@ -27,7 +29,7 @@ from gyrostat.reports.run_table import packed, rounded, run_table
 @pytest.fixture(scope="module")
 def made(small):
     """Content, page and lines of the small campaign."""
-    content, page, lines = _campaign_page(small.out, "x")
+    content, page, lines = _campaign_page(small.out, "x", str(small.out))
     columns = columns_of(small.store.read_table())
     return SimpleNamespace(content=content, page=page, lines=lines, columns=columns)
 
@@ -68,6 +70,15 @@ def test_the_page_has_the_values_of_all_runs(made, small):
         exact = np.degrees(exact) if column["unit"].startswith("deg") else exact
         exact = exact * 30.0 / np.pi if column["unit"] == "rpm" else exact
         np.testing.assert_allclose(own, exact, rtol=2e-5)
+
+
+def test_the_page_names_the_folder_as_it_was_given(made, small, tmp_path, monkeypatch):
+    shutil.copytree(small.out, tmp_path / "c")
+    monkeypatch.chdir(tmp_path)
+    for name in ("./c", "c/"):
+        gs.report(name, command="x")
+        page = (tmp_path / "c" / "report.html").read_text()
+        assert page == made.page.replace(str(small.out), name)
 
 
 def test_a_large_campaign_keeps_its_extreme_runs_in_the_page(scenario, monkeypatch):

@@ -38,7 +38,7 @@ def write_campaign(
         folder: Folder of the campaign.
         command: Command line that produced the report.
         say: Called with each line of the summary.
-        address: Address of which the folder is a copy; None: the folder itself.
+        address: Address of the folder for the reader, if the folder is a copy; None: its path.
 
     Returns:
         Text of report.json.
@@ -50,11 +50,11 @@ def write_campaign(
     campaign = store.known()
     with store.locked():
         store.mend(campaign)
-    content, page, lines = _page_of(campaign)(folder, command)
+    shown = str(folder) if address is None else address
+    content, page, lines = _page_of(campaign)(folder, command, shown)
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
     with store.locked(), store.results(campaign) as scratch:
         (scratch / "report.json").write_text(text + "\n", encoding="utf-8")
-        page = page if address is None else page.replace(str(folder), address)
         (scratch / "report.html").write_text(page, encoding="utf-8")
     for line in lines:
         say(line)
@@ -62,8 +62,10 @@ def write_campaign(
     return text
 
 
-def _page_of(campaign: Campaign) -> "Callable[[Path, str], tuple[dict[str, Any], str, list[str]]]":
-    """Function of folder and command that gives report.json, page and lines for a terminal."""
+def _page_of(
+    campaign: Campaign,
+) -> "Callable[[Path, str, str], tuple[dict[str, Any], str, list[str]]]":
+    """Function of folder, command and address that gives report.json, page and terminal lines."""
     if campaign.search is None:
         return _campaign_page
     from gyrostat.reports.error_budget import budget_page
@@ -79,7 +81,9 @@ def _page_of(campaign: Campaign) -> "Callable[[Path, str], tuple[dict[str, Any],
     return pages[next(iter(campaign.search))]
 
 
-def _campaign_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[str]]:
+def _campaign_page(
+    folder: Path, command: str, address: str
+) -> tuple[dict[str, Any], str, list[str]]:
     """Content of report.json, page, and lines for a terminal, of a finished campaign."""
     store = Store(folder)
     campaign = store.known()
@@ -104,14 +108,14 @@ def _campaign_page(folder: Path, command: str) -> tuple[dict[str, Any], str, lis
         over_time=requirements.over_time_charts(scenario, store),
         kept=run_sections,
         shown_runs={each["run"] for each in run_sections},
-        table={**table, "folder": str(folder)},
+        table={**table, "folder": address},
         required=requirements,
         metrics=metrics_of(scenario),
         told=told,
         told_percentile=told_percentile,
         driver_rows=driver_rows,
         least_q2=LEAST_Q2,
-        folder=folder,
+        folder=address,
         command=command,
     )
     return content, page, campaign_lines(scenario, content)

@@ -34,12 +34,13 @@ ROW = 0.26
 """Height of a bar, inches."""
 
 
-def budget_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[str]]:
+def budget_page(folder: Path, command: str, address: str) -> tuple[dict[str, Any], str, list[str]]:
     """Content of report.json, page, and lines for a terminal, of a finished budget.
 
     Args:
         folder: Folder of the search.
         command: Command line that produced the report.
+        address: Address of the folder for the reader.
 
     Raises:
         InputError: The folder has no finished search.
@@ -55,6 +56,7 @@ def budget_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[s
         square_text=square_text,
         missing_rows=missing_rows,
         bias_rows=bias_rows,
+        folder=address,
         command=command,
     )
     return budget_content(result), page, result.text_lines()

@@ -25,12 +25,13 @@ POINTS = 200
 """Number of points of a curve."""
 
 
-def rare_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[str]]:
+def rare_page(folder: Path, command: str, address: str) -> tuple[dict[str, Any], str, list[str]]:
     """Content of report.json, page, and lines for a terminal, of a finished search.
 
     Args:
         folder: Folder of the search.
         command: Command line that produced the report.
+        address: Address of the folder for the reader.
 
     Raises:
         InputError: The folder has no finished search.
@@ -48,7 +49,7 @@ def rare_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[str
         probability=probability_text(content),
         closest=closest_text(scenario, content),
         told=lambda value: told(value, unit),
-        folder=folder,
+        folder=address,
         command=command,
     )
     return content, page, lines(scenario, content)

@@ -24,12 +24,13 @@ ENOUGH = 0.02
 """Relative improvement below which the given values are as good as the best found."""
 
 
-def tuning_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[str]]:
+def tuning_page(folder: Path, command: str, address: str) -> tuple[dict[str, Any], str, list[str]]:
     """Content of report.json, page, and lines for a terminal, of a finished search.
 
     Args:
         folder: Folder of the search.
         command: Command line that produced the report.
+        address: Address of the folder for the reader.
 
     Raises:
         InputError: The folder has no finished search.
@@ -45,6 +46,7 @@ def tuning_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[s
         common=COMMON,
         proof=PROOF,
         percent=PERCENT,
+        folder=address,
         command=command,
     )
     return content, page, _lines(content)

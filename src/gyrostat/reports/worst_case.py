@@ -24,12 +24,13 @@ MUCH_NOISE = 0.5
 """Share of the variance from which noise is said to drive the metric."""
 
 
-def worst_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[str]]:
+def worst_page(folder: Path, command: str, address: str) -> tuple[dict[str, Any], str, list[str]]:
     """Content of report.json, page, and lines for a terminal, of a finished search.
 
     Args:
         folder: Folder of the search.
         command: Command line that produced the report.
+        address: Address of the folder for the reader.
 
     Raises:
         InputError: The folder has no finished search.
@@ -42,7 +43,7 @@ def worst_page(folder: Path, command: str) -> tuple[dict[str, Any], str, list[st
         scenario=search.stored.scenario,
         content=content,
         figure=svg(progress_figure(search)),
-        folder=folder,
+        folder=address,
         command=command,
     )
     return content, page, _lines(content)
