@@ -13,7 +13,6 @@ from gyrostat.cli.options import ForceModel, Json, Out, Scheduler, Verify, Worke
 from gyrostat.cli.progress import Progress
 from gyrostat.core.errors import InputError
 from gyrostat.core.instructions import limit_process, recorded
-from gyrostat.core.remote_folder import text_of
 from gyrostat.verbs.single_runs import replayed, simulated
 
 if TYPE_CHECKING:
@@ -170,11 +169,18 @@ def campaign(
 def _print_campaign(dataset: "xr.Dataset", *, plan: bool) -> None:
     """Print the plan of a campaign, or its report.json."""
     if not plan:
-        print(text_of(dataset.attrs["folder"], "report.json"), end="")
+        _print_report(dataset.attrs["folder"])
         return
     from gyrostat.verbs.campaign_plan import plan_content
 
     print(json.dumps(plan_content(dataset), indent=1, ensure_ascii=False, allow_nan=False))
+
+
+def _print_report(folder: str) -> None:
+    """Print the report.json of a folder, or of an address."""
+    from gyrostat.core.remote_folder import text_of
+
+    print(text_of(folder, "report.json"), end="")
 
 
 def tune(
@@ -218,6 +224,8 @@ def replay(
 
 def _recorded_instructions(folder: str) -> str | None:
     """Common instruction set of a campaign, before anything is imported that depends on it."""
+    from gyrostat.core.remote_folder import text_of
+
     try:
         return recorded(json.loads(text_of(folder, "campaign.json"))["engine"])
     except (InputError, OSError, ValueError, LookupError, TypeError, AttributeError):
@@ -235,7 +243,7 @@ def report(
     """Write the report of a campaign: report.html and report.json."""
     content = call(verbs.report, locals(), command=command_line())
     if json_output:
-        print(text_of(folder, "report.json"), end="")
+        _print_report(folder)
     unmet = [r for r in content.get("requirements", ()) if r["verdict"] != "pass"]
     if check and unmet:
         say("check: " + ", ".join(f"{r['name']}: {r['verdict']}" for r in unmet))

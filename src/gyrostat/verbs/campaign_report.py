@@ -5,7 +5,6 @@ from pathlib import Path
 from typing import Any
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.remote_folder import local_folder
 from gyrostat.verbs.arguments import Say, silent
 
 
@@ -32,6 +31,7 @@ def report(
         InputError: There is no finished campaign, the folder cannot be written, or there are no
             requirements to check.
     """
+    from gyrostat.core.remote_folder import local_folder
     from gyrostat.reports.campaign import write_campaign
 
     with local_folder(folder, say, "FOLDER") as (copy, tell):
