@@ -12,7 +12,7 @@ from typing import Any
 from gyrostat.campaigns.cluster_connection import Connection, is_lost
 from gyrostat.campaigns.cluster_tasks import Batch, Task, Worker, settle
 from gyrostat.campaigns.handshake import Answer, Handshake, Outcome, carry_out_greeted, greet
-from gyrostat.core.errors import InputError
+from gyrostat.core.errors import InputError, reason_of
 
 LOOK = 1.0
 """Time between two looks at the list of workers, s."""
@@ -138,9 +138,8 @@ class ClusterPool(Executor):
             self._greet(address, {})  # if it is lost, the list of workers will say so
             return
         if error is not None:  # whatever a worker without this version of gyrostat raises
-            found = " ".join(str(error).split()) or type(error).__name__
-            version = self._asked.record["gyrostat"]
-            answer = Answer(f"worker {address}: found {found}, expected gyrostat {version}")
+            expected = f"expected gyrostat {self._asked.record['gyrostat']}"
+            answer = Answer(f"worker {address}: found {reason_of(error)}, {expected}")
         if answer.missing:
             self._greet(address, {each: self._asked.contents[each] for each in answer.missing})
         elif answer.refusal:

@@ -28,6 +28,11 @@ def one_line(text: str, longest: int = LONGEST) -> str:
     return " ... ".join(part.decode("utf-8", errors="ignore") for part in ends)
 
 
+def reason_of(error: Exception) -> str:
+    """Message of an error of another library, without line breaks; its type if it has none."""
+    return " ".join(str(error).split()) or type(error).__name__
+
+
 class InputError(ValueError):
     """Input that cannot be used.
 

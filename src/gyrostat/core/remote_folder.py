@@ -15,7 +15,7 @@ from collections.abc import Callable, Iterator
 from pathlib import Path
 from typing import Any
 
-from gyrostat.core.errors import InputError
+from gyrostat.core.errors import InputError, reason_of
 from gyrostat.core.extras import missing
 from gyrostat.core.files import UNFINISHED
 from gyrostat.core.outputs import MANIFEST
@@ -267,8 +267,7 @@ def _one_line(url: str) -> Iterator[None]:
     except InputError:
         raise
     except Exception as error:
-        text = " ".join(str(error).split()) or type(error).__name__
         raise InputError(
-            f"{url}: found {type(error).__name__} ({text}), expected a store that can be read and "
-            "written (an existing bucket, and credentials for it)"
+            f"{url}: found {type(error).__name__} ({reason_of(error)}), expected a store that can "
+            "be read and written (an existing bucket, and credentials for it)"
         ) from None

@@ -3,7 +3,7 @@
 from collections.abc import Iterable
 from pathlib import Path
 
-from gyrostat.core.errors import InputError
+from gyrostat.core.errors import InputError, reason_of
 
 _LONGEST = 60  # characters of a file's text shown in a message
 _MOST = 30  # names listed in a message
@@ -51,5 +51,4 @@ def too_many(file: Path, max_samples: int, row: int | None = None) -> InputError
 
 def damaged(file: Path, wanted: str, error: Exception) -> InputError:
     """Error for a file whose content does not match its suffix."""
-    reason = " ".join(str(error).split()) or type(error).__name__
-    return fault(file, f"damaged or other content ({shown(reason)})", wanted)
+    return fault(file, f"damaged or other content ({shown(reason_of(error))})", wanted)
