@@ -73,6 +73,16 @@ def campaign(scenario: Path, runs: int, out: Path, *options: str) -> dict[str, f
     return {"wall": time.monotonic() - began, "command": spent}
 
 
+def address_in(file: Path, scheduler: subprocess.Popen) -> str:
+    """Address that a scheduler writes to its file, which has no content at first."""
+    for _ in range(600):
+        with contextlib.suppress(FileNotFoundError, json.JSONDecodeError):
+            return json.loads(file.read_text())["address"]
+        assert scheduler.poll() is None, "the scheduler ended"
+        time.sleep(0.05)
+    raise AssertionError("the scheduler has not started")
+
+
 @contextlib.contextmanager
 def on_machines(folder: Path, count: int):
     """Scheduler, workers and address."""
@@ -80,9 +90,7 @@ def on_machines(folder: Path, count: int):
     options = ("--port", "0", "--no-dashboard", "--scheduler-file", str(file))
     with contextlib.ExitStack() as stack:
         scheduler = stack.enter_context(started(folder / "scheduler", "scheduler", *options))
-        while not file.exists():
-            time.sleep(0.1)
-        address = json.loads(file.read_text())["address"]
+        address = address_in(file, scheduler)
         one = (address, "--no-nanny", "--nthreads", "1", "--no-dashboard")
         workers = [
             stack.enter_context(started(folder / f"worker-{k}", "worker", *one))

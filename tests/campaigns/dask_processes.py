@@ -1,6 +1,5 @@
 """A Dask scheduler and workers as processes of their own, each worker with its own folder."""
 
-import json
 import os
 import subprocess
 import sys
@@ -9,6 +8,8 @@ from contextlib import ExitStack, contextmanager
 from pathlib import Path
 
 import pytest
+
+from benchmarks.many_machines import address_in
 
 SOURCE = Path(__file__).parents[2] / "src"
 
@@ -21,12 +22,7 @@ class Processes:
         file = folder / "scheduler.json"
         options = ("--scheduler-file", str(file), "--port", "0", "--no-dashboard")
         self.scheduler = self._start("dask_scheduler", *options)
-        for _ in range(600):
-            if file.exists():
-                break
-            assert self.scheduler.poll() is None, "the scheduler ended"
-            time.sleep(0.05)
-        self.address = json.loads(file.read_text())["address"]
+        self.address = address_in(file, self.scheduler)
 
     def _start(self, what, *options, **environment):
         folder = self.folder / f"{self._count}"
