@@ -20,7 +20,7 @@ WHERE = "worker tcp://10.0.0.3:41"
 @pytest.fixture
 def record(monkeypatch):
     """Fingerprint of this process; the process has accepted nothing."""
-    monkeypatch.setattr(handshake, "_accepted", {})
+    monkeypatch.setattr(handshake, "_accepted", set())
     monkeypatch.setattr(handshake, "_flags", set())
     monkeypatch.setattr(delivered_programs, "_contents", {})
     monkeypatch.setattr(delivered_programs, "_labels", {})
@@ -39,9 +39,12 @@ def test_a_worker_that_differs_is_refused_with_worker_found_and_expected(record,
 
 
 def test_a_compiler_matters_only_where_programs_are_not_delivered(record):
-    asked = Handshake({**record, "compiler": "another"}, ("compiler",))
+    other = {**engine_record("cpu", record["flags"], "native"), "compiler": "another"}
+    asked = Handshake(other)
     assert greet(asked, WHERE, {}) == Answer()
     assert carry_out_greeted(asked.identity, JOBS).results == [2, 3.0]
+    compiled = greet(Handshake(other, scenarios=("a scenario of the user",)), WHERE, {})
+    assert compiled.refusal.startswith(f"{WHERE}: found compiler ")
 
 
 def test_programs_are_asked_for_by_digest_and_damaged_ones_refused(record):

@@ -27,22 +27,25 @@ class Handshake:
 
     Attributes:
         record: Fingerprint of the engine.
-        unused: Names in the fingerprint that may differ; see `gyrostat.runs.fingerprint`.
         labels: Programs of the native engine.
         scenarios: Texts of scenarios with parts of the user, whose packages are compared.
         contents: Digest -> content of each program; it is not sent with the handshake.
     """
 
     record: Record
-    unused: tuple[str, ...] = ()
     labels: tuple[Label, ...] = ()
     scenarios: tuple[str, ...] = ()
     contents: Mapping[str, bytes] = field(default_factory=dict, compare=False)
 
+    @property
+    def unused(self) -> tuple[str, ...]:
+        """Names in the fingerprint that may differ: only scenarios of the user are compiled."""
+        return () if self.scenarios else ("compiler",)
+
     @cached_property
     def identity(self) -> str:
         """Digest of all that is compared."""
-        parts = (dict(self.record), self.unused, self.labels, self.scenarios)
+        parts = (dict(self.record), self.labels, self.scenarios)
         return hashlib.sha256(json.dumps(parts, sort_keys=True).encode()).hexdigest()
 
     def __getstate__(self) -> dict[str, Any]:
@@ -69,19 +72,17 @@ def handshake(
 
     if record is None:
         record = engine_record("cpu", FLAGS["cpu"])
-    scenarios = [*scenarios]
-    contents, labels = {}, []
-    foreign = [each.text() for each, _ in scenarios if not is_shipped(structure_of(each))]
-    if record.get("engine") == "native":
-        for scenario, parts in scenarios:
-            if is_shipped(structure_of(scenario)):  # otherwise the worker traces it
-                program: Any = make_ready(scenario, "native", parts).program
-                content = content_of(program)
-                digest = digest_of_content(content)
-                contents[digest] = content
-                labels.append(Label(scenario.digest(), parts, digest))
-    unused = () if foreign else ("compiler",)
-    return Handshake(record, unused, tuple(labels), tuple(foreign), contents)
+    contents, labels, foreign = {}, [], []
+    for scenario, parts in scenarios:
+        if not is_shipped(structure_of(scenario)):
+            foreign.append(scenario.text())
+        elif record.get("engine") == "native":
+            program: Any = make_ready(scenario, "native", parts).program
+            content = content_of(program)
+            digest = digest_of_content(content)
+            contents[digest] = content
+            labels.append(Label(scenario.digest(), parts, digest))
+    return Handshake(record, tuple(labels), tuple(foreign), contents)
 
 
 class Answer(NamedTuple):
@@ -96,7 +97,8 @@ class Answer(NamedTuple):
     missing: Collection[str] = ()
 
 
-_accepted: dict[str, Handshake] = {}
+_accepted: set[str] = set()
+"""Identities of handshakes."""
 _flags: set[str] = set()
 """Flags of XLA, which it reads once in each process."""
 
@@ -132,7 +134,7 @@ def greet(asked: Handshake, where: str, contents: Mapping[str, bytes]) -> Answer
         text = str(error)
         return Answer(text if text.startswith(where) else f"{where}: {text}")
     _flags.add(flags)
-    _accepted[asked.identity] = asked
+    _accepted.add(asked.identity)
     return Answer()
 
 
