@@ -2,6 +2,7 @@
 
 import os
 from collections.abc import Callable, Iterable
+from functools import partial
 from typing import Any, TypeVar
 
 from gyrostat.campaigns.cluster import Cluster
@@ -39,15 +40,10 @@ def mapped(
     def take(numbered: Any, result: Any) -> None:
         results[numbered[0]] = result
 
-    carry_out(enumerate(jobs), _Numbered(work), opener, take, window=2 * ELSEWHERE)
+    carry_out(enumerate(jobs), partial(_numbered, work), opener, take, window=2 * ELSEWHERE)
     return [results[number] for number in range(len(jobs))]
 
 
-class _Numbered:
-    """A function of a job with its number."""
-
-    def __init__(self, work: Callable[[Any], Any]):
-        self._work = work
-
-    def __call__(self, numbered: tuple[int, Any]) -> Any:
-        return self._work(numbered[1])
+def _numbered(work: Callable[[Any], Any], numbered: tuple[int, Any]) -> Any:
+    """Result of a function of a job with its number."""
+    return work(numbered[1])

@@ -4,6 +4,7 @@ import tomllib
 from collections import Counter
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
+from functools import cache
 from importlib.resources import files
 from itertools import chain
 from typing import Any, Self, get_args
@@ -196,13 +197,15 @@ class Paper:
         return Reproduction(self, claims, drawings, complete=not quick)
 
 
-_runs: dict[bool, Run] = {}
+@cache
+def _run(quick: bool) -> Run:
+    return Run(quick, silent)
 
 
 def _part(job: tuple[Experiment, bool]) -> Part:
     """Result of an experiment in a worker, which shares simulations with its other experiments."""
     experiment, quick = job
-    return experiment(_runs.setdefault(quick, Run(quick, silent)))
+    return experiment(_run(quick))
 
 
 def shown(value: Value) -> str:
