@@ -128,21 +128,3 @@ class WheelDisturbance:
         mode = self.modes.get(kind)
         gain = 1.0 if mode is None else mode.gain(frequency, size)
         return coefficient[:, None] * size**2 * gain
-
-    def density(self, kind: str, frequency: Any, speed: Any) -> Any:
-        """One-sided density of the noise that reaches the mount, N²/Hz or (N·m)²/Hz.
-
-        Args:
-            kind: Kind of load.
-            frequency: Angular frequencies, rad/s.
-            speed: Wheel speeds of a shape that broadcasts with that of the frequencies, rad/s.
-        """
-        noise = self.noise.get(kind)
-        if noise is None:
-            return 0.0 * (frequency + speed)
-        mode = self.modes.get(kind)
-        size = np.abs(speed)
-        gain = 1.0 + 0.0 * frequency
-        if mode is not None:
-            gain = 0.5 * (mode.power_gain(frequency, size) + mode.power_gain(-frequency, size))
-        return noise.at(size) * gain

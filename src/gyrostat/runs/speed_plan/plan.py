@@ -1,6 +1,5 @@
 """Plan of wheel speeds for the science windows of a run, or proof that there is none."""
 
-from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -135,8 +134,3 @@ def crossings(speed: Matrix, inside: Any, bands: Matrix) -> dict[str, int]:
         before = np.vstack([np.zeros((1, speed.shape[1]), bool), within[:-1]])
         entered += int(np.sum(within & ~before))
     return {"zero": int(np.sum(passed & together[:, None])), "band": entered}
-
-
-def total_crossings(speeds: Sequence[Matrix], insides: Sequence[Any], bands: Matrix) -> list[int]:
-    """Sum of both numbers of `crossings` for each of several runs."""
-    return [sum(crossings(s, i, bands).values()) for s, i in zip(speeds, insides, strict=True)]

@@ -157,7 +157,7 @@ def sufficient(demand: Demand, limits: Limits, clearance: float) -> Problem:
     total = 2 * own + 1
     farthest = np.cumsum([reach(demand, limits, w, clearance) for w in demand.windows])
     matrix = np.column_stack([matrix, np.zeros((len(matrix), total - own))])
-    sizes = _sizes(demand, own)
+    sizes = _sizes(own)
     first = np.zeros(own)
     first[3] = demand.level
     rows = [matrix]
@@ -194,7 +194,7 @@ def sufficient(demand: Demand, limits: Limits, clearance: float) -> Problem:
     return Problem(matrix, np.append(np.concatenate(bounds), 0.0), limit, tuple(choices))
 
 
-def _sizes(demand: Demand, own: int) -> Matrix:
+def _sizes(own: int) -> Matrix:
     """Matrix of the changes from window to window, (4 windows, 4 windows)."""
     matrix = np.eye(own)
     matrix[4:, :-4] -= np.eye(own - 4)
