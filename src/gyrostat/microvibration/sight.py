@@ -15,6 +15,7 @@ from gyrostat.microvibration import exposure as windows
 from gyrostat.microvibration.model import KINDS, LOADS, WheelDisturbance
 from gyrostat.microvibration.transfer import TWO_PI
 from gyrostat.microvibration.transfer_file import Transfer
+from gyrostat.telemetry.signals import runs
 
 NOISE_SPEEDS = 40
 """Speeds at which the motion by noise is integrated; it is smooth between them."""
@@ -124,10 +125,8 @@ class LineOfSight(Pictured):
         if self.limit is None:
             return []
         above = np.any(self.rms() > self.limit / np.sqrt(len(self.wheels)), axis=0)
-        edges = np.diff(np.concatenate([[False], above, [False]]).astype(int))
-        starts, ends = np.flatnonzero(edges == 1), np.flatnonzero(edges == -1)
         ranges: list[tuple[float, float]] = []
-        for start, end in zip(starts, ends, strict=True):
+        for start, end in runs(above):
             low = float(self.speed[max(start - 1, 0)])
             high = float(self.speed[min(end, len(self.speed) - 1)])
             if ranges and low <= ranges[-1][1]:
