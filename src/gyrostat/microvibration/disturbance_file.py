@@ -20,9 +20,8 @@ from gyrostat.core.toml_file import (
 )
 from gyrostat.core.types import Vector
 from gyrostat.core.unit_table import RPM
-from gyrostat.microvibration.model import KINDS, Harmonic, Mode, Noise, WheelDisturbance
+from gyrostat.microvibration.model import KINDS, TWO_PI, Harmonic, Mode, Noise, WheelDisturbance
 from gyrostat.microvibration.sight import MountedWheel
-from gyrostat.microvibration.transfer import TWO_PI
 from gyrostat.microvibration.transfer_file import Transfer, read_transfer
 
 ACROSS = ("force", "torque")

@@ -5,6 +5,8 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.core.text import or_none
+
 QUANTILE = 1.959963984540054
 """Standard deviations on either side of the 95 % interval of a normal distribution."""
 
@@ -58,7 +60,6 @@ class Estimate:
         numbers = (self.value, self.sigma, self.low, self.high)
         names = ("value", "sigma", "low", "high")
         content: dict[str, Any] = {
-            name: number if np.isfinite(number) else None
-            for name, number in zip(names, numbers, strict=True)
+            name: or_none(number) for name, number in zip(names, numbers, strict=True)
         }
         return {**content, "unit": self.unit, "observable": self.observable}

@@ -11,12 +11,11 @@ from gyrostat.microvibration.kind_fit import KindFit, fit_kind, with_weights_of
 from gyrostat.microvibration.kind_model import SHAPE, KindModel
 from gyrostat.microvibration.lines import (
     FEWEST_FLANK,
-    TWO_PI,
     line_mask,
     measure_lines,
     number_of,
 )
-from gyrostat.microvibration.model import KINDS, UNITS
+from gyrostat.microvibration.model import DENSITY_UNITS, KINDS, TWO_PI, UNITS
 from gyrostat.microvibration.result import Coefficient, FittedHarmonic, FittedKind, WaterfallFit
 from gyrostat.microvibration.search import find_harmonics, smooth_density, stationary_bins
 from gyrostat.microvibration.waterfall import Waterfall
@@ -200,7 +199,7 @@ def _each_load(
 def _kind(kind: str, fit: KindFit) -> FittedKind:
     """Estimates of modes and noise of one kind."""
     values, sigma = fit.values, np.sqrt(np.diag(fit.covariance))
-    unit = "N²/Hz" if kind in ("force", "axial") else "(N·m)²/Hz"
+    unit = DENSITY_UNITS[kind]
     mode = {}
     if fit.model.has_mode:
         mode["frequency"] = Estimate.of_logarithm(values[3], sigma[3], "rad/s")

@@ -14,8 +14,8 @@ import numpy as np
 from scipy.ndimage import convolve1d
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.microvibration.lines import TWO_PI, Lines
-from gyrostat.microvibration.model import Mode
+from gyrostat.microvibration.lines import Lines
+from gyrostat.microvibration.model import TWO_PI, Mode
 from gyrostat.microvibration.waterfall import Waterfall
 
 SHAPE = ("floor", "noise", "exponent", "frequency", "damping", "inertia_ratio")

@@ -7,6 +7,7 @@ from numpy.typing import NDArray
 from scipy.stats import t as student
 
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.microvibration.model import TWO_PI
 from gyrostat.microvibration.waterfall import Waterfall
 
 FLANK = 8
@@ -15,7 +16,6 @@ FEWEST_FLANK = 6
 """Smallest number of them that belong to no other line."""
 FEWEST_SPEEDS = 5
 """Smallest number of speeds at which a harmonic must stand alone."""
-TWO_PI = 2.0 * np.pi
 
 
 @dataclass(frozen=True, eq=False)

@@ -22,12 +22,16 @@ import numpy as np
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.spacecraft.wheel_modes import rocking_gain, translation_gain
 
+TWO_PI = 2.0 * np.pi
+
 LOADS = ("Fx", "Fy", "Fz", "Tx", "Ty", "Tz")
 """Forces, N, and torques, N·m, in the axes of the wheel; z is its spin axis."""
 KINDS: Mapping[str, tuple[str, ...]] = MappingProxyType(
     {"force": ("Fx", "Fy"), "axial": ("Fz",), "torque": ("Tx", "Ty"), "torsion": ("Tz",)}
 )
 """Kind of load -> its loads: radial force, axial force, torque across the axis and about it."""
+DENSITY_UNITS = {"force": "N²/Hz", "axial": "N²/Hz", "torque": "(N·m)²/Hz", "torsion": "(N·m)²/Hz"}
+"""Kind of load -> unit of a density."""
 UNITS = {"force": "kg·m", "axial": "kg·m", "torque": "kg·m²", "torsion": "kg·m²"}
 """Kind of load -> unit of a coefficient C."""
 

@@ -4,16 +4,13 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-import numpy as np
-
 from gyrostat.core.pictured import Pictured
 from gyrostat.core.text import measured, plain
+from gyrostat.core.unit_table import RPM
 from gyrostat.microvibration.estimates import Estimate
 from gyrostat.microvibration.kind_fit import KindFit
-from gyrostat.microvibration.model import Harmonic, Mode, Noise, WheelDisturbance
+from gyrostat.microvibration.model import TWO_PI, Harmonic, Mode, Noise, WheelDisturbance
 from gyrostat.microvibration.waterfall import Waterfall
-
-TWO_PI = 2.0 * np.pi
 
 
 @dataclass(frozen=True)
@@ -112,7 +109,7 @@ class WaterfallFit(Pictured):
     def lines(self) -> list[str]:
         """The result as lines for a terminal."""
         data = self.waterfall
-        low, high = data.speed[[0, -1]] * 60.0 / TWO_PI
+        low, high = data.speed[[0, -1]] / RPM
         lines = [
             f"{data.name}: {len(data.speed)} speeds of {plain(low)} to {plain(high)} rpm, "
             f"steps of {plain(data.step)} Hz"

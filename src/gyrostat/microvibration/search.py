@@ -7,7 +7,8 @@ from numpy.typing import NDArray
 from scipy.ndimage import median_filter
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.microvibration.lines import FEWEST_SPEEDS, TWO_PI, line_mask
+from gyrostat.microvibration.lines import FEWEST_SPEEDS, line_mask
+from gyrostat.microvibration.model import TWO_PI
 from gyrostat.microvibration.waterfall import Waterfall
 
 PATCH = (7, 9)

@@ -12,8 +12,7 @@ import numpy as np
 from gyrostat.core.pictured import Pictured
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.microvibration import exposure as windows
-from gyrostat.microvibration.model import KINDS, LOADS, WheelDisturbance
-from gyrostat.microvibration.transfer import TWO_PI
+from gyrostat.microvibration.model import KINDS, LOADS, TWO_PI, WheelDisturbance
 from gyrostat.microvibration.transfer_file import Transfer
 from gyrostat.telemetry.signals import runs
 

@@ -5,7 +5,7 @@ from numpy.typing import NDArray
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.microvibration.kind_model import SHAPE, KindModel
-from gyrostat.microvibration.lines import TWO_PI
+from gyrostat.microvibration.model import TWO_PI
 
 GRID = 48
 """Natural frequencies that are tried."""

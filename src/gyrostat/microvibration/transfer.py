@@ -7,8 +7,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
-
-TWO_PI = 2.0 * np.pi
+from gyrostat.microvibration.model import TWO_PI
 
 
 @dataclass(frozen=True, eq=False)

@@ -9,9 +9,9 @@ from scipy.linalg import eigh
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.extras import missing
-from gyrostat.microvibration.model import LOADS
+from gyrostat.microvibration.model import LOADS, TWO_PI
 from gyrostat.microvibration.tables import factor_of, numbers, read_table
-from gyrostat.microvibration.transfer import TWO_PI, FrequencyResponse, ModalModel
+from gyrostat.microvibration.transfer import FrequencyResponse, ModalModel
 from gyrostat.microvibration.universal_file import datasets
 
 SIGHT = ("x", "y")

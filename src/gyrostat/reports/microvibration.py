@@ -12,10 +12,10 @@ from matplotlib.figure import Figure
 from gyrostat.core.outputs import new_files
 from gyrostat.core.units import RPM
 from gyrostat.microvibration.disturbance_file import disturbance_text
-from gyrostat.microvibration.model import KINDS
+from gyrostat.microvibration.model import DENSITY_UNITS, TWO_PI
 from gyrostat.microvibration.result import WaterfallFit
 from gyrostat.microvibration.sight import LineOfSight
-from gyrostat.microvibration.sight_text import bands_text, content, text_lines
+from gyrostat.microvibration.sight_text import ARCSEC, bands_text, content, text_lines
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
 from gyrostat.reports.drawing import literal, panels, svg
 from gyrostat.reports.template import render
@@ -26,8 +26,6 @@ SIGHT_FILES = ("jitter.json", "bands.toml", "jitter.html")
 TITLES = {"force": "Fx, Fy", "axial": "Fz", "torque": "Tx, Ty", "torsion": "Tz"}
 RANGE = 60.0
 """Range of the colours below the largest density, dB."""
-ARCSEC = np.pi / 180.0 / 3600.0
-TWO_PI = 2.0 * np.pi
 HEIGHT = 3.2
 
 
@@ -53,8 +51,7 @@ def _waterfall(axes: Axes, result: WaterfallFit, kind: str) -> None:
     image = axes.pcolormesh(
         frequency, speed, level, shading="nearest", cmap="viridis", rasterized=True
     )
-    unit = "N²/Hz" if KINDS[kind][0].startswith("F") else "(N·m)²/Hz"
-    axes.figure.colorbar(image, ax=axes).set_label(f"dB of {unit}")
+    axes.figure.colorbar(image, ax=axes).set_label(f"dB of {DENSITY_UNITS[kind]}")
     axes.grid(visible=False)
     for harmonic in result.harmonics:
         if not harmonic.coefficients[kind].total.observable:
