@@ -9,6 +9,7 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from gyrostat.core.files import write_texts
 from gyrostat.core.outputs import new_files
 from gyrostat.core.units import RPM
 from gyrostat.microvibration.disturbance_file import disturbance_text
@@ -81,12 +82,13 @@ def sight_figure(result: LineOfSight) -> Figure:
     speed = result.speed / RPM
     rms = result.rms() / ARCSEC
     parts = [result.rms(name) / ARCSEC for name in ("smear", "jitter")]
+    bands = result.bands()
     count = len(result.wheels)
     with panels(count, height=2.3 * count, squeeze=False, sharex=True) as (figure, grid):
         for axes, wheel, total, smear, jitter in zip(
             grid[:, 0], result.wheels, rms, *parts, strict=True
         ):
-            for low, high in result.bands():
+            for low, high in bands:
                 axes.axvspan(low / RPM, high / RPM, color=BAND, alpha=0.5, lw=0)
             axes.plot(speed, total, color=MODEL, lw=1.3, label="smear and jitter")
             axes.plot(speed, jitter, color=MEASURED, lw=0.8, label="jitter")
@@ -116,14 +118,10 @@ def write_waterfall(
         title="Waterfall",
         command=command,
         lines=result.lines(),
-        invalid=list(result.reasons),
-        figures=[
-            (
-                svg(waterfall_figure(result)),
-                "Density of the loads. Dotted: harmonics with their number. Broken: modes; the "
-                "speed splits a rocking mode into two whirls.",
-            )
-        ],
+        invalid=result.reasons,
+        figure=svg(waterfall_figure(result)),
+        caption="Density of the loads. Dotted: harmonics with their number. Broken: modes; the "
+        "speed splits a rocking mode into two whirls.",
     )
     files = {"disturbance.json": _json(result.content()), "waterfall.html": page}
     if result.valid:
@@ -150,14 +148,10 @@ def write_sight(
         title="Line of sight over wheel speed",
         command=command,
         lines=text_lines(result, detail),
-        invalid=[],
-        figures=[
-            (
-                svg(sight_figure(result)),
-                "Motion in an exposure by each wheel alone, both axes. Bands: speeds at which a "
-                "wheel exceeds its share of the limit.",
-            )
-        ],
+        invalid=(),
+        figure=svg(sight_figure(result)),
+        caption="Motion in an exposure by each wheel alone, both axes. Bands: speeds at which a "
+        "wheel exceeds its share of the limit.",
     )
     files = {
         "jitter.json": _json(content(result, detail)),
@@ -175,6 +169,5 @@ def _write(
     files: dict[str, str], out: Path, by: str, say: Callable[[str], None], force: bool
 ) -> None:
     with new_files(out, by=by, force=force) as folder:
-        for name, text in files.items():
-            (folder / name).write_text(text, encoding="utf-8")
+        write_texts(folder, files)
     say(f"written: {', '.join(str(out / name) for name in files)}")
