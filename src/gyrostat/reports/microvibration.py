@@ -59,9 +59,12 @@ def _waterfall(axes: Axes, result: WaterfallFit, kind: str) -> None:
             continue
         line = harmonic.number.value * data.speed / TWO_PI
         axes.plot(line, speed, color="white", lw=0.6, ls=":")
-        top = int(np.searchsorted(line, frequency[-1])) - 1
+        # on the line, at nine tenths of the way that is shown
+        at = int(0.9 * np.searchsorted(line, frequency[-1]))
+        box = {"facecolor": "black", "alpha": 0.6, "linewidth": 0, "pad": 1.5}
         label = f"{harmonic.number.value:.3g}"
-        axes.text(line[top], speed[top], label, color="white", fontsize=7, ha="right", va="top")
+        place = {"ha": "center", "va": "center", "clip_on": True}
+        axes.text(line[at], speed[at], label, color="white", fontsize=8, bbox=box, **place)
     mode = result.kinds[kind].mode if kind in result.kinds else {}
     if mode:
         ratio = mode["inertia_ratio"].value if "inertia_ratio" in mode else 0.0
@@ -70,7 +73,7 @@ def _waterfall(axes: Axes, result: WaterfallFit, kind: str) -> None:
     axes.set_xlim(frequency[0], frequency[-1])
     axes.set_ylim(speed[0], speed[-1])
     axes.set_ylabel("speed (rpm)")
-    axes.set_title(f"{TITLES[kind]}, {literal(data.name)}", fontsize=9)
+    axes.set_title(f"{TITLES[kind]}, {literal(data.name)}", fontsize=9, loc="left")
 
 
 def sight_figure(result: LineOfSight) -> Figure:
@@ -99,8 +102,9 @@ def sight_figure(result: LineOfSight) -> Figure:
             axes.set_yscale("log")
             axes.set_ylim(bottom=max(total.max() * 1e-4, total[total > 0.0].min(initial=1.0)))
             axes.set_ylabel("rms (arcsec)")
-            axes.set_title(literal(wheel.name), fontsize=9)
-        grid[0, 0].legend(ncols=4, fontsize=8, loc="lower right")
+            axes.set_title(literal(wheel.name), fontsize=9, loc="left")
+        entries = grid[0, 0].get_legend_handles_labels()
+        figure.legend(*entries, ncols=4, fontsize=8, loc="outside upper left")
         grid[-1, 0].set_xlabel("wheel speed (rpm)")
     return figure
 
