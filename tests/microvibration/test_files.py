@@ -147,7 +147,7 @@ def test_a_waterfall_that_cannot_be_is_refused():
 
 def test_loads_of_a_wheel_are_read_as_they_are_written(tmp_path):
     wheel = WheelDisturbance(
-        "wheel",
+        'wheel "A" \\1',
         (Harmonic(1.0, {"force": 1e-6, "torsion": 2e-9}), Harmonic(2.5, {}, {"torque": 3e-8})),
         {"torque": Mode(500.0, 0.02, 1.7), "axial": Mode(900.0, 0.01)},
         {"torque": Noise(1e-9, 1.5, 300.0)},
@@ -155,6 +155,7 @@ def test_loads_of_a_wheel_are_read_as_they_are_written(tmp_path):
     path = tmp_path / "disturbance.toml"
     path.write_text(disturbance_text(wheel))
     found = read_disturbance(path)
+    assert found.name == wheel.name
     assert found.harmonics == wheel.harmonics
     assert found.modes["torque"].frequency == pytest.approx(500.0, rel=1e-8)
     assert found.modes["torque"].inertia_ratio == 1.7

@@ -1,6 +1,7 @@
-"""Reading of TOML files, with error messages that name the file and the key."""
+"""Reading of TOML files, with error messages that name the file and the key; quoted texts."""
 
 import difflib
+import json
 import math
 import stat
 import sys
@@ -23,6 +24,7 @@ __all__ = [
     "name_text",
     "number",
     "quantity",
+    "quoted",
     "read_content",
     "read_text",
     "read_toml",
@@ -257,3 +259,8 @@ def described(value: object) -> str:
     if isinstance(value, dict):
         return "a table"
     return f"{len(value)} values" if isinstance(value, list) else repr(value)
+
+
+def quoted(text: str) -> str:
+    """TOML basic string: a JSON string, except for the one control character that JSON allows."""
+    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")

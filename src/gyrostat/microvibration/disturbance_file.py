@@ -14,6 +14,7 @@ from gyrostat.core.toml_file import (
     name_text,
     number,
     quantity,
+    quoted,
     read_toml,
     refuse_unknown,
     three,
@@ -36,7 +37,7 @@ _FILE = "wheels on a structure"
 def disturbance_text(disturbance: WheelDisturbance) -> str:
     """Text of disturbance.toml."""
     lines = ["# Loads of a wheel: amplitudes over the squared speed (rad/s), kg·m and kg·m²."]
-    lines.append(f'name = "{disturbance.name}"')
+    lines.append(f"name = {quoted(disturbance.name)}")
     for each in disturbance.harmonics:
         lines += ["", "[[harmonic]]", f"number = {each.number:.9g}"]
         for word in ("forward", "backward"):

@@ -41,7 +41,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError, placed
 from gyrostat.core.files import write_whole
-from gyrostat.core.toml_file import number, read_toml, refuse_unknown
+from gyrostat.core.toml_file import number, quoted, read_toml, refuse_unknown
 from gyrostat.core.types import Matrix
 from gyrostat.core.units import si_unit
 from gyrostat.core.user_modules import Source, is_user_kind
@@ -183,13 +183,13 @@ def write_model(
 
     text = ["# A wheel identified by gyrostat, SI units", "", "[wheel]"]
     text += lines(_WHEEL, model.values)
-    text += ["", "[friction]", f"model = {_quoted(name)}"]
+    text += ["", "[friction]", f"model = {quoted(name)}"]
     data = [source.path for source in sources if not source.is_module]
-    text += [f"data = [{', '.join(map(_quoted, data))}]"] if data else []
+    text += [f"data = [{', '.join(map(quoted, data))}]"] if data else []
     text += lines(model.friction.dimensions(), model.values)
     if sources:
         text += ["", "[sources]  # SHA-256 digests of the friction law"]
-        text += [f"{_quoted(source.path)} = {_quoted(digest(source))}" for source in sources]
+        text += [f"{quoted(source.path)} = {quoted(digest(source))}" for source in sources]
     if model.sigma:
         text += ["", "[sigma]  # standard deviations", *lines(dimensions, model.sigma)]
     if model.correlation is not None:
@@ -197,10 +197,10 @@ def write_model(
         text += ["", "[correlation]  # of their errors", f"names = {json.dumps(matrix_names)}"]
         text += ["matrix = [", *(f"  {row}," for row in matrix.tolist()), "]"]
     if model.impossible:
-        text += ["", "[validity]", f"impossible = {_quoted(model.impossible)}"]
+        text += ["", "[validity]", f"impossible = {quoted(model.impossible)}"]
     if model.origin:
         text += ["", "[origin]"]
-        text += [f"{name} = {_quoted(value)}" for name, value in model.origin.items()]
+        text += [f"{name} = {quoted(value)}" for name, value in model.origin.items()]
     write_whole(path, "\n".join(text) + "\n")
 
 
@@ -290,8 +290,3 @@ def _correlation(
             "1, symmetric, with ones on the diagonal"
         )
     return tuple(map(str, names)), matrix
-
-
-def _quoted(text: str) -> str:
-    """TOML basic string: a JSON string, except for the one control character that JSON allows."""
-    return json.dumps(text, ensure_ascii=False).replace("\x7f", "\\u007f")
