@@ -101,6 +101,17 @@ def test_hdf5_is_read(tmp_path):
         read_waterfall(path)
 
 
+def test_damaged_hdf5_is_told_in_one_line(tmp_path):
+    path = tmp_path / "waterfall.h5"
+    with h5py.File(path, "w") as file:
+        file["speed"] = SPEED
+    content = path.read_bytes()
+    # the signature of the node that lists the names
+    path.write_bytes(content.replace(b"SNOD", b"none"))
+    with pytest.raises(InputError, match="expected an HDF5 file of numbers"):
+        read_waterfall(path)
+
+
 @pytest.mark.skipif(PYUFF, reason="not run: pyuff is not installed")
 def test_universal_file_is_read(tmp_path):
     import pyuff

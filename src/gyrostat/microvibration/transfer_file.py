@@ -13,12 +13,15 @@ from gyrostat.microvibration.model import LOADS, TWO_PI
 from gyrostat.microvibration.tables import factor_of, numbers, read_table
 from gyrostat.microvibration.transfer import FrequencyResponse, ModalModel
 from gyrostat.microvibration.universal_file import datasets
+from gyrostat.telemetry.fault import damaged
+from gyrostat.telemetry.read import require_readable
 
 SIGHT = ("x", "y")
 """Axes about which the line of sight turns."""
 UNIVERSAL, OP4, OP2, PUNCH = (".uff", ".unv"), (".op4",), (".op2",), (".pch", ".bdf", ".dat")
 FREQUENCY_RESPONSE = 4
 """Function type of UFF58."""
+_NASTRAN = "a file of NASTRAN"
 Transfer = FrequencyResponse | ModalModel
 
 
@@ -143,12 +146,11 @@ def _call(path: Path, module: str, function: str) -> dict[str, Any]:
         reader = getattr(importlib.import_module(module), function)
     except ImportError:
         raise missing(str(path), "pyyeti", "structure") from None
+    require_readable(path, _NASTRAN)
     try:
-        with path.open("rb"):
-            pass
         content = reader(str(path))
     except Exception as error:  # as many kinds as the reader has faults
-        raise InputError(f"{path}: found {error}, expected a file of NASTRAN") from None
+        raise damaged(path, _NASTRAN, error) from None
     return {str(name).upper(): value for name, value in content.items()}
 
 

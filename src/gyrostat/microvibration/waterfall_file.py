@@ -1,7 +1,6 @@
 """Reading of measured waterfalls: CSV in long or wide form, HDF5, UFF58."""
 
 import re
-from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
@@ -15,6 +14,9 @@ from gyrostat.microvibration.model import LOADS
 from gyrostat.microvibration.tables import factor_of, numbers, read_table
 from gyrostat.microvibration.universal_file import datasets
 from gyrostat.microvibration.waterfall import Waterfall, Window
+from gyrostat.telemetry.fault import damaged
+from gyrostat.telemetry.formats.hdf5 import unit_of
+from gyrostat.telemetry.read import require_readable
 
 QUANTITIES = ("density", "amplitude", "rms")
 """What the numbers are: one-sided density, or amplitude or rms of the line in each bin."""
@@ -26,6 +28,7 @@ SUFFIXES = {
     ".uff": "uff",
     ".unv": "uff",
 }
+_HDF5 = "an HDF5 file of numbers"
 _SPECTRA = (2, 9, 12)
 """Function types of UFF58 that are taken: auto spectrum, power spectral density, spectrum."""
 _SI = {"", "n", "nm", "n2/hz", "nm2/hz", "n2m2/hz"}
@@ -149,6 +152,7 @@ def _hdf5(path: Path) -> tuple[Vector, Vector, dict[str, Matrix]]:
     """Arrays of an HDF5 file: datasets speed, frequency and one for each load."""
     import h5py
 
+    require_readable(path, _HDF5)
     try:
         with h5py.File(path) as file:
             content: dict[str, Any] = {
@@ -156,27 +160,22 @@ def _hdf5(path: Path) -> tuple[Vector, Vector, dict[str, Matrix]]:
                 for name, item in file.items()
                 if isinstance(item, h5py.Dataset)
             }
-            unit = str(_text(file["speed"].attrs)) if "speed" in content else ""
-            units = {load: str(_text(file[load].attrs)) for load in LOADS if load in content}
-    except (OSError, TypeError, ValueError) as error:
-        raise InputError(f"{path}: found {error}, expected an HDF5 file of numbers") from None
+            units = {name: unit_of(file[name]) for name in content}
+    except Exception as error:  # h5py raises errors of many classes on damaged files
+        raise damaged(path, _HDF5, error) from None
     for name in ("speed", "frequency"):
         if name not in content or content[name].ndim != 1:
             raise InputError(f"{path}: found no vector {name}, expected one, {name} of the loads")
+    unit = units["speed"]
     known = known_unit(unit, "speed")
     if known is None:
         raise InputError(
             f"{path}: speed: found the unit {unit!r}, expected an attribute unit such as rpm"
         )
-    for load, each in units.items():
-        _check_unit(path, load, each)
     values = {load: content[load] for load in LOADS if load in content}
+    for load in values:
+        _check_unit(path, load, units[load])
     return np.abs(known.factor * content["speed"]), content["frequency"], values
-
-
-def _text(attributes: Mapping[str, Any]) -> Any:
-    value = attributes.get("unit", attributes.get("units", ""))
-    return value.decode() if isinstance(value, bytes) else value
 
 
 def _universal(path: Path) -> Cells:

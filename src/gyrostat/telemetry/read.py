@@ -137,7 +137,7 @@ def format_of(file: Path) -> type[RecordFormat]:
     if kind is None:
         found = f"the suffix {file.suffix!r}" if file.suffix else "no suffix"
         raise fault(file, found, f"one of {', '.join(_FORMATS)}")
-    _require_readable(file)
+    require_readable(file, "a record")
     return kind
 
 
@@ -169,7 +169,16 @@ def _with_edges(measured: Measured, edges: str | os.PathLike[str], pulses: int) 
     )
 
 
-def _require_readable(file: Path) -> None:
+def require_readable(file: Path, wanted: str) -> None:
+    """Check a file before a package opens it by its name: it might wait for a pipe for ever.
+
+    Args:
+        file: Path of the file.
+        wanted: What the file should be, for the error message.
+
+    Raises:
+        InputError: It is no regular file, cannot be read or is empty.
+    """
     try:
         status = file.stat()
         # Opening a pipe would block until another process writes to it.
@@ -177,9 +186,9 @@ def _require_readable(file: Path) -> None:
             file.open("rb").close()
     except (OSError, ValueError) as error:  # ValueError: a zero byte in the name
         reason = getattr(error, "strerror", None) or str(error)
-        raise fault(file, f"no readable file ({reason})", "a record") from None
+        raise fault(file, f"no readable file ({reason})", wanted) from None
     if not stat.S_ISREG(status.st_mode):
         file_type = "a folder" if stat.S_ISDIR(status.st_mode) else "a pipe or device"
         raise fault(file, file_type, "a file")
     if status.st_size == 0:
-        raise fault(file, "an empty file", "a record")
+        raise fault(file, "an empty file", wanted)

@@ -63,10 +63,10 @@ def _channels(name: str, data: Any) -> list[Channel]:
     def read() -> NDArray:
         return np.asarray(data[()]).reshape(-1)
 
-    return [Channel(name, data.size or 0, read, _unit(data), content=content)]
+    return [Channel(name, data.size or 0, read, unit_of(data), content=content)]
 
 
-def _unit(data: Any) -> str:
-    """Unit in the attributes of a vector."""
+def unit_of(data: Any) -> str:
+    """Unit in the attributes `units` or `unit` of a dataset of h5py; "" without one."""
     unit = data.attrs.get("units", data.attrs.get("unit", ""))
     return unit.decode("utf-8", "replace") if isinstance(unit, bytes) else str(unit)
