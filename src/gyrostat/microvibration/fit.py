@@ -168,7 +168,7 @@ def _loads(fit: KindFit, kind: str) -> dict[str, tuple[Matrix, Matrix]]:
         if density is not None:
             lines = measure_lines(model.waterfall, density, background, model.numbers)
             single = replace(model, loads=1)
-            variance = single.power_variance(fit.values, lines, fit.spread * fit.correlated)
+            variance = single.power_variance(fit.values, lines, fit.residuals.variance)
             result[load] = lines.power, variance
     return result
 
@@ -219,10 +219,10 @@ def _warnings(fits: dict[str, KindFit]) -> Iterator[str]:
     """What the user should know of a valid fit."""
     for kind, fit in fits.items():
         model = fit.model
-        if stationary_bins(model.density).any():
-            bins = model.waterfall.frequency[stationary_bins(model.density)]
+        bins = model.waterfall.frequency[stationary_bins(model.density)]
+        if len(bins):
             yield f"{kind}: lines that do not move with the speed are left out, at {bins[0]:.4g} Hz"
-        if abs(fit.misfit) > LARGEST_MISFIT:
+        if abs(fit.residuals.misfit) > LARGEST_MISFIT:
             yield (
                 f"{kind}: the density between the lines does not follow one mode and white noise: "
                 "the sigmas of its mode are too small"

@@ -18,80 +18,28 @@ REJECTED = 9.0
 """Increase of a sum of squares, of one degree of freedom, by which a sense of whirl is rejected."""
 
 
-@dataclass(frozen=True, eq=False)
-class KindFit:
-    """Fitted parameters of one kind of load.
+@dataclass(frozen=True)
+class Residuals:
+    """Statistics of the residuals between the lines.
 
     Attributes:
-        model: Model with the data.
-        values: Parameters; see `KindModel`.
-        covariance: Their covariance; parameters that are held have none.
-        lines: Measured lines.
-        line_variance: Variance of their powers, (H, S).
         spread: Relative variance of a bin of one spectrum.
         correlated: Sum of correlations of a bin with all others, 1 for independent bins.
         misfit: Correlation of residuals too far apart for the window: 0 for a model that fits.
-        objective: Value that was minimised.
-        line_scatter: Mean square of the residuals of the lines over their variance.
     """
-
-    model: KindModel
-    values: Vector
-    covariance: Matrix
-    lines: Lines
-    line_variance: Matrix
-    spread: float
-    correlated: float
-    misfit: float
-    objective: float
-    line_scatter: float
-
-
-def fit_kind(model: KindModel, lines: Lines, start: Vector | None = None) -> KindFit:
-    """Fit one kind of load, and choose the sense in which each harmonic whirls.
-
-    Args:
-        model: Model with its data.
-        lines: Measured lines.
-        start: Start values of the parameters of the density; None to search for them.
-    """
-    values = start_values(model) if start is None else _with_shape(model, start)
-    count = len(model.numbers)
-    senses = np.zeros((2, count), dtype=bool)
-    senses[0] = np.isfinite(lines.power).sum(axis=1) > 0
-    noise = _Noise.of(model, values)
-    values = _coefficients(model, values, lines, senses, noise)
-    fit = _minimise(model, values, lines, senses)
-    if model.has_mode and model.is_gyroscopic:
-        better = _choose_senses(fit, senses)
-        if np.any(better != senses):
-            values = _coefficients(model, fit.values, lines, better, _Noise.of(model, fit.values))
-            fit = _minimise(model, values, lines, better)
-    return fit
-
-
-def _with_shape(model: KindModel, start: Vector) -> Vector:
-    """Parameters of the density, coefficients 0."""
-    return np.concatenate([start[: len(SHAPE)], np.zeros(2 * len(model.numbers))])
-
-
-def with_weights_of(fit: KindFit, other: KindFit) -> float:
-    """Objective of another fit of the same data with the variances of the first."""
-    noise = _Noise(fit.spread, fit.correlated, fit.misfit)
-    weights = _Weights(noise, fit.line_variance, np.isfinite(fit.lines.power))
-    return _objective(other.model, other.values, other.lines, weights)
-
-
-@dataclass(frozen=True)
-class _Noise:
-    """Statistics of the residuals between the lines: see `KindFit`."""
 
     spread: float
     correlated: float
     misfit: float
+
+    @property
+    def variance(self) -> float:
+        """Relative variance of a bin times the number of bins that count as one."""
+        return self.spread * self.correlated
 
     @classmethod
-    def of(cls, model: KindModel, values: Vector) -> "_Noise":
+    def of(cls, model: KindModel, values: Vector) -> "Residuals":
+        """Statistics for parameters of a model."""
         shown, shape = model.background(values)
         scaled = model.used * (model.density / shown - 1.0) / np.sqrt(shape)
         total = max(float(model.used.sum()), 1.0)
@@ -109,8 +57,69 @@ def _lagged(scaled: Matrix, used: Matrix, lag: int) -> float:
     return float(np.sum(scaled[:, lag:] * scaled[:, :-lag])) / max(pairs, 1.0)
 
 
+@dataclass(frozen=True, eq=False)
+class KindFit:
+    """Fitted parameters of one kind of load.
+
+    Attributes:
+        model: Model with the data.
+        values: Parameters; see `KindModel`.
+        covariance: Their covariance; parameters that are held have none.
+        lines: Measured lines.
+        line_variance: Variance of their powers, (H, S).
+        residuals: Statistics of the residuals between the lines.
+        objective: Value that was minimised.
+        line_scatter: Mean square of the residuals of the lines over their variance.
+    """
+
+    model: KindModel
+    values: Vector
+    covariance: Matrix
+    lines: Lines
+    line_variance: Matrix
+    residuals: Residuals
+    objective: float
+    line_scatter: float
+
+
+def fit_kind(model: KindModel, lines: Lines, start: Vector | None = None) -> KindFit:
+    """Fit one kind of load, and choose the sense in which each harmonic whirls.
+
+    Args:
+        model: Model with its data.
+        lines: Measured lines.
+        start: Start values of the parameters of the density; None to search for them.
+    """
+    values = start_values(model) if start is None else _with_shape(model, start)
+    count = len(model.numbers)
+    senses = np.zeros((2, count), dtype=bool)
+    senses[0] = np.isfinite(lines.power).sum(axis=1) > 0
+    residuals = Residuals.of(model, values)
+    values = _coefficients(model, values, lines, senses, residuals)
+    fit = _minimise(model, values, lines, senses)
+    if model.has_mode and model.is_gyroscopic:
+        better = _choose_senses(fit, senses)
+        if np.any(better != senses):
+            values = _coefficients(
+                model, fit.values, lines, better, Residuals.of(model, fit.values)
+            )
+            fit = _minimise(model, values, lines, better)
+    return fit
+
+
+def _with_shape(model: KindModel, start: Vector) -> Vector:
+    """Parameters of the density, coefficients 0."""
+    return np.concatenate([start[: len(SHAPE)], np.zeros(2 * len(model.numbers))])
+
+
+def with_weights_of(fit: KindFit, other: KindFit) -> float:
+    """Objective of another fit of the same data with the variances of the first."""
+    weights = _Weights(fit.residuals, fit.line_variance, np.isfinite(fit.lines.power))
+    return _objective(other.model, other.values, other.lines, weights)
+
+
 def _coefficients(
-    model: KindModel, values: Vector, lines: Lines, senses: Any, noise: _Noise
+    model: KindModel, values: Vector, lines: Lines, senses: Any, residuals: Residuals
 ) -> Vector:
     """Parameters with squared coefficients by weighted least squares, twice for the weights."""
     values = values.copy()
@@ -118,7 +127,7 @@ def _coefficients(
     # at first as if each line were all signal
     values[len(SHAPE) :] = 0.0
     for _ in range(3):
-        variance = model.power_variance(values, lines, noise.spread * noise.correlated)
+        variance = model.power_variance(values, lines, residuals.variance)
         for k in range(len(model.numbers)):
             good = np.isfinite(lines.power[k])
             chosen = [s for s in (0, 1) if senses[s, k]]
@@ -139,11 +148,10 @@ def _choose_senses(fit: KindFit, senses: Any) -> Any:
     One sense alone is taken where the other is rejected and both together are no better.
     """
     model, lines = fit.model, fit.lines
-    noise = _Noise(fit.spread, fit.correlated, fit.misfit)
     scores = {}
     for pattern in ((True, False), (False, True), (True, True)):
         trial = np.array(pattern)[:, None] & senses[0]
-        values = _coefficients(model, fit.values, lines, trial, noise)
+        values = _coefficients(model, fit.values, lines, trial, fit.residuals)
         # common weights, so that the sums of squares compare
         residual = lines.power - sum(model.powers(values))
         scores[pattern] = np.nansum(residual**2 / fit.line_variance, axis=1)
@@ -164,9 +172,9 @@ def _minimise(model: KindModel, values: Vector, lines: Lines, senses: Any) -> Ki
     damping, best = 1e-3, np.inf
     good = np.isfinite(lines.power)
     for _ in range(STEPS):
-        noise = _Noise.of(model, values)
-        variance = model.power_variance(values, lines, noise.spread * noise.correlated)
-        weights = _Weights(noise, variance, good)
+        residuals = Residuals.of(model, values)
+        variance = model.power_variance(values, lines, residuals.variance)
+        weights = _Weights(residuals, variance, good)
         best = _objective(model, values, lines, weights)
         gradient, information = _scores(model, values, lines, weights, free)
         scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
@@ -192,7 +200,7 @@ def _minimise(model: KindModel, values: Vector, lines: Lines, senses: Any) -> Ki
 class _Weights:
     """Variances that an iteration holds."""
 
-    noise: _Noise
+    residuals: Residuals
     variance: Matrix
     good: Any
 
@@ -214,9 +222,8 @@ def _objective(model: KindModel, values: Vector, lines: Lines, weights: _Weights
     """Quasi-deviance of the densities and squares of the lines."""
     shown, shape = model.background(values)
     ratio = np.maximum(model.density, 1e-300) / shown
-    noise = weights.noise
     parts = 2.0 * model.used * (ratio - 1.0 - np.log(ratio)) / shape
-    density = float(np.sum(parts)) / (noise.spread * noise.correlated)
+    density = float(np.sum(parts)) / weights.residuals.variance
     residual = np.where(weights.good, lines.power - sum(model.powers(values)), 0.0)
     return density + float(np.sum(residual**2 / np.where(weights.good, weights.variance, 1.0)))
 
@@ -226,8 +233,7 @@ def _scores(
 ) -> tuple[Vector, Matrix]:
     """Gradient for a step and expected information of the free parameters."""
     shown, shape = model.background(values)
-    noise = weights.noise
-    weight = np.sqrt(model.used / (shape * noise.spread * noise.correlated)) / shown
+    weight = np.sqrt(model.used / (shape * weights.residuals.variance)) / shown
     root = np.where(weights.good, 1.0 / np.sqrt(np.where(weights.good, weights.variance, 1.0)), 0.0)
     powers = sum(model.powers(values))
     residual = [
@@ -260,14 +266,14 @@ def _scores(
 
 
 def _result(model: KindModel, values: Vector, lines: Lines, free: Any) -> KindFit:
-    noise = _Noise.of(model, values)
-    variance = model.power_variance(values, lines, noise.spread * noise.correlated)
+    residuals = Residuals.of(model, values)
+    variance = model.power_variance(values, lines, residuals.variance)
     good = np.isfinite(lines.power)
-    residual = np.where(good, lines.power - sum(model.powers(values)), 0.0)
-    squares = residual**2 / np.where(good, variance, 1.0)
+    line_residual = np.where(good, lines.power - sum(model.powers(values)), 0.0)
+    squares = line_residual**2 / np.where(good, variance, 1.0)
     freedom = int(good.sum()) - int(free[len(SHAPE) :].sum())
     scatter = float(squares.sum()) / freedom if freedom > 0 else 1.0
-    weights = _Weights(noise, variance * max(scatter, 1.0), good)
+    weights = _Weights(residuals, variance * max(scatter, 1.0), good)
     _, information = _scores(model, values, lines, weights, free)
     scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
     inverse = np.linalg.pinv(information / np.outer(scale, scale), rcond=1e-12, hermitian=True)
@@ -280,9 +286,7 @@ def _result(model: KindModel, values: Vector, lines: Lines, free: Any) -> KindFi
         covariance,
         lines,
         variance,
-        noise.spread,
-        noise.correlated,
-        noise.misfit,
+        residuals,
         objective,
         scatter,
     )
