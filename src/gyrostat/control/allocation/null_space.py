@@ -173,7 +173,7 @@ class NullSpaceControl(Checked):
                 "momentum limit of the wheels: found none, expected one for every wheel: the "
                 "null-space control keeps below it"
             )
-        null = np.eye(count) - np.linalg.pinv(axes) @ axes
+        null = null_projection(axes)
         if np.trace(null) < 0.5:
             raise InputError(
                 f"null-space control: found {count} wheels whose torques leave no freedom, "
@@ -189,6 +189,15 @@ class NullSpaceControl(Checked):
             bands=jnp.asarray(ends) if len(ends) else None,
             clearance=clearance,
         )
+
+
+def null_projection(axes: Matrix) -> Matrix:
+    """Projection N = 1 - A⁺ A onto the null space of axes, (wheels, wheels).
+
+    Args:
+        axes: Spin axes A, (3, wheels).
+    """
+    return np.eye(axes.shape[1]) - np.linalg.pinv(axes) @ axes
 
 
 class _Gap(NamedTuple):

@@ -5,6 +5,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from gyrostat.control.allocation.null_space import NullSpaceControl, null_projection
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import rotation_matrix
@@ -57,14 +58,15 @@ class Limits(NamedTuple):
                 f"key controller: found {scenario.controller}, expected a wheel_array, which can "
                 "follow a plan of wheel speeds"
             )
-        plant = nominal_setup(scenario).plant
-        wheels = plant.spacecraft.wheels
+        setup = nominal_setup(scenario)
+        wheels = setup.plant.spacecraft.wheels
         axes, ones = np.asarray(wheels.axes, dtype=float), np.ones(wheels.count)
-        null = np.eye(wheels.count) - np.linalg.pinv(axes) @ axes
+        null_space = _null_space(setup.controller)
         direction = np.zeros(wheels.count)
-        if np.trace(null) > 0.5:
-            signs = nominal_setup(scenario).controller
-            direction = null @ np.ravel(_null_space(signs).pattern)[: wheels.count]
+        if null_space is not None:
+            # all phases of a run have the same pattern
+            pattern = np.ravel(null_space.pattern)[: wheels.count]
+            direction = null_projection(axes) @ pattern
         names = [p.name for p in scenario.parts if p.section == "controller.band"]
         bands = [
             [values[f"controller.band.{name}.{end}"] for end in ("above", "below")]
@@ -83,8 +85,8 @@ class Limits(NamedTuple):
         )
 
 
-def _null_space(controller: Any) -> Any:
-    """Null-space control inside the parts around a controller."""
+def _null_space(controller: Any) -> NullSpaceControl | None:
+    """Null-space control inside the parts around a controller; None without null space."""
     while not hasattr(controller, "null_space"):
         controller = getattr(controller, "plans", None) or controller.controller
     return controller.null_space
