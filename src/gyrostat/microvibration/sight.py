@@ -9,6 +9,7 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.core.directions import across
 from gyrostat.core.pictured import Pictured
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.microvibration import exposure as windows
@@ -43,9 +44,7 @@ class MountedWheel:
 
     def to_body(self) -> Matrix:
         """Loads at the point of the transfer over loads in the axes of the wheel, (6, 6)."""
-        farthest = np.eye(3)[int(np.argmin(np.abs(self.axis)))]
-        first = np.cross(farthest, self.axis)
-        first = first / np.linalg.norm(first)
+        first = across(self.axis)
         turn = np.array([first, np.cross(self.axis, first), self.axis]).T
         x, y, z = self.position
         arm = np.array([[0.0, -z, y], [z, 0.0, -x], [-y, x, 0.0]])
