@@ -117,18 +117,19 @@ def reach(demand: Demand, limits: Limits, window: Window, clearance: float) -> f
     return max(0.0, torque / gain * (1.0 + gain * time - np.log(max(torque / (gain * left), 1.0))))
 
 
-def _steps(demand: Demand, limits: Limits, clearance: float) -> tuple[Matrix, Vector]:
+def _steps(
+    demand: Demand, limits: Limits, clearance: float, reaches: list[float]
+) -> tuple[Matrix, Vector]:
     """Rows of the sufficient problem on the changes from window to window, and their bounds."""
     windows, size = demand.windows, 4 * len(demand.windows)
+    fastest = ROOM * np.min(limits.torque)
+    largest = np.max(np.abs(limits.direction), initial=0.0)
+    settles = np.log(np.max(limits.momentum) / (LEFT * clearance * np.min(limits.inertia)))
     matrices, bounds = [], []
-    for k, window in enumerate(windows):
+    for k, (window, most) in enumerate(zip(windows, reaches, strict=True)):
         rotation = demand.rotation[window.before : window.begin + 1]
-        most = reach(demand, limits, window, clearance)
         rests = np.max(np.abs(rotation - rotation[0]), initial=0.0) < AT_REST
         time = demand.time[window.begin] - demand.time[window.before]
-        fastest = ROOM * np.min(limits.torque)
-        largest = np.max(np.abs(limits.direction), initial=0.0)
-        settles = np.log(np.max(limits.momentum) / (LEFT * clearance * np.min(limits.inertia)))
         move = 0.0
         if largest > 0.0:
             move = max(0.0, fastest / largest * (time - settles / limits.crossing_gain))
@@ -153,9 +154,10 @@ def sufficient(demand: Demand, limits: Limits, clearance: float) -> Problem:
     """
     count, wheels = len(demand.windows), limits.axes.shape[1]
     own = 4 * count
-    matrix, bound = _steps(demand, limits, clearance)
+    reaches = [reach(demand, limits, window, clearance) for window in demand.windows]
+    matrix, bound = _steps(demand, limits, clearance, reaches)
     total = 2 * own + 1
-    farthest = np.cumsum([reach(demand, limits, w, clearance) for w in demand.windows])
+    farthest = np.cumsum(reaches)
     matrix = np.column_stack([matrix, np.zeros((len(matrix), total - own))])
     sizes = _sizes(own)
     first = np.zeros(own)
