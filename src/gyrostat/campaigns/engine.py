@@ -20,6 +20,7 @@ from gyrostat.campaigns.draws import draw, noise_keys
 from gyrostat.campaigns.pointing.campaign import PointingBudget
 from gyrostat.campaigns.ready import Ready, make_ready
 from gyrostat.core.engines import ACCELERATED
+from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 from gyrostat.core.threefry import Words
 from gyrostat.core.types import Matrix, Vector
@@ -90,6 +91,29 @@ def fly(
         {name: np.concatenate([b.columns[name] for b in results]) for name in results[0].columns},
         joined(histories) if histories else None,
     )
+
+
+def fly_nominal(scenario: Scenario, seed: int, engine: str) -> dict[str, NDArray[Any]]:
+    """Signals of the nominal run by name.
+
+    Args:
+        scenario: Scenario.
+        seed: Seed of its noise.
+        engine: See `fly`.
+
+    Raises:
+        InputError: The seed is out of range, or the run ends early.
+    """
+    flown = fly(scenario, seed, None, keep=[0], engine=engine)
+    status = Status(int(flown.columns["status"][0]))
+    if status != Status.COMPLETE:
+        raise InputError(
+            f"{scenario.name}: found a nominal run that ends after "
+            f"{float(flown.columns['ended'][0]):g} s ({status.name.lower().replace('_', ' ')}), "
+            "expected a complete one"
+        )
+    assert flown.histories is not None
+    return flown.histories.of_run(0).arrays()
 
 
 def fly_given(

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gyrostat.campaigns.engine import LANES, fly
+from gyrostat.campaigns.engine import LANES, fly, fly_nominal
 from gyrostat.campaigns.summary import share_bounds
 from gyrostat.core.errors import InputError
 from gyrostat.runs.speed_plan.demand import Limits, demand_of, science_windows
@@ -81,8 +81,7 @@ def search_plan(
     scenario = planned(scenario, Plan(NOT_FOUND))
     limits = Limits.of(scenario)
     engine, period = engine_for(scenario), scenario.values["run.control_period"]
-    flown = fly(scenario, seed, None, keep=[0], engine=engine)
-    history = _complete(scenario, flown)
+    history = fly_nominal(scenario, seed, engine)
     inside = science_windows(scenario, history, windows)
     if not np.any(inside):
         raise InputError(
@@ -96,7 +95,7 @@ def search_plan(
         return SpeedPlan(plan.answer, scenario, plan, *about, None)
     with_plan = planned(scenario, plan)
     engine_with_plan = engine_for(with_plan)
-    history = _complete(with_plan, fly(with_plan, seed, None, keep=[0], engine=engine_with_plan))
+    history = fly_nominal(with_plan, seed, engine_with_plan)
     inside = science_windows(with_plan, history, windows)
     after = crossings(history["wheel_speed"], inside, limits.bands)
     answer = NOT_FOUND if any(after.values()) else FOUND
@@ -138,18 +137,6 @@ def named_entries(plan: Plan) -> Iterator[tuple[str, Any]]:
     """Name and entry of each science window of a plan."""
     for number, entry in enumerate(plan.entries, 1):
         yield f"window_{number}", entry
-
-
-def _complete(scenario: Scenario, flown: Any) -> Any:
-    """Signals of a nominal run that reached its end."""
-    status = Status(int(flown.columns["status"][0]))
-    if status != Status.COMPLETE:
-        raise InputError(
-            f"{scenario.name}: found a nominal run that ends after "
-            f"{float(flown.columns['ended'][0]):g} s ({status.name.lower().replace('_', ' ')}), "
-            "expected a complete one"
-        )
-    return flown.histories.of_run(0).arrays()
 
 
 def _clean(

@@ -151,23 +151,13 @@ def _path(definition: "Scenario", waits: bool, say: Say) -> "tuple[ReferencePath
 
     if not waits:
         return reference_path(definition), "the reference"
-    from gyrostat.campaigns.engine import fly
+    from gyrostat.campaigns.engine import fly_nominal
     from gyrostat.campaigns.execute import chosen_engine
     from gyrostat.core.engines import engine_named
-    from gyrostat.simulation import Status
 
     say("a mode of the reference waits for a measured quantity: simulating the nominal run")
     engine = chosen_engine(engine_named("auto", say, "--engine"), definition, "cpu", say)
-    flown = fly(definition, 0, None, keep=[0], engine=engine)
-    status = Status(int(flown.columns["status"][0]))
-    if status != Status.COMPLETE:
-        raise InputError(
-            f"{definition.name}: found a nominal run that ends after "
-            f"{float(flown.columns['ended'][0]):g} s ({status.name.lower().replace('_', ' ')}), "
-            "expected a complete one"
-        )
-    assert flown.histories is not None
-    return flown_path(definition, flown.histories.of_run(0).arrays()), "the nominal run"
+    return flown_path(definition, fly_nominal(definition, 0, engine)), "the nominal run"
 
 
 def _exclusion(
