@@ -27,6 +27,8 @@ from gyrostat.wheel import pyramid_axes, read_wheel_sheet
 
 CHUNK, BLOCK = 2000, 128
 CONES = 6
+SAMPLES, DIVISIONS = 257, 14
+"""Samples of a path at first, and how often an interval between two of them may be divided."""
 
 
 class Cases(NamedTuple):
@@ -136,37 +138,44 @@ def attitudes(path: Any, progress: np.ndarray) -> np.ndarray:
     return np.concatenate([q * scalar - dot, q * part + scalar * p + np.cross(p, part)], axis=-1)
 
 
-def least_clearance(path: Any, cones: KeepOutCones, samples: int) -> tuple[Any, Any]:
-    """Least angle from the edge of a cone: at samples, and bound between them, rad."""
-    progress = np.linspace(0.0, 1.0, samples)[None]
+def clearances(path: Any, cones: KeepOutCones, progress: np.ndarray) -> np.ndarray:
+    """Least angle from the edge of a cone, (cases, samples), rad."""
     attitude = attitudes(path, progress)
-    turn, bow, twist = (np.linalg.norm(np.asarray(each), axis=-1) for each in path[1:])
-    # the body turns at most by what the rotation vector moves
-    arc = (turn + 4.0 * bow + 10.0 * twist)[:, None] / (samples - 1)
-    at, between = np.full(len(turn), np.inf), np.full(len(turn), np.inf)
+    least = np.full(attitude.shape[:2], np.inf)
     for k in range(CONES):
         boresight, body, limit = (np.asarray(each)[:, k] for each in cones)
         pointed = to_inertial(attitude, boresight[:, None])
         cross = np.linalg.norm(np.cross(pointed, body[:, None]), axis=-1)
         angle = np.arctan2(cross, np.sum(pointed * body[:, None], axis=-1)) - limit[:, None]
-        angle = np.where(limit[:, None] > 0.0, angle, np.inf)
-        at = np.minimum(at, np.min(angle, axis=1))
-        bound = 0.5 * (angle[:, 1:] + angle[:, :-1] - arc)
-        between = np.minimum(between, np.min(bound, axis=1))
-    return at, between
+        least = np.minimum(least, np.where(limit[:, None] > 0.0, angle, np.inf))
+    return least
 
 
-def decided(path: Any, cones: KeepOutCones, samples: int = 257) -> tuple[np.ndarray, np.ndarray]:
-    """Least angle at samples, rad, and whether the bound proves each path to be clear."""
-    at, between = least_clearance(path, cones, samples)
-    is_proven = between >= 0.0
-    open_rows = np.flatnonzero(~is_proven & (at > 0.0))
-    if samples < 300_000:
-        for rows in np.array_split(open_rows, -(-len(open_rows) * samples // 500_000) or 1):
-            if len(rows):
-                part = jax.tree.map(lambda each, rows=rows: np.asarray(each)[rows], (path, cones))
-                at[rows], is_proven[rows] = decided(*part, 4 * samples - 3)
-    return at, is_proven
+def decided(path: Any, cones: KeepOutCones) -> tuple[np.ndarray, np.ndarray]:
+    """Least angle at samples, rad, and whether each path is proven to be clear between them.
+
+    Intervals that are not proven are divided until they are, or until a sample is in a cone.
+    """
+    progress = np.linspace(0.0, 1.0, SAMPLES)
+    angle = clearances(path, cones, progress[None])
+    turn, bow, twist = (np.linalg.norm(np.asarray(each), axis=-1) for each in path[1:])
+    # the body turns at most by what the rotation vector moves
+    fastest = turn + 4.0 * bow + 10.0 * twist
+    least, is_proven = np.min(angle, axis=1), np.zeros(len(angle), bool)
+    for row in range(len(angle)):
+        alone = jax.tree.map(lambda each, row=row: np.asarray(each)[row : row + 1], (path, cones))
+        starts, step = progress[:-1], progress[1]
+        ends = angle[row, :-1], angle[row, 1:]
+        for _ in range(DIVISIONS):
+            is_open = 0.5 * (ends[0] + ends[1] - fastest[row] * step) < 0.0
+            is_proven[row] = not np.any(is_open)
+            if is_proven[row] or least[row] <= 0.0:
+                break
+            step /= 4.0
+            starts = (starts[is_open, None] + step * np.arange(4)).ravel()
+            ends = tuple(clearances(*alone, (starts + k * step)[None])[0] for k in (0, 1))
+            least[row] = min(least[row], np.min(ends))
+    return least, is_proven
 
 
 @jax.jit
