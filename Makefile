@@ -74,7 +74,7 @@ peers: $(VENV)/.peers
 # without constraints.txt: botocore bounds a pinned package from above
 cluster:
 	$(PYTHON) -m venv $(VENV)-cluster
-	$(VENV)-cluster/bin/pip install -q -e '.[test,cluster,s3,servers]'
+	$(VENV)-cluster/bin/pip install -q -c constraints.txt -e '.[test,cluster,s3,servers]'
 	$(VENV)-cluster/bin/python -m pytest -q tests/campaigns/test_cluster.py tests/campaigns/test_object_store.py
 
 newest:
