@@ -158,28 +158,37 @@ def test_a_lost_scheduler_ends_the_campaign_and_another_goes_on(tmp_path, undist
     assert (out / "runs.parquet").read_bytes() == undisturbed
 
 
-def table(folder):
-    """Bytes of the table and of the report's numbers."""
+def numbers(folder):
+    """Bytes of the tables, and the report without its own folder."""
     report = json.loads((folder / "report.json").read_text())
-    return (folder / "runs.parquet").read_bytes(), {k: v for k, v in report.items() if k != "out"}
+    tables = {each.name: each.read_bytes() for each in sorted(folder.rglob("*.parquet"))}
+    return tables, {name: each for name, each in report.items() if name != "out"}
 
 
 @pytest.mark.parametrize(
-    "options",
-    [("--rare", "error_max > 2 deg", "--runs", "4100"), ("--worst-case", "error_rms")],
-    ids=["rare", "worst case"],
+    "words",
+    [
+        ("campaign", "--rare", "error_max > 2 deg", "--runs", "4100"),
+        ("campaign", "--worst-case", "error_rms", "--runs", "700"),
+        ("tune", "--free", "controller.turn_gain", "--minimise", "error_rms", "--runs", "5760"),
+        ("budget", "--runs", "16"),
+    ],
+    ids=["rare", "worst case", "tune", "budget"],
 )
-def test_searches_give_the_same_bytes(cluster, folder, local, tmp_path, options):
+def test_searches_give_the_same_bytes(cluster, folder, local, tmp_path, words):
+    verb, *options = words
     scenario = folder / "search.toml"
     scenario.write_text((folder / "scenario.toml").read_text().partition("[[requirement]]")[0])
-    words = [sys.executable, "-c", GYROSTAT, "campaign", str(scenario), "--runs", "700", *options]
+    command = [sys.executable, "-c", GYROSTAT, verb, str(scenario), *options]
     for out, more in (("here", ()), ("there", ("--scheduler", cluster.address))):
         result = subprocess.run(
-            [*words, "--out", str(tmp_path / out), *more], capture_output=True, text=True
+            [*command, "--out", str(tmp_path / out), *more], capture_output=True, text=True
         )
         assert "Traceback" not in result.stderr
         assert result.returncode in (0, 1), result.stderr
-    assert table(tmp_path / "here") == table(tmp_path / "there")
+    here, there = (numbers(tmp_path / out) for out in ("here", "there"))
+    assert here == there
+    assert here[1]
 
 
 def test_experiments_of_a_paper_give_the_same_claims(tmp_path):
