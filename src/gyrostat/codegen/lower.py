@@ -2,7 +2,7 @@
 
 import math
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Hashable, Mapping, Sequence
 from functools import partial
 from itertools import count
 from typing import Any
@@ -13,6 +13,7 @@ from gyrostat.codegen.arrays import SMALL, Array, Data, Deferred, is_plain
 from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.constants import constant_table
 from gyrostat.codegen.control_flow import argument_name, is_rows
+from gyrostat.codegen.given import are_scalars, are_small, key, read_in_place
 from gyrostat.codegen.memo import Memo
 from gyrostat.codegen.nests import filled
 from gyrostat.codegen.primitives import (
@@ -27,7 +28,7 @@ from gyrostat.codegen.primitives import (
 from gyrostat.codegen.program import Block, Call, Function
 from gyrostat.codegen.repeated import distinct
 from gyrostat.codegen.row_loops import directed, moved_rows, rows_of
-from gyrostat.codegen.row_tables import has_rows, settled_rows
+from gyrostat.codegen.row_tables import settled_rows
 from gyrostat.codegen.rules import OF_ARRAYS, ROW_BY_ROW, RULES
 from gyrostat.codegen.scope import FLIGHT, Scope
 from gyrostat.codegen.source import NOWHERE, Source, UnsupportedError, refused, source
@@ -40,7 +41,8 @@ class Lowering:
     def __init__(self, scope: Scope = FLIGHT) -> None:
         self.functions: list[Function] = []
         self._scope = scope
-        self._known: dict[int, tuple[Any, Function]] = {}
+        self._unchanged: Mapping[str, Hashable] = {}
+        self._known: dict[Hashable, tuple[Any, Function]] = {}
         self._groups = count(1)
         self._library_call: Source | None = None
         self._large: dict[int, tuple[Any, Data | None]] = {}
@@ -55,6 +57,24 @@ class Lowering:
             block: Block that the statements are appended to.
         """
         return [self.builder(block).scalars(a) for a in self.arrays(closed, inputs, block)]
+
+    def entry(
+        self,
+        closed: Any,
+        inputs: Sequence[Array],
+        block: Block,
+        unchanged: Mapping[str, Hashable],
+    ) -> list[Array]:
+        """Append the closed jaxpr of an entry to a block and return its results.
+
+        Args:
+            closed: Closed jaxpr.
+            inputs: Arguments.
+            block: Block that the statements are appended to.
+            unchanged: Type of each argument of the caller that the entry does not change.
+        """
+        self._unchanged = unchanged
+        return self.arrays(closed, inputs, block)
 
     def arrays(
         self,
@@ -128,10 +148,11 @@ class Lowering:
         inner, name = called(build.equation), build.equation.primitive.name
         if inner is not None:
             function = None if self._scope.in_place else own_function(build.equation, inner)
-            if function is None or not _are_scalars(build, operands):
-                called_at = None if is_own(build.equation, inner) else build.where
-                return self.arrays(inner, operands, build.block, called_at, by_row=True)
-            return self._call(function, inner, [build.scalars(array) for array in operands], build)
+            results = None if function is None else self._call(function, inner, operands, build)
+            if results is not None:
+                return results
+            called_at = None if is_own(build.equation, inner) else build.where
+            return self.arrays(inner, operands, build.block, called_at, by_row=True)
         if name in ALIKE:
             return operands
         operands = rows_of(build, operands, are_rows=name in ROW_BY_ROW)
@@ -175,20 +196,41 @@ class Lowering:
             raise build.refused("products of uint32", "of int64, which hold theirs")
         return arrays if operation is None else [build.apply(operation, *arrays)]
 
-    def _call(self, name: str, inner: Any, inputs: list[Scalars], build: Builder) -> list[Scalars]:
-        """Append a call of a function of scalars; the function is lowered at its first call."""
+    def _call(
+        self, name: str, inner: Any, operands: Sequence[Array], build: Builder
+    ) -> list[Scalars] | None:
+        """Append a call of a function, which is lowered at its first call.
+
+        Returns:
+            Results; None if not all operands and results can be those of a function in C.
+        """
+        in_place = read_in_place(operands, self._unchanged)
+        passed = [array for array, is_read in zip(operands, in_place, strict=True) if not is_read]
+        if not are_scalars(passed) or not are_small(build.equation.outvars):
+            return None
         # keep the jaxpr alive with its function: the id of a deleted object may be reused
-        if id(inner.jaxpr) not in self._known:
+        known = (
+            id(inner.jaxpr),
+            *(
+                key(array, self._unchanged) if is_read else None
+                for array, is_read in zip(operands, in_place, strict=True)
+            ),
+        )
+        if known not in self._known:
             body: Block = []
-            parameters = [
-                build.names(variable, argument_name(inner, k))
-                for k, variable in enumerate(inner.jaxpr.invars)
-            ]
-            results = self.graph(inner, parameters, body)
-            function = Function(name, _flat(parameters), body, _flat(results), build.where)
+            names = {
+                k: build.names(inner.jaxpr.invars[k], argument_name(inner, k))
+                for k, is_read in enumerate(in_place)
+                if not is_read
+            }
+            arguments = [names.get(k, array) for k, array in enumerate(operands)]
+            results = self.graph(inner, arguments, body)
+            parameters = _flat([*names.values()])
+            function = Function(name, parameters, body, _flat(results), build.where)
             self.functions.append(function)
-            self._known[id(inner.jaxpr)] = (inner, function)
-        function = self._known[id(inner.jaxpr)][1]
+            self._known[known] = (inner, function)
+        function = self._known[known][1]
+        inputs = [build.scalars(array) for array in passed]
         results = [build.names(variable) for variable in inner.jaxpr.outvars]
         build.block.append(Call(function, _flat(inputs), _flat(results), build.where))
         return results
@@ -230,13 +272,6 @@ def _keeps_data(scope: Scope, equation: Any, operands: Sequence[Array | None]) -
     if name == "convert_element_type":
         return equation.invars[0].aval.dtype == equation.outvars[0].aval.dtype
     return name in MOVES or name in ALIKE
-
-
-def _are_scalars(build: Builder, operands: Sequence[Array]) -> bool:
-    """Whether a function gets and returns scalars; C has no arrays as results."""
-    results = build.equation.outvars
-    are_plain = (isinstance(a, np.ndarray) and is_plain(a) and not has_rows(a) for a in operands)
-    return all(are_plain) and all(math.prod(variable.aval.shape) <= SMALL for variable in results)
 
 
 def _flat(arrays: Sequence[Scalars]) -> list[Any]:

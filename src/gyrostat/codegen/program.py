@@ -175,7 +175,10 @@ class Branch:
 
 @dataclass(eq=False)
 class Function:
-    """Function of scalars; its results include `rows`, which are kept tables."""
+    """Function of scalars; its results include `rows`, which are kept tables.
+
+    It may also read arguments of the entry that calls it, which are `given` to it whole.
+    """
 
     name: str
     parameters: list[Name]
@@ -183,6 +186,7 @@ class Function:
     results: list[Operand]
     source: Source = NOWHERE
     rows: list[Table] = field(default_factory=list)
+    given: list[str] = field(default_factory=list)
 
 
 @dataclass(eq=False)

@@ -11,7 +11,7 @@ from gyrostat.codegen.arrays import SMALL, Data, data_or_scalars, is_plain
 from gyrostat.codegen.assignment import set_tables
 from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.flight.expressions import COPIES, Dialect
-from gyrostat.codegen.flight.header import header, prototype, wrapped
+from gyrostat.codegen.flight.header import header, parameter, prototype, wrapped
 from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
 from gyrostat.codegen.flight.inlining import may_stop_early
 from gyrostat.codegen.flight.module import Entry, Module, Port, Precision
@@ -20,6 +20,7 @@ from gyrostat.codegen.flight.structs import Leaf, Struct, Structs, arrays_of
 from gyrostat.codegen.flight.tested_sums import rewrite_tested_sums
 from gyrostat.codegen.flight.write import Writer
 from gyrostat.codegen.fold_ranges import fold_ranges
+from gyrostat.codegen.given import arguments_read
 from gyrostat.codegen.lower import Lowering
 from gyrostat.codegen.memo import Memo
 from gyrostat.codegen.primitives import Scalars
@@ -76,8 +77,11 @@ def emit(
         reserved.add(function.name)
     for function in (*inner, *tops):
         share_tables(function)
+    ports = {port.name: port for root in roots for port in root.ports if not port.set}
+    for function in inner:
+        function.given = [name for name in ports if name in arguments_read(function)]
     helpers: set[str] = set()
-    texts = [_inner(function, dialect, reserved, helpers) for function in inner]
+    texts = [_inner(function, ports, dialect, reserved, helpers) for function in inner]
     texts += [_entry(root, dialect, reserved, helpers) for root in roots]
     helper_texts = dict.fromkeys(dialect.helper(each) for each in sorted(helpers))
     made_from = "".join(
@@ -93,8 +97,8 @@ def emit(
     )
     interfaces = [(root.entry, root.ports) for root in roots]
     header_text = header(name, structs.every, structs.enums, interfaces, dialect, made_from)
-    ports = {root.entry.name: root.ports for root in roots}
-    return Module(name, header_text, source, tuple(structs.every), ports, (*inner, *tops))
+    interface = {root.entry.name: root.ports for root in roots}
+    return Module(name, header_text, source, tuple(structs.every), interface, (*inner, *tops))
 
 
 _TOP = """\
@@ -155,7 +159,8 @@ def _lower(traced: _Traced, structs: Structs, lowering: Lowering) -> _Root:
         arrays = _arrays(name, contents[name], name in entry.results, tree)
         inputs += [data_or_scalars(each) if isinstance(each, Data) else each for each in arrays]
     body: Block = []
-    outputs = lowering.arrays(operations.jaxpr, inputs, body)
+    unchanged = {n: contents[n] for n in arguments if n not in entry.results}
+    outputs = lowering.entry(operations.jaxpr, inputs, body, unchanged)
     trees = operations.results if len(entry.results) > 1 else (operations.results,)
     if not isinstance(trees, tuple) or len(trees) != len(entry.results):
         raise InputError(
@@ -220,11 +225,18 @@ def _arrays(
     return [next(arrays) if array.size else array for array in empty]
 
 
-def _inner(function: Function, dialect: Dialect, reserved: set[str], helpers: set[str]) -> str:
+def _inner(
+    function: Function,
+    ports: Mapping[str, Port],
+    dialect: Dialect,
+    reserved: set[str],
+    helpers: set[str],
+) -> str:
     """C text of an internal function of the module."""
-    writer = Writer(dialect, reserved)
+    writer = Writer(dialect, {*reserved, *function.given})
     stops = may_stop_early(function)
-    parameters = [
+    parameters = [parameter(ports[name], dialect) for name in function.given]
+    parameters += [
         f"{dialect.type_of(p.kind)} {writer.name(p, p.hint)}" for p in function.parameters
     ]
     single = len(function.results) == 1 and not stops

@@ -22,13 +22,16 @@ def declaration(content: Leaf | Struct, name: str, dialect: Dialect) -> str:
 
 def prototype(entry: str, ports: Sequence[Port], dialect: Dialect) -> str:
     """C prototype of an entry point."""
-    parameters = []
-    for port in ports:
-        by_value = isinstance(port.content, Leaf) and not (port.content.shape or port.set)
-        constant = "" if port.set or by_value else "const "
-        address = "*" if by_address(port) else ""
-        parameters.append(constant + declaration(port.content, address + port.name, dialect))
-    return wrapped(f"int {entry}({', '.join(parameters)})")
+    parameters = ", ".join(parameter(port, dialect) for port in ports)
+    return wrapped(f"int {entry}({parameters})")
+
+
+def parameter(port: Port, dialect: Dialect) -> str:
+    """C declaration of a parameter."""
+    by_value = isinstance(port.content, Leaf) and not (port.content.shape or port.set)
+    constant = "" if port.set or by_value else "const "
+    address = "*" if by_address(port) else ""
+    return constant + declaration(port.content, address + port.name, dialect)
 
 
 def wrapped(text: str) -> str:

@@ -285,7 +285,7 @@ class Writer:
         self.line("}")
 
     def _call(self, call: Call) -> None:
-        arguments = [self.text(operand).text for operand in call.operands]
+        arguments = [*call.function.given, *(self.text(operand).text for operand in call.operands)]
         name, stops = call.function.name, may_stop_early(call.function)
         if len(call.targets) == 1 and not stops:
             target = call.targets[0]

@@ -48,8 +48,7 @@ def _traced_once(method: Method) -> Method:
     sequence of modes takes to be made. A profile that is not made of numbers only may change
     without notice, and is traced in each place.
     """
-    compiled: Any = eqx.filter_jit  # its type does not show the options of `jax.jit`
-    traced = compiled(method, inline=True)
+    traced = jax.jit(method)
 
     @wraps(method)
     def call(self: Any, *arguments: Any) -> Any:
@@ -57,6 +56,9 @@ def _traced_once(method: Method) -> Method:
         return (traced if of_numbers else method)(self, *arguments)
 
     return cast(Method, call)
+
+
+_profile_motion = _traced_once(reference_at)
 
 
 class Reference(Checked):
@@ -180,15 +182,21 @@ class Reference(Checked):
         before: Callable[[], AttitudeReference],
     ) -> Mode:
         """Active mode; `before` gives the reference at its start if it `changes`."""
-        limits = self.limits
-        assert limits is not None
         assert mode.transition is not None
         transition = jax.lax.cond(
             changes,
-            lambda: Transition.of(before(), self.motion(number, start), start, limits),
+            lambda: self._transition(before(), number, start),
             lambda: jax.tree.map(jnp.asarray, mode.transition),
         )
         return mode._replace(number=number, start=start, transition=transition)
+
+    @_traced_once
+    def _transition(
+        self, before: AttitudeReference, number: Int[Array, ""], start: Scalar
+    ) -> Transition:
+        """Rotation to a mode from the motion at its start."""
+        assert self.limits is not None
+        return Transition.of(before, self.motion(number, start), start, self.limits)
 
     def bound(self, mode: Mode) -> "BoundReference":
         """Reference in a mode, as a function of time.
@@ -205,7 +213,10 @@ class Reference(Checked):
             mode: Active mode.
             time: Time, s.
         """
-        return self.bound(mode)(time)
+        number, start, transition, _ = mode
+        if transition is None:
+            return self.motion(number, time)
+        return self._reference(number, start, transition, time)
 
     def step(self, mode: Mode, measurement: Any, time: Scalar) -> Mode:
         """Mode that is active from a sample on; see `advance`."""
@@ -236,6 +247,18 @@ class Reference(Checked):
         return later._replace(watch=watch), now
 
     @_traced_once
+    def _reference(
+        self, number: Int[Array, ""], start: Scalar, transition: Transition, time: Scalar
+    ) -> AttitudeReference:
+        """Motion in a mode, with the rotation to it."""
+        present, since = self.motion(number, time), time - start
+        return jax.lax.cond(
+            since < transition.duration,
+            lambda: transition(since, present),
+            lambda: present,
+        )
+
+    @_traced_once
     def motion(self, number: Int[Array, ""], time: Scalar) -> AttitudeReference:
         """Motion of a mode; those of the others are not computed.
 
@@ -244,7 +267,7 @@ class Reference(Checked):
             time: Time, s.
         """
         time = jnp.asarray(time, dtype=float)
-        branches = [lambda time, mode=mode: reference_at(mode, time) for mode in self.modes]
+        branches = [lambda time, mode=mode: _profile_motion(mode, time) for mode in self.modes]
         return jax.lax.switch(number, branches, time)
 
 
@@ -259,16 +282,6 @@ class BoundReference(eqx.Module):
     reference: Reference
     mode: Mode
 
-    @_traced_once
     def __call__(self, time: Scalar) -> AttitudeReference:
         """Attitude, rate and acceleration at a time, s, if the mode does not end before."""
-        reference, (number, start, transition, _) = self.reference, self.mode
-        present = reference.motion(number, time)
-        if transition is None:
-            return present
-        since = time - start
-        return jax.lax.cond(
-            since < transition.duration,
-            lambda: transition(since, present),
-            lambda: present,
-        )
+        return self.reference.at(self.mode, time)
