@@ -4,9 +4,11 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Self
 
 import equinox as eqx
+import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from gyrostat.control.guidance.condition import Condition, Measured, ModeChange, is_in_view
+from gyrostat.control.guidance.traced_once import traced_once
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar
 from gyrostat.core.checked import Checked
@@ -62,10 +64,12 @@ class Changes(Checked):
         user: Further condition of each change, see `ModeChange`.
         to: Mode to which each change leads.
         origins: Whether each change starts in each mode, (changes, modes).
+        measured: Whether each change needs a measurement, (changes,).
     """
 
     conditions: Condition
     dwell: Float[Array, " modes"]
+    measured: Bool[Array, " changes"]
     spacecraft: Spacecraft | None = None
     views: tuple[Callable[[Scalar], Scalar], ...] = ()
     user: tuple[Callable[[Any, Scalar], Any] | None, ...] = ()
@@ -87,17 +91,20 @@ class Changes(Checked):
             InputError: A condition is on the momentum, and there is no spacecraft.
         """
         conditions = [change.condition for change in changes]
+        users = tuple(change.user for change in changes)
         if spacecraft is None and any(bool(each.uses_momentum) for each in conditions):
             raise InputError(
                 "reference: found a condition on the momentum and no spacecraft, expected the "
                 "spacecraft from which the momentum is computed"
             )
+        every = Condition.stacked(conditions)
         return cls(
-            Condition.stacked(conditions),
+            every,
             dwell * jnp.ones(count),
+            every.needs_measurement | np.array([user is not None for user in users], bool),
             spacecraft,
             tuple(views),
-            tuple(change.user for change in changes),
+            users,
             tuple(change.to for change in changes),
             tuple(tuple(map(change.starts_in, range(count))) for change in changes),
         )
@@ -121,57 +128,70 @@ class Changes(Checked):
             target: Attitude of the reference, (4,).
             time: Time of the sample, s.
         """
-        watch = self._watched(watch, measurement, time)
-        holds = self._hold(mode, watch, measurement, target, time)
-        unmet = jnp.where(holds, watch.unmet, time)
         if measurement is None:
-            # unmet at the sample before: still unmet
-            latest = jnp.where(watch.unmet >= watch.sampled, time, watch.unmet)
-            unmet = jnp.where(self._need_measurement(), latest, unmet)
+            met = jnp.logical_not(self.measured)
+        else:
+            is_measured = getattr(measurement, "attitude_measured", None)
+            tracked = time if is_measured is None else jnp.where(is_measured, time, watch.tracked)
+            watch = watch._replace(tracked=jnp.asarray(tracked, dtype=float))
+            met = self._met(measurement, target, time)
+        taken, unmet = self._taken(watch, mode, met, jnp.array(measurement is not None), time)
+        return taken, watch._replace(
+            unmet=unmet,
+            taken=jnp.where(taken > 0, taken, watch.taken),
+            sampled=jnp.asarray(time, dtype=float),
+        )
+
+    @traced_once
+    def _taken(
+        self,
+        watch: Watch,
+        mode: Lasted,
+        met: Bool[Array, " changes"],
+        is_sampled: Bool[Array, ""],
+        time: Scalar,
+    ) -> tuple[Int[Array, ""], Float[Array, " changes"]]:
+        """Change that is taken, from 1, or 0, and the times at which conditions did not hold.
+
+        Args:
+            watch: See `__call__`.
+            mode: Active mode.
+            met: Whether what the conditions say of measured quantities holds, (changes,).
+            is_sampled: Whether there is a measurement.
+            time: Time of the sample, s.
+        """
+        holds = met & self._hold(mode, watch, time)
+        unmet = jnp.where(holds, watch.unmet, time)
+        # unmet at the sample before: still unmet
+        latest = jnp.where(watch.unmet >= watch.sampled, time, watch.unmet)
+        unmet = jnp.where(jnp.asarray(self.measured) & jnp.logical_not(is_sampled), latest, unmet)
         held = jnp.asarray(self.conditions.held)
         # multiples of a control period are subject to rounding
         holds &= (held == 0.0) | (time - unmet > held + 1e-9)
         ripe = holds & (time - mode.start + 1e-9 >= jnp.asarray(self.dwell)[mode.number])
         takes = ripe & jnp.asarray(self.origins).T[mode.number]
-        taken = jnp.where(jnp.any(takes), jnp.argmax(takes) + 1, 0)
-        return taken, watch._replace(
-            unmet=jnp.where(taken > 0, time, unmet),
-            taken=jnp.where(taken > 0, taken, watch.taken),
-            sampled=jnp.asarray(time, dtype=float),
-        )
+        taken = jnp.zeros((), dtype=int)
+        for number in range(len(self.to), 0, -1):
+            taken = jnp.where(takes[number - 1], number, taken)
+        return taken, jnp.where(taken > 0, time, unmet)
 
-    def _watched(self, watch: Watch, measurement: Any, time: Scalar) -> Watch:
-        """Watch with the time of the last measurement of the attitude."""
-        if measurement is None:
-            return watch
-        is_measured = getattr(measurement, "attitude_measured", None)
-        tracked = time if is_measured is None else jnp.where(is_measured, time, watch.tracked)
-        return watch._replace(tracked=jnp.asarray(tracked, dtype=float))
-
-    def _need_measurement(self) -> Bool[Array, " changes"]:
-        """Whether each change needs a measurement."""
-        user = jnp.asarray([each is not None for each in self.user], dtype=bool)
-        return jnp.asarray(self.conditions.needs_measurement) | user
-
-    def _hold(
-        self, mode: Lasted, watch: Watch, measurement: Any, target: Quaternion, time: Scalar
-    ) -> Bool[Array, " changes"]:
-        """Whether the conditions of each change hold at a sample."""
+    def _hold(self, mode: Lasted, watch: Watch, time: Scalar) -> Bool[Array, " changes"]:
+        """Whether the conditions of each change hold that need no measurement."""
         conditions, since = self.conditions, time - mode.start + 1e-9
         at = jnp.asarray(conditions.at)
         holds = (since >= conditions.after) & (watch.lost >= conditions.wheels_lost)
         holds &= time - watch.tracked + 1e-9 >= conditions.tracker_lost
         holds &= (at < 0.0) | ((time + 1e-9 >= at) & (mode.start < at - 1e-9))
         holds &= (conditions.reached == 0.0) | (since >= mode.turning)
-        if self.views:
-            holds &= is_in_view(self.views, conditions.view, time)
-        if measurement is None:
-            return holds & ~self._need_measurement()
-        holds &= self._measured(measurement, target).meet(conditions)
+        return holds & is_in_view(self.views, conditions.view, time) if self.views else holds
+
+    def _met(self, measurement: Any, target: Quaternion, time: Scalar) -> Bool[Array, " changes"]:
+        """Whether what the conditions of each change say of measured quantities holds."""
+        met = self._measured(measurement, target).meet(self.conditions)
         for number, user in enumerate(self.user):
             if user is not None:
-                holds = holds.at[number].set(holds[number] & (user(measurement, time) > 0.0))
-        return holds
+                met = met.at[number].set(met[number] & (user(measurement, time) > 0.0))
+        return met
 
     def _measured(self, measurement: Any, target: Quaternion) -> Measured:
         """Measured quantities that conditions limit."""

@@ -1,8 +1,7 @@
 """Reference of one or several modes, which change by conditions."""
 
 from collections.abc import Callable, Sequence
-from functools import wraps
-from typing import Any, NamedTuple, Self, TypeVar, cast
+from typing import Any, NamedTuple, Self
 
 import equinox as eqx
 from jaxtyping import Array, Bool, Int
@@ -15,6 +14,7 @@ from gyrostat.control.guidance.attitude_reference import (
 from gyrostat.control.guidance.condition import Condition, ModeChange
 from gyrostat.control.guidance.mode_changes import Changes, Lasted, Watch
 from gyrostat.control.guidance.slew import SlewLimits, Transition
+from gyrostat.control.guidance.traced_once import traced_once
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
@@ -38,27 +38,7 @@ class Mode(NamedTuple):
     watch: Watch | None = None
 
 
-Method = TypeVar("Method", bound=Callable[..., Any])
-
-
-def _traced_once(method: Method) -> Method:
-    """Method that a program traces only where it calls it first.
-
-    A reference is evaluated in many places of a program; this halves the time that a program with a
-    sequence of modes takes to be made. A profile that is not made of numbers only may change
-    without notice, and is traced in each place.
-    """
-    traced = jax.jit(method)
-
-    @wraps(method)
-    def call(self: Any, *arguments: Any) -> Any:
-        of_numbers = all(map(eqx.is_array_like, jax.tree.leaves(self)))
-        return (traced if of_numbers else method)(self, *arguments)
-
-    return cast(Method, call)
-
-
-_profile_motion = _traced_once(reference_at)
+_profile_motion = traced_once(reference_at)
 
 
 class Reference(Checked):
@@ -190,7 +170,7 @@ class Reference(Checked):
         )
         return mode._replace(number=number, start=start, transition=transition)
 
-    @_traced_once
+    @traced_once
     def _transition(
         self, before: AttitudeReference, number: Int[Array, ""], start: Scalar
     ) -> Transition:
@@ -246,7 +226,7 @@ class Reference(Checked):
         later = self._entered(mode, number, start, changes, lambda: now)
         return later._replace(watch=watch), now
 
-    @_traced_once
+    @traced_once
     def _reference(
         self, number: Int[Array, ""], start: Scalar, transition: Transition, time: Scalar
     ) -> AttitudeReference:
@@ -258,7 +238,7 @@ class Reference(Checked):
             lambda: present,
         )
 
-    @_traced_once
+    @traced_once
     def motion(self, number: Int[Array, ""], time: Scalar) -> AttitudeReference:
         """Motion of a mode; those of the others are not computed.
 

@@ -58,6 +58,7 @@ class WheelEnvelope(Checked):
         spacecraft: Spacecraft model of the controller.
         share: Pseudo-inverse of the working axes, (sets, wheels, 3), one for each set of working
             wheels.
+        works: Whether each wheel works, 0 or 1, (sets, wheels).
         starts: Time from which each set applies, (sets,), increasing from 0, s.
         total_momentum: Total momentum in inertial axes, (3,), N·m·s.
         wheel_momentum: Momentum of the wheels relative to the body before the slew, (wheels,),
@@ -69,6 +70,7 @@ class WheelEnvelope(Checked):
 
     spacecraft: Spacecraft
     share: Float[Array, "sets wheels 3"]
+    works: Float[Array, "sets wheels"]
     starts: Float[Array, " sets"] = eqx.field(converter=listed, default_factory=lambda: np.zeros(1))
     total_momentum: Vector3 = zeros()
     wheel_momentum: PerWheel | float = 0.0
@@ -90,13 +92,14 @@ class WheelEnvelope(Checked):
         """
         axes = np.asarray(spacecraft.wheels.axes, dtype=float)
         sets = np.atleast_2d(np.ones(axes.shape[1], bool) if working is None else working)
-        for works in sets:
-            if np.linalg.matrix_rank(axes * works, tol=SPAN) < 3:
+        for each in sets:
+            if np.linalg.matrix_rank(axes * each, tol=SPAN) < 3:
                 raise InputError(
                     "slews: found working wheels that do not span space, expected them to"
                 )
-        share = [np.linalg.pinv(axes * works, rcond=SPAN) for works in sets]
-        return cls(spacecraft, jnp.asarray(np.array(share)), **others)
+        share = [np.linalg.pinv(axes * each, rcond=SPAN) for each in sets]
+        works = jnp.asarray(sets, dtype=float)
+        return cls(spacecraft, jnp.asarray(np.array(share)), works, **others)
 
     def room(self, time: Scalar) -> WheelRoom:
         """Wheels that a slew may use.
@@ -106,7 +109,7 @@ class WheelEnvelope(Checked):
         """
         number = jnp.sum(jnp.asarray(self.starts) <= time + 1e-9) - 1
         rows, wheels = jnp.asarray(self.share)[number], self.spacecraft.wheels
-        held = jnp.any(rows != 0.0, axis=1) * self.wheel_momentum
+        held = jnp.asarray(self.works)[number] * self.wheel_momentum
         return WheelRoom(
             rows,
             jnp.asarray(self.spacecraft.inertia),
