@@ -145,7 +145,6 @@ EXTRA = {
     ],
 }
 DEFAULTS = {
-    "until_momentum_above": "none",
     "motor_constant": "of the wheel's model",
     "static_imbalance": "of the wheel's sheet, or 0",
     "dynamic_imbalance": "of the wheel's sheet, or 0",
@@ -413,7 +412,9 @@ the measured `attitude`. The numbers of a requirement cannot be dispersed."""
 
 def entry(name, key):
     """A row of a table of keys."""
-    values = {0: ("required",)}.get(len(key.defaults()), tuple(map(shown, key.defaults())))
+    # a default that is not allowed stands for a limit that is not given
+    defaults = ["none" if value < key.least else shown(value) for value in key.defaults()]
+    values = defaults or ["required"]
     default = values[0] if len(values) == 1 else f"[{', '.join(values)}]"
     return f"| `{name}` | {key.unit} | {DEFAULTS.get(name, default)} | {key.meaning} |"
 

@@ -68,6 +68,10 @@ class WithTracker(tuple):
     )
 
 
+def starts_in(change, mode):
+    return mode != change.to if change.origins is None else mode in change.origins
+
+
 def machine(rates, tracked):
     """Modes and changes by a state machine that counts samples; no rotation takes a sample."""
     mode, start, last, taken = 0, 0, 0, 0
@@ -90,12 +94,15 @@ def machine(rates, tracked):
         if k == 0:  # times are counted from the start of a mode
             held = [n if c.condition.held == 0.0 else 0 for n, c in zip(held, CHANGES, strict=True)]
         for number, change in enumerate(CHANGES):
-            starts_here = mode != change.to if change.origins is None else mode in change.origins
+            starts_here = starts_in(change, mode)
             needed = change.condition.held
             ripe = held[number] >= 1 and (held[number] - 1) * PERIOD >= needed
             if ripe and starts_here and elapsed >= DWELL[mode]:
+                held = [
+                    n if c is not change and starts_in(c, mode) and starts_in(c, change.to) else 0
+                    for n, c in zip(held, CHANGES, strict=True)
+                ]
                 mode, start, taken = change.to, k, number + 1
-                held = [0] * len(CHANGES)
                 break
         results.append((mode, taken))
     return np.array(results)
@@ -122,6 +129,26 @@ def test_every_change_of_the_oracle_is_taken():
         rates = np.repeat(random.choice([0.1, 0.3, 0.6], 20), 6)
         seen |= set(machine(rates, np.repeat(random.random(15) < 0.6, 8))[:, 1])
     assert seen == set(range(len(CHANGES) + 1))
+
+
+@pytest.mark.parametrize(("origins", "number"), [(None, 3), ((1, 2), 3), ((2,), 2)])
+def test_a_condition_watched_from_several_modes_holds_on_across_their_changes(origins, number):
+    """Fast from 1.25 s on, and the mode changes at 2 s; 2 s of it are needed."""
+    reference = Reference.branching(
+        [Fixed(REST)] * 4,
+        [
+            ModeChange(1, Condition(at=1.0, reached=0.0), (0,)),
+            ModeChange(2, Condition(at=2.0, reached=0.0), (1,)),
+            ModeChange(3, Condition(rate_above=0.5, held=2.0, reached=0.0), origins),
+        ],
+        limits=LIMITS,
+    )
+    mode = reference.start()
+    for k in range(14):
+        rate = np.array([1.0 if k > 4 else 0.0, 0.0, 0.0])
+        fast = SpacecraftMeasurement(REST, rate, np.zeros(4), np.ones(4, bool))
+        mode = reference.step(mode, fast, jnp.asarray(k * PERIOD))
+    assert mode.number == number
 
 
 HYSTERESIS = Reference.branching(

@@ -195,6 +195,12 @@ def test_conditions_that_can_never_hold_are_refused(scenario, run, key, message)
         ('at = "30 s"', "", "to_safe: found no condition"),
         ('at = "30 s"', 'when = "eclipse"', "found it without [orbit]"),
         ('at = "30 s"', 'at = "90 s"', "found at 90 s in a run of 60 s"),
+        ('at = "30 s"', 'time_in_mode = "90 s"', "found time_in_mode 90 s in a run of 60 s"),
+        ('dwell = "5 s"', 'dwell = "90 s"', "found minimum_dwell of safe 90 s in a run of 60 s"),
+        ('law = "soft"', 'until_time = "90 s"', "reference.mode.safe: found until_time 90 s in a"),
+        ('at = "30 s"', 'rate_above = "-0.1 deg/s"', "'-0.1 deg/s', expected 0 or more, in rad/s"),
+        ('at = "30 s"', "momentum_above = -0.5", "found -0.5, expected 0 or more, in N·m·s"),
+        ('at = "30 s"', 'at = "-0.5 s"', "found '-0.5 s', expected 0 or more, in s"),
         ('at = "30 s"', 'at = "0 s"', "found at 0 s, before which no mode can begin"),
         ('held = "2 s"', 'rate_above = "0.4 deg/s"', "expected conditions that can hold together"),
         ('to = "safe"', 'from = "safe"\nto = "safe"', ""),
@@ -206,20 +212,35 @@ def test_mistakes_are_one_line(scenario, old, new, message):
         assert check_modes(read_scenario(scenario({old: new})))
         return
     with pytest.raises(InputError, match=re.escape(message)):
-        check_modes(read_scenario(scenario({old: new})))
+        read_scenario(scenario({old: new}))
 
 
 def test_more_lost_wheels_than_there_are_is_a_mistake(scenario):
     changes = {'kind = "three_axis"\n[[': 'kind = "wheel_array"\n[[', AT: "wheels_lost = 9"}
     with pytest.raises(InputError, match="found wheels_lost 9 of 4 wheels"):
-        check_modes(read_scenario(scenario(changes)))
+        read_scenario(scenario(changes))
 
 
 def test_a_cycle_that_takes_no_time_is_refused(scenario):
     text = TEXT.replace('minimum_dwell = "5 s"\n', "").replace('held = "2 s"\n', "")
     path = scenario({TEXT: text.replace('at = "30 s"', 'rate_above = "0.3 deg/s"')})
     with pytest.raises(InputError, match="safe -> science -> safe"):
-        check_modes(read_scenario(path))
+        read_scenario(path)
+
+
+@pytest.mark.parametrize(("verb", "suffix"), [("simulate", ".nc"), ("campaign", "")])
+def test_an_invalid_graph_is_not_flown(scenario, run, tmp_path, verb, suffix):
+    path = scenario({'to = "science"': 'to = "safe"'})
+    runs = ["--runs", 8] if verb == "campaign" else []
+    code, _, said = run(verb, path, *runs, "--out", tmp_path / f"out{suffix}")
+    assert code == 2
+    assert "key reference.mode.science: found no path to it from the first mode, safe" in said
+
+
+def test_modes_of_which_none_ends_are_refused(scenario):
+    text = TEXT[: TEXT.index("[[reference.transition]]")]
+    with pytest.raises(InputError, match="science: found no path to it"):
+        read_scenario(scenario({TEXT: text}))
 
 
 ORBIT = """

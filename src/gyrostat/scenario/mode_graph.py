@@ -11,6 +11,8 @@ from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.timeline import TRANSITION, modes
 from gyrostat.scenario.transition_kind import CONDITIONS
 
+TIMES = ("time_in_mode", "at", "tracker_lost", "held")
+"""Conditions that cannot hold in a run that is shorter."""
 _PAIRS = ("error", "rate", "momentum", "wheel_momentum")
 
 
@@ -21,7 +23,8 @@ class GraphEdge(NamedTuple):
         name: Name of the transition; `until_MODE` for the end of a mode.
         start: Mode from which it leads.
         to: Mode to which it leads.
-        time: Least time in the mode before it is taken, s.
+        time: Least time that a cycle with it takes, s: of a stay in the mode, or from the time at
+            which it was taken before.
         why: Why its conditions contradict each other; empty: they do not.
         once: Whether it is taken once in a run at most.
         limits: Lower and upper limit of each of `_PAIRS`.
@@ -54,7 +57,10 @@ def _transitions(scenario: Scenario) -> Iterator[GraphEdge]:
         for start in part.linked("from") or [name for name in names if name != to]:
             dwell = scenario.values[f"reference.mode.{start}.minimum_dwell"]
             time = max(values["time_in_mode"], values["held"], dwell)
-            why = _contradiction(values, len(scenario.wheels), scenario.duration)
+            why = _contradiction(values, len(scenario.wheels)) or _too_late(
+                {**{key: values[key] for key in TIMES}, f"minimum_dwell of {start}": dwell},
+                scenario.duration,
+            )
             limits = tuple((values[f"{n}_above"], values[f"{n}_below"]) for n in _PAIRS)
             once, view = values["at"] >= 0.0, values["when"]
             yield GraphEdge(part.name, start, to, time, why, once, limits, view)
@@ -66,16 +72,23 @@ def _ends(scenario: Scenario) -> Iterator[GraphEdge]:
         place = f"reference.mode.{start}"
         values = {key: scenario.values[f"{place}.{key}"] for key in UNTIL}
         if any(values[key] != entry.default for key, entry in UNTIL.items()):
-            time = max(values["until_time"], scenario.values[f"{place}.minimum_dwell"])
+            times = {n: scenario.values[f"{place}.{n}"] for n in ("until_time", "minimum_dwell")}
             limits = tuple(
                 (values.get(f"until_{n}_above", -1.0), values.get(f"until_{n}_below", inf))
                 for n in _PAIRS
             )
-            edge = GraphEdge(f"until_{start}", start, to, time)
-            yield edge._replace(limits=limits, view=values["until"])
+            edge = GraphEdge(f"until_{start}", start, to, max(times.values()))
+            why = _too_late(times, scenario.duration)
+            yield edge._replace(why=why, limits=limits, view=values["until"])
 
 
-def _contradiction(values: Mapping[str, float], wheels: int, duration: float) -> str:
+def _too_late(times: Mapping[str, float], duration: float) -> str:
+    """Why conditions cannot hold before the end of the run; empty: they can."""
+    late = [f"{name} {time:g} s" for name, time in times.items() if time > duration]
+    return f"{late[0]} in a run of {duration:g} s" if late else ""
+
+
+def _contradiction(values: Mapping[str, float], wheels: int) -> str:
     """Why conditions cannot hold together, each quantity by itself; empty: they can."""
     for name in _PAIRS:
         above, below = values[f"{name}_above"], values[f"{name}_below"]
@@ -83,30 +96,27 @@ def _contradiction(values: Mapping[str, float], wheels: int, duration: float) ->
             return f"{name}_above {above:g} and {name}_below {below:g}"
     if values["wheels_lost"] > wheels:
         return f"wheels_lost {values['wheels_lost']:g} of {wheels} wheels"
-    if values["at"] == 0.0:
-        return "at 0 s, before which no mode can begin"
-    if values["at"] > duration:
-        return f"at {values['at']:g} s in a run of {duration:g} s"
-    return "" if values["time_in_mode"] < inf else "time_in_mode none"
+    return "at 0 s, before which no mode can begin" if values["at"] == 0.0 else ""
 
 
 def check_modes(scenario: Scenario) -> str:
-    """Check the graph of the modes, and say what was proven; empty without transitions.
+    """Check the graph of the modes, and say what was proven; empty without several modes.
 
     Conditions are taken as free signals: this is no proof that the spacecraft reaches a mode.
 
     Raises:
-        InputError: Conditions contradict each other; a mode has no path from the first one, or
-            transitions of which none can be taken; or a cycle of modes can take no time.
+        InputError: Conditions contradict each other, or take longer than the run; a mode has no
+            path from the first one; or a cycle of modes can take no time.
     """
     names, every = modes(scenario.parts), edges(scenario)
-    if not every:
+    if len(names) < 2 and not every:
         return ""
     for edge in every:
         if edge.why:
+            is_end = edge.name == f"until_{edge.start}"
+            place = f"reference.mode.{edge.start}" if is_end else f"{TRANSITION}.{edge.name}"
             raise InputError(
-                f"key {TRANSITION}.{edge.name}: found {edge.why}, expected conditions that can "
-                "hold together"
+                f"key {place}: found {edge.why}, expected conditions that can hold together"
             )
     reached = _reached(names[0], every)
     for name in names:

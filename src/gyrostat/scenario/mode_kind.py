@@ -13,11 +13,13 @@ from gyrostat.scenario.component import Context, Need, Options
 from gyrostat.scenario.reference_kind import ModePart
 from gyrostat.scenario.schema import Key, positive, size
 
+UNSET = -1.0
+"""Value of a lower limit that is not given; a given one is 0 or more."""
 UNTIL: dict[str, Key] = {
     "until_time": size("time", 0.0, "End condition: least time since the start of the mode."),
     "until_rate_below": positive("speed", inf, "End condition: body rate below this value."),
     "until_momentum_above": Key(
-        "momentum", -1.0, "End condition: total momentum above this value.", least=-1.0
+        "momentum", UNSET, "End condition: total momentum above this value.", least=0.0
     ),
     "until_error_below": positive("angle", inf, "End condition: pointing error below this value."),
     "until": Key(

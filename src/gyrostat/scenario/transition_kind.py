@@ -9,25 +9,27 @@ from gyrostat.control.guidance import Condition, ModeChange
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.scenario.component import Context, Need, Options
-from gyrostat.scenario.mode_kind import check_view, number_of_view
+from gyrostat.scenario.mode_kind import UNSET, check_view, number_of_view
 from gyrostat.scenario.schema import Key, positive, size
 
-_NONE = -1.0
 CONDITIONS: dict[str, Key] = {
     "time_in_mode": size("time", 0.0, "Least time since the start of the mode."),
     "at": Key(
-        "time", _NONE, "Time of the run from which it holds, in a mode that began before.", _NONE
+        "time",
+        UNSET,
+        "Time of the run from which it holds, in a mode that began before.",
+        least=0.0,
     ),
-    "error_above": Key("angle", _NONE, "Pointing error above this value.", _NONE),
+    "error_above": Key("angle", UNSET, "Pointing error above this value.", least=0.0),
     "error_below": positive(
         "angle", inf, "Pointing error below this value, after the slew to the mode."
     ),
-    "rate_above": Key("speed", _NONE, "Body rate above this value.", _NONE),
+    "rate_above": Key("speed", UNSET, "Body rate above this value.", least=0.0),
     "rate_below": positive("speed", inf, "Body rate below this value, after the slew to the mode."),
-    "momentum_above": Key("momentum", _NONE, "Total momentum above this value.", _NONE),
+    "momentum_above": Key("momentum", UNSET, "Total momentum above this value.", least=0.0),
     "momentum_below": positive("momentum", inf, "Total momentum below this value."),
     "wheel_momentum_above": Key(
-        "momentum", _NONE, "Momentum of all wheels together above this value.", _NONE
+        "momentum", UNSET, "Momentum of all wheels together above this value.", least=0.0
     ),
     "wheel_momentum_below": positive(
         "momentum", inf, "Momentum of all wheels together below this value."
@@ -53,10 +55,10 @@ class Transition:
     It starts in the modes `from`, one or a list; without it, in every mode but `to`. At each
     sample, transitions are tested in the order of the file, the `until` of modes after them; the
     first that holds is taken. `python = "FILE.py:NAME"` names a further condition, which gets the
-    measurement and the time, s, and returns a number above 0 while it holds.
+    measurement and the time, s, and returns a number above 0 while it holds. `kind` is not required.
 
     Attributes:
-        user: Component of the further condition; None: there is none.
+        user: Component of the further condition, of this package or of a user; None: there is none.
         values: Values of the keys.
     """
 
@@ -78,6 +80,8 @@ class Transition:
 
     def meaning(self) -> str:
         """See `Kind.meaning`."""
+        if self.user is not None:
+            return self.user.meaning()
         text = type(self).__doc__ or ""
         return " ".join(text.partition("Attributes:")[0].split())
 

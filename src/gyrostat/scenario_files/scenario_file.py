@@ -23,6 +23,7 @@ from gyrostat.scenario.impossible import check_possible
 from gyrostat.scenario.kinds.distributions import distributions_of
 from gyrostat.scenario.kinds.registry import KINDS, component, fitting_estimator, measured
 from gyrostat.scenario.kinds.wheel_keys import WHEEL, WHEEL_PARTS
+from gyrostat.scenario.mode_graph import check_modes
 from gyrostat.scenario.requirement import INDICES, KNOWLEDGE
 from gyrostat.scenario.scenario import Part, Scenario
 from gyrostat.scenario.schema import RUN, START, guard_keys
@@ -168,6 +169,7 @@ def validated(scenario: Scenario) -> Scenario:
     distributions_of(scenario)
     check_times(scenario)
     check_windows(scenario)
+    check_modes(scenario)
     check_requirements(scenario)
     if scenario.sources:
         # tracing finds most mistakes in Python, before the first sample is compiled

@@ -54,6 +54,8 @@ class Changes(Checked):
 
     The conditions use the measurement of the sample; a sample without measurement neither fulfils
     nor interrupts those that need one: it counts for `held` only after a sample at which they held.
+    The time for `held` goes on across a change between two modes in both of which a change starts;
+    it begins anew in a mode that the change itself led to, or into which none of its modes led.
 
     Attributes:
         conditions: Conditions of each change, (changes,).
@@ -173,7 +175,18 @@ class Changes(Checked):
         taken = jnp.zeros((), dtype=int)
         for number in range(len(self.to), 0, -1):
             taken = jnp.where(takes[number - 1], number, taken)
-        return taken, jnp.where(taken > 0, time, unmet)
+        return taken, jnp.where(self._begins_anew(mode.number, taken), time, unmet)
+
+    def _begins_anew(
+        self, number: Int[Array, ""], taken: Int[Array, ""]
+    ) -> Bool[Array, "*changes"]:
+        """Whether the time for which each change has held begins anew: () for all alike."""
+        if not any(sum(row) > 1 for row in self.origins):
+            return taken > 0
+        origins, numbers = np.asarray(self.origins), np.arange(len(self.to))
+        goes_on = origins[:, :, None] & origins[:, self.to][:, None, :]
+        goes_on[numbers, :, numbers] = False
+        return (taken > 0) & jnp.logical_not(jnp.asarray(goes_on.T)[taken - 1, number])
 
     def _hold(self, mode: Lasted, watch: Watch, time: Scalar) -> Bool[Array, " changes"]:
         """Whether the conditions of each change hold that need no measurement."""
