@@ -581,7 +581,12 @@ def page():
     ):
         lines += [*section(name, {}, text), *kinds(components)]
     for name in ("reference.slew", "reference.mode", "reference.transition"):
-        lines += [f"## [[{name}]]", "", "Each has a unique `name`.", "", *kinds(PARTS[name])]
+        shown_kinds = {
+            # the keys of `conditions` once
+            kind: getattr(part, "user", None) or part
+            for kind, part in PARTS[name].items()
+        }
+        lines += [f"## [[{name}]]", "", "Each has a unique `name`.", "", *kinds(shown_kinds)]
     for text, section_name in (
         (BANDS_TEXT, "controller.band"),
         (PLAN_TEXT, "controller.plan"),

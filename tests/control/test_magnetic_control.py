@@ -14,6 +14,7 @@ from gyrostat.control.magnetic.b_cross import BCross
 from gyrostat.control.magnetic.rod_unloading import RodUnloading
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.named_tuples import with_fields
 from gyrostat.simulation import simulate, stack
 from gyrostat.spacecraft import (
     AddedSensors,
@@ -192,3 +193,29 @@ def test_a_missing_magnetometer_and_two_laws_of_rods_are_refused():
         wrapped(memory, WithField())
     with pytest.raises(InputError, match="gain of the unloading: found 0"):
         RodUnloading(law, WHEELS, 0.1, gain=0.0).check()
+
+
+class InMode:
+    """B-cross law whose command has a mode."""
+
+    def __init__(self, mode):
+        self.mode = mode
+
+    def __call__(self, memory, measurement):
+        memory, command = BCross(TWELVE_UNITS, 1e-4)(memory, measurement)
+        return memory, with_fields("Guided", command, {"mode": self.mode}, {"mode": "1"})
+
+
+@pytest.mark.parametrize("mode", [0, 1])
+def test_unloading_in_modes_adds_to_the_rods_of_a_law(mode):
+    """The sum of both laws in a mode in which the unloading acts, the law alone in another."""
+    measurement = WithField(rate=np.array([0.01, 0.0, 0.02]), wheel_speed=np.array([0.0, 9.0, 4.0]))
+    memory = BCross(TWELVE_UNITS, 1e-4).start(1.0)
+    alone = BCross(TWELVE_UNITS, 1e-4)(memory, measurement)[1].torque_rods
+    excess = np.asarray(WHEELS.axes) @ (WHEELS.inertia * measurement.wheel_speed)
+    field = measurement.magnetometer
+    unloading = 1e-3 * np.cross(excess, field) / (field @ field)
+    acts = np.array([0.0, 1.0])
+    both = RodUnloading(InMode(mode), WHEELS, 0.1, in_modes=acts)(memory, measurement)[1]
+    np.testing.assert_allclose(both.torque_rods, alone + acts[mode] * unloading, rtol=1e-12)
+    assert np.any(unloading != 0.0)

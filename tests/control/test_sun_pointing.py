@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
+from gyrostat.control.attitude.sun_condition import SunCondition
 from gyrostat.control.attitude.sun_pointing import SunPointing, measured_sun
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
@@ -136,3 +137,22 @@ def test_bad_input_is_refused():
         InputError, match=r"sun pointing: found a measurement of .* field sun_sensor"
     ):
         SunPointing(CRAFT)((), SimpleNamespace(rate=np.zeros(3), wheel_speed=np.zeros(4)))
+
+
+def test_sun_condition_is_that_of_the_angle():
+    """Against the arc cosine, for both senses; where the Sun is not seen, only that it is lost."""
+    random = np.random.default_rng(4)
+    axis, *directions = random.normal(size=(21, 3))
+    for sun in [each / np.linalg.norm(each) for each in directions]:
+        angle = np.arccos(sun @ axis / np.linalg.norm(axis))
+        for limit in (0.5, 1.5, 2.5):
+            seen, lost = (SunCondition(axis, limit, is_lost) for is_lost in (False, True))
+            measurement = SimpleNamespace(sun_sensor=sun)
+            assert (float(seen(measurement, 0.0)) > 0.0) == (angle < limit)
+            assert (float(lost(measurement, 0.0)) > 0.0) == (angle > limit)
+    dark, opposite = (SimpleNamespace(sun_sensor=each) for each in (np.zeros(3), -axis))
+    assert float(SunCondition(axis)(dark, 0.0)) < 0.0
+    assert float(SunCondition(axis, is_lost=True)(dark, 0.0)) > 0.0
+    # by default any direction, also the opposite one
+    opposite.sun_sensor = opposite.sun_sensor / np.linalg.norm(axis)
+    assert float(SunCondition(axis)(opposite, 0.0)) > 0.0

@@ -34,7 +34,9 @@ CampaignEngine = Annotated[
 
 
 def simulate(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file, scenario.toml.")],
+    scenario: Annotated[
+        Path, typer.Argument(help="Scenario file, or safe_mode, a scenario of this package.")
+    ],
     out: Annotated[Path, typer.Option(help="netCDF file RUN.nc; RUN.html is written next to it.")],
     seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 0,
     device: Device = "cpu",
@@ -70,7 +72,9 @@ def _run_json(run: "Labelled") -> str:
 
 
 def check(
-    scenario: Annotated[Path, typer.Argument(help="Scenario file, scenario.toml.")],
+    scenario: Annotated[
+        Path, typer.Argument(help="Scenario file, or safe_mode, a scenario of this package.")
+    ],
     force: Annotated[
         bool, typer.Option("--force", help="Accept a wheel model that is marked as impossible.")
     ] = False,

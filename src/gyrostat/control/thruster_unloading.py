@@ -114,7 +114,8 @@ class ThrusterUnloading(Checked):
         )
         torque = (self.force * on_time / memory.period) @ levers
         arguments = (command, _Thrust(on_time), torque, self.compensation)
-        command = with_unloading(self.wheels, *arguments, name="thrusters")
+        in_modes = self.in_modes is not None
+        command = with_unloading(self.wheels, *arguments, name="thrusters", adds=in_modes)
         return memory._replace(controller=inner, unloads=unloads), command
 
     def check_own(self) -> None:

@@ -32,7 +32,14 @@ def acting(in_modes: Any, command: Any) -> Scalar:
 
 
 def with_unloading(
-    wheels: WheelArray, command: Any, actuator: Any, torque: Vector3, share: Scalar, *, name: str
+    wheels: WheelArray,
+    command: Any,
+    actuator: Any,
+    torque: Vector3,
+    share: Scalar,
+    *,
+    name: str,
+    adds: bool,
 ) -> Any:
     """Command with that of the actuator, and with its torque compensated by the wheels.
 
@@ -43,11 +50,14 @@ def with_unloading(
         torque: Expected torque of the actuator, body axes, (3,), N·m.
         share: Share of this torque that is added to the wheel torques.
         name: Name of the actuator, for the message.
+        adds: Whether the controller may command the actuator itself, to which that of the unloading
+            is added: laws of modes do so in modes of theirs.
 
     Raises:
-        InputError: The controller commands this actuator itself.
+        InputError: The controller commands this actuator itself, and must not.
     """
-    if any(hasattr(command, field) for field in actuator._fields):
+    common = {n: getattr(command, n) for n in actuator._fields if hasattr(command, n)}
+    if common and not adds:
         raise InputError(
             f"unloading: found a controller that commands {name} itself, expected one that "
             "commands only wheels"
@@ -55,4 +65,7 @@ def with_unloading(
     works = getattr(command, "works", jnp.ones(wheels.count, bool))
     compensation = spread(jnp.asarray(wheels.axes), works) @ (share * torque)
     total = wheels.within_torque_limit(command.torque + compensation)
-    return recorded_with("Unloading", command._replace(torque=total), actuator)
+    command = command._replace(torque=total)
+    if common:
+        return command._replace(**{n: each + getattr(actuator, n) for n, each in common.items()})
+    return recorded_with("Unloading", command, actuator)

@@ -54,7 +54,9 @@ def add_controller(run: Assembly) -> dict[str, Any]:
             if part.section == "reference.mode"
         ]
         follows = tuple(law.follows for law in laws)
-        controller = ModeLaws((controller, *controllers), jnp.asarray(chosen), follows)
+        controller = ModeLaws(
+            (controller, *controllers), jnp.asarray(chosen), follows, len(structure.wheels)
+        )
     return {"starts": starts, "controller": controller}
 
 

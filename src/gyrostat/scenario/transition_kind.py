@@ -55,7 +55,7 @@ class Transition:
     It starts in the modes `from`, one or a list; without it, in every mode but `to`. At each
     sample, transitions are tested in the order of the file, the `until` of modes after them; the
     first that holds is taken. `python = "FILE.py:NAME"` names a further condition, which gets the
-    measurement and the time, s, and returns a number above 0 while it holds. `kind` is not required.
+    measurement and the time, s, and returns a number above 0 while it holds. It is the default.
 
     Attributes:
         user: Component of the further condition, of this package or of a user; None: there is none.

@@ -147,7 +147,8 @@ def _part(section: str, row: Table, names: Collection[str]) -> Part:
             'python = "FILE.py:NAME"'
         )
     else:
-        kind = row.one_of("kind", kinds, next(iter(kinds)) if len(kinds) == 1 else None)
+        has_default = len(kinds) == 1 or section == TRANSITION
+        kind = row.one_of("kind", kinds, next(iter(kinds)) if has_default else None)
     return Part(section, part_name(section, row, kind, names), kind)
 
 

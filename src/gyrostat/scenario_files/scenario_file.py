@@ -30,6 +30,7 @@ from gyrostat.scenario.schema import RUN, START, guard_keys
 from gyrostat.scenario.spacecraft_values import spacecraft_values, surface_rows
 from gyrostat.scenario.timeline import check_times, check_windows
 from gyrostat.scenario.user.kinds import USER_KINDS
+from gyrostat.scenario_files import shipped
 from gyrostat.scenario_files.read_dispersions import read_dispersions
 from gyrostat.scenario_files.read_events import read_events
 from gyrostat.scenario_files.read_metrics import read_metrics
@@ -69,14 +70,14 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
     """Read a scenario file and the files that it names.
 
     Args:
-        path: Path of the file.
+        path: Path of the file; or the name of a scenario of this package, see `shipped`.
         force: Accept wheel models and fits that are marked as impossible.
 
     Raises:
         InputError: A file cannot be read or is not TOML; or a key is unknown, missing or has a
             value that is not allowed.
     """
-    path = Path(path)
+    path = shipped.path_of(Path(path))
     try:
         scenario = _read(path, force=force)
     except UserPartError as error:
@@ -87,7 +88,7 @@ def read_scenario(path: str | os.PathLike[str], *, force: bool = False) -> Scena
 
 def _read(path: Path, *, force: bool) -> Scenario:
     """Scenario from a file; its parts have not been tried."""
-    top = opened(path, "a scenario file", SECTIONS)
+    top = opened(path, shipped.expected(path), SECTIONS)
     craft = read_spacecraft(path.parent / _spacecraft(top), force=force)
     values: dict[str, float] = dict(spacecraft_values(craft))
     run = top.table("run", (*RUN, "step", "command_delay"))

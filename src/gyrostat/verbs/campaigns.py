@@ -18,7 +18,7 @@ from gyrostat.verbs.arguments import (
     to_stderr,
     whole_numbers,
 )
-from gyrostat.verbs.scenario_check import say_unlikely, scenario_of
+from gyrostat.verbs.scenario_check import say_momentum, say_unlikely, scenario_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -118,6 +118,7 @@ def campaign(
         source = scenario if isinstance(scenario, str | Path) else definition.name
         raise InputError(f"{source}: key dispersion: found none, expected at least one dispersion")
     say_unlikely(definition, say)
+    say_momentum(definition, say, seed, runs)
     if plan:
         from gyrostat.verbs.campaign_plan import campaign_plan
 

@@ -201,7 +201,9 @@ def _scenario_of(model: Any, *, force: bool) -> "Scenario | None":
         return model
     if not isinstance(model, str | Path):
         return None
-    path = Path(model)
+    from gyrostat.scenario_files.shipped import path_of
+
+    path = path_of(Path(model))
     if not names_scenario(path):
         return None
     from gyrostat.scenario_files.scenario_file import read_scenario

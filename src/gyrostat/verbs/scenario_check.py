@@ -21,8 +21,9 @@ class CheckedScenario(dict[str, str]):
             or have the operation, file, line and text that keep it from the native engine or from
             an export to C.
         unlikely: Lines on numbers that are possible, but unlikely.
-        warnings: Lines on windows in which the star tracker sees too rarely, and on times in which
-            an instrument does not keep its angles along the reference.
+        warnings: Lines on a momentum at the start that the wheels cannot hold, on windows in which
+            the star tracker sees too rarely, and on times in which an instrument does not keep its
+            angles along the reference.
         passes: Passes over ground stations and eclipses of the nominal run.
     """
 
@@ -56,6 +57,7 @@ def check(
             what was found and what was expected.
     """
     from gyrostat.campaigns.pointing.text import requirement_lines
+    from gyrostat.campaigns.start_momentum import momentum_lines
     from gyrostat.core.user_modules import is_user_kind
     from gyrostat.runs.keep_out_times import reference_violations
     from gyrostat.runs.passes import pass_lines, passes_of
@@ -98,6 +100,8 @@ def check(
         say(line)
     lines, result.warnings = tracker_lines(definition)
     result.warnings += reference_violations(definition)
+    momentum, beyond = momentum_lines(definition)
+    lines, result.warnings = [*momentum, *lines], [*beyond, *result.warnings]
     for line in (*lines, *result.warnings):
         say(line)
     return result
@@ -111,6 +115,14 @@ def say_unlikely(scenario: "Scenario", say: Say) -> list[str]:
     for line in lines:
         say(line)
     return lines
+
+
+def say_momentum(scenario: "Scenario", say: Say, seed: int = 0, runs: int = 1) -> None:
+    """Report a momentum at the start that the wheels cannot hold; `runs` draws with dispersions."""
+    from gyrostat.campaigns.start_momentum import momentum_lines
+
+    for line in momentum_lines(scenario, seed, runs)[1]:
+        say(line)
 
 
 def friction_at_rest(scenario: "Scenario") -> str:

@@ -9,7 +9,7 @@ from typing import TYPE_CHECKING, Any
 from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Say, check_device, silent
-from gyrostat.verbs.scenario_check import say_unlikely, scenario_of
+from gyrostat.verbs.scenario_check import say_momentum, say_unlikely, scenario_of
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -97,6 +97,7 @@ def simulated(
 
     definition = scenario_of(scenario, force=force, changes=changes or {})
     say_unlikely(definition, say)
+    say_momentum(replace(definition, dispersions=()), say)
     say(f"simulating {definition.name}: {definition.duration:g} s")
     engine = chosen_engine(engine, definition, device, say, verify=verify)
     results = fly(definition, seed, None, keep=[0], engine=engine)

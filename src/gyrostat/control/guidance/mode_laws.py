@@ -1,10 +1,11 @@
 """Controllers of which the mode of the reference chooses one."""
 
 from collections.abc import Callable, Mapping
-from typing import Any
+from dataclasses import replace
+from typing import Any, NamedTuple
 
 import equinox as eqx
-from jaxtyping import Array, Float
+from jaxtyping import Array, Bool, Float
 
 from gyrostat.control.guidance.guide import Guide
 from gyrostat.control.guidance.guided import toward
@@ -15,23 +16,37 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.named_tuples import with_fields
 
 
+class ModeLawsMemory(NamedTuple):
+    """State of controllers in modes between two samples.
+
+    Attributes:
+        laws: Memory of each controller.
+        works: Whether each wheel works, as the last active controller with `works` said.
+    """
+
+    laws: tuple[Any, ...]
+    works: Bool[Array, " wheels"]
+
+
 class ModeLaws(Checked):
     """Controllers of which the mode of the reference chooses one.
 
     The command has the fields of all of them. Those that the active one does not have are zero;
-    `works` is true for every wheel, `target` that of the reference. The memory of a controller that
-    is not active goes on as at a missing sample, with the command that is sent.
+    `works` is what the last one that has it said, `target` that of the reference. The memory of a
+    controller that is not active goes on as at a missing sample, with the command that is sent.
 
     Attributes:
         laws: Controllers.
         chosen: Number of the controller of each mode, (modes,).
         follows: Whether each controller follows the reference; the others do not get it.
+        wheels: Number of wheels.
         guide: Reference at the sample, see `toward`.
     """
 
     laws: tuple[Any, ...]
     chosen: Float[Array, " modes"]
     follows: tuple[bool, ...] = eqx.field(static=True)
+    wheels: int = eqx.field(static=True)
     guide: Guide | None = None
 
     def toward(self, guide: Guide) -> "ModeLaws":
@@ -40,31 +55,33 @@ class ModeLaws(Checked):
             toward(law, guide) if follows else law
             for law, follows in zip(self.laws, self.follows, strict=True)
         )
-        return ModeLaws(laws, self.chosen, self.follows, guide)
+        return replace(self, laws=laws, guide=guide)
 
-    def start(self, period: Scalar) -> tuple[Any, ...]:
-        """Initial memory of each controller."""
-        return tuple(law.start(period) for law in self.laws)
+    def start(self, period: Scalar) -> ModeLawsMemory:
+        """Initial memory."""
+        laws = tuple(law.start(period) for law in self.laws)
+        return ModeLawsMemory(laws, jnp.ones(self.wheels, bool))
 
-    def predicted(self, memory: tuple[Any, ...], measurement: Any, command: Any) -> tuple[Any, ...]:
+    def predicted(self, memory: ModeLawsMemory, measurement: Any, command: Any) -> ModeLawsMemory:
         """Memory of each controller after a period without a sample.
 
         Args:
-            memory: Memory of each controller.
+            memory: Memory from the last sample.
             measurement: Last accepted measurement.
             command: Command that is sent.
         """
-        pairs = zip(self.laws, memory, strict=True)
-        return tuple(predicted(law, each, measurement, command) for law, each in pairs)
+        pairs = zip(self.laws, memory.laws, strict=True)
+        laws = tuple(predicted(law, each, measurement, command) for law, each in pairs)
+        return memory._replace(laws=laws)
 
-    def __call__(self, memory: tuple[Any, ...], measurement: Any) -> tuple[tuple[Any, ...], Any]:
+    def __call__(self, memory: ModeLawsMemory, measurement: Any) -> tuple[ModeLawsMemory, Any]:
         """Compute the command of the active controller."""
         assert self.guide is not None
         active = jnp.asarray(self.chosen)[self.guide.at.mode.number]
         is_active = [active == number for number in range(len(self.laws))]
         blank = self._blank(memory, measurement)
         command, after = blank, []
-        for law, before, acts in zip(self.laws, memory, is_active, strict=True):
+        for law, before, acts in zip(self.laws, memory.laws, is_active, strict=True):
             result = before, command
 
             def compute(law: Any = law, result: Any = result) -> Any:
@@ -79,16 +96,18 @@ class ModeLaws(Checked):
                 lambda computed=computed: computed,
                 _as(computed, lambda law=law, old=old: predicted(law, old, measurement, command)),
             )
-            for law, old, computed, acts in zip(self.laws, memory, after, is_active, strict=True)
+            for law, old, computed, acts in zip(
+                self.laws, memory.laws, after, is_active, strict=True
+            )
         ]
-        return tuple(later), command
+        return ModeLawsMemory(tuple(later), getattr(command, "works", memory.works)), command
 
-    def _blank(self, memory: tuple[Any, ...], measurement: Any) -> Any:
-        """Command with the fields of all controllers, each zero."""
+    def _blank(self, memory: ModeLawsMemory, measurement: Any) -> Any:
+        """Command with the fields of all controllers, with what stands for those that lack it."""
         assert self.guide is not None
         kinds = [
             jax.eval_shape(law, each, measurement)[1]
-            for law, each in zip(self.laws, memory, strict=True)
+            for law, each in zip(self.laws, memory.laws, strict=True)
         ]
         fields: dict[str, Any] = {}
         units: dict[str, str] = {}
@@ -96,7 +115,7 @@ class ModeLaws(Checked):
             units |= declared_units(type(kind))
             fields |= {n: v for n, v in kind._asdict().items() if n not in fields}
         special: Mapping[str, Callable[[Any], Any]] = {
-            "works": lambda shape: jnp.ones(shape.shape, shape.dtype),
+            "works": lambda _: memory.works,
             "target": lambda _: self.guide.now.attitude,  # pyright: ignore[reportOptionalMemberAccess]
         }
         values = {

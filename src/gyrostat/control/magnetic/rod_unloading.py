@@ -83,8 +83,8 @@ class RodUnloading(Checked):
                 rad/s, and with the fields that the controller needs.
 
         Raises:
-            InputError: The measurement has no field `magnetometer`, or the controller commands rods
-                itself.
+            InputError: The measurement has no field `magnetometer`; or the controller commands rods
+                itself, and `in_modes` is None.
         """
         field = measured(measurement, "magnetometer", "unloading")
         memory, command = self.controller(memory, measurement)
@@ -94,4 +94,5 @@ class RodUnloading(Checked):
         dipole = jnp.clip(demand, -self.limit, self.limit)
         torque = self.duty * jnp.cross(dipole, field)
         arguments = (command, _Rods(dipole), torque, self.compensation)
-        return memory, with_unloading(self.wheels, *arguments, name="rods")
+        in_modes = self.in_modes is not None
+        return memory, with_unloading(self.wheels, *arguments, name="rods", adds=in_modes)

@@ -61,7 +61,10 @@ PARTS: Mapping[str, dict[str, Any]] = {
         for name, kind in {**KINDS["reference"], **_kinds_of("reference.mode")}.items()
         if issubclass(kind, ProfileKind)
     },
-    "reference.transition": {Transition.name: Transition()},
+    "reference.transition": {
+        Transition.name: Transition(),
+        **{name: Transition(kind) for name, kind in _kinds_of("reference.transition").items()},
+    },
     "controller.law": KINDS["controller"],
     **{
         section: _kinds_of(section)
