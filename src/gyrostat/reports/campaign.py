@@ -20,6 +20,7 @@ from gyrostat.reports.campaign_content import (
 )
 from gyrostat.reports.campaign_run import run_page, told
 from gyrostat.reports.kept_runs import kept_runs
+from gyrostat.reports.mode_diagram import mode_diagram, percent_of
 from gyrostat.reports.run_table import run_table
 from gyrostat.reports.template import render
 from gyrostat.scenario import Scenario, Window
@@ -105,6 +106,7 @@ def _campaign_page(
         headline=[
             line.strip() for name in content["headline"] for line in percentile_lines(content, name)
         ],
+        diagram=mode_diagram(scenario, content["modes"]) if content["modes"] else None,
         over_time=requirements.over_time_charts(scenario, store),
         kept=run_sections,
         shown_runs={each["run"] for each in run_sections},
@@ -114,6 +116,7 @@ def _campaign_page(
         told=told,
         told_percentile=told_percentile,
         driver_rows=driver_rows,
+        percent_of=percent_of,
         least_q2=LEAST_Q2,
         folder=address,
         command=command,

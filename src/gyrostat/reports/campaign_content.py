@@ -12,6 +12,7 @@ from gyrostat.core.text import or_none
 from gyrostat.reports import requirements
 from gyrostat.reports.campaign_run import told
 from gyrostat.reports.metric_statistics import STATISTICS_BY, metric_statistics, stored_statistics
+from gyrostat.reports.mode_diagram import modes_content
 from gyrostat.runs.blind_windows import blind_windows
 from gyrostat.scenario import Scenario
 from gyrostat.scenario.metrics.results import percentile_name
@@ -58,6 +59,7 @@ def campaign_content(
         "unlikely": unlikely_numbers(scenario),
         "blind_windows": blind_windows(scenario, columns),
         "changes_never_taken": never_taken(scenario, columns),
+        "modes": modes_content(scenario, columns),
         "not_complete": [
             {
                 "run": int(k),

@@ -21,6 +21,8 @@ from gyrostat.reports.thinned import thinned
 WIDTH, HEIGHT = 440, 236
 """Size of a chart in its own units, which are pixels on a page of common width."""
 LEFT, RIGHT, TOP, BOTTOM = 52, 10, 24, 38
+THINNEST = 2.5
+"""Smallest width of a bar of `Chart.stays`, in thousandths of the plot."""
 COLOURS = 8
 """Number of classes of colours for curves."""
 
@@ -35,6 +37,7 @@ class Chart:
         y: Vertical axis.
         attributes: Further attributes of the SVG element, name -> value.
         height: Height in the units of `WIDTH`.
+        rows: Names of the values 0, 1, ... of the vertical axis, which then has no ticks.
     """
 
     title: str
@@ -42,6 +45,7 @@ class Chart:
     y: Axis
     attributes: dict[str, str] = field(default_factory=dict)
     height: int = HEIGHT
+    rows: Sequence[str] = ()
 
     def __post_init__(self):
         self._marks: list[Markup] = []
@@ -103,6 +107,29 @@ class Chart:
                 path += f"V{up[k]:.1f}Z"
         if path:
             self._marks.append(Markup('<path class="cells {}" d="{}"/>').format(kind, path))
+
+    def stays(self, begins: Vector, ends: Vector, value: float, text: str, kind: str) -> None:
+        """Draw bars from begins to ends at a value of the vertical axis, with a text above.
+
+        Args:
+            begins: Begin of each bar, (bars,).
+            ends: End of each, (bars,).
+            value: Value of the vertical axis.
+            text: Text.
+            kind: Class of the bars.
+        """
+        at = 1000.0 - float(self.y.place(np.array([value]))[0])
+        places = zip(self.x.place(begins), self.x.place(ends), strict=True)
+        path = "".join(f"M{a:.1f} {at:.1f}H{max(b, a + THINNEST):.1f}" for a, b in places)
+        mark = '<path class="stay {}" d="{}"><title>{}</title></path>'
+        self._marks.append(Markup(mark).format(kind, path, text))
+        high = self.height - TOP - BOTTOM
+        self._labels.append(
+            Markup('<text class="mark" data-y="{:.9g}" x="{}" y="{:.1f}">{}</text>').format(
+                value + (self.y.high - self.y.low) * 3.0 / high,
+                *(LEFT + 3, TOP + high * at / 1000.0 - 6.0, text),
+            )
+        )
 
     def level(self, value: float, name: str, kind: str, *, across: bool = True) -> None:
         """Draw a line at a value of the vertical axis (`across`) or of the horizontal one.
@@ -177,7 +204,8 @@ class Chart:
                 'preserveAspectRatio="none" data-x="{:.9g} {:.9g}" data-y="{:.9g} {:.9g}"{}>'
             ).format(
                 *(LEFT, TOP, wide, high, self.x.low, self.x.high, self.y.low, self.y.high),
-                Markup(' data-log=""' if self.y.is_log else ""),
+                Markup(' data-log=""' if self.y.is_log else "")
+                + (Markup(' data-rows="{}"').format("|".join(self.rows)) if self.rows else ""),
             ),
             *self._marks,
             Markup("</svg>"),
@@ -198,7 +226,7 @@ class Chart:
             grid = Markup('<path d="M{:.1f} {}V{}"/>').format(at, TOP, self.height - BOTTOM)
             text = Markup('<text class="x" x="{:.1f}" y="{}">{}</text>')
             ticks.append(grid + text.format(at, self.height - BOTTOM + 14, number(value)))
-        for value in self.y.ticks(7 * self.height // HEIGHT):
+        for value in [] if self.rows else self.y.ticks(7 * self.height // HEIGHT):
             position = float(self.y.place(np.array([value]))[0])
             at = TOP + high * (1.0 - position / 1000.0)
             grid = Markup('<path d="M{} {:.1f}H{}"/>').format(LEFT, at, WIDTH - RIGHT)

@@ -10,7 +10,9 @@ from gyrostat.campaigns.pointing.text import angle_text, is_of_error
 from gyrostat.core.units import RPM
 from gyrostat.reports.axis import scaled_unit
 from gyrostat.reports.chart import held, time_chart
+from gyrostat.reports.mode_chart import mode_chart
 from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.timeline import modes
 
 LEAST_SHOWN = 1e-5
 """Smallest error and rate drawn, deg and deg/s; smaller ones are rounding errors."""
@@ -25,7 +27,7 @@ def run_charts(
     group: str = "run",
     most: int = MOST_POINTS,
 ) -> list[Markup]:
-    """Pointing error, body rate, wheel speeds and motor torques over time, with the events.
+    """Modes, pointing error, body rate, wheel speeds and motor torques over time, with the events.
 
     Args:
         scenario: Scenario of the run.
@@ -51,6 +53,9 @@ def run_charts(
         if is_of_error(each, scenario):
             text = f"{each.name} {angle_text(each.value, each.value)}"
             charts[0].level(float(np.degrees(each.value)), text, "required")
+    shown_modes = mode_chart(modes(scenario.parts), history)
+    if shown_modes is not None:
+        charts.append(shown_modes)
     for k, chart in enumerate(charts):
         chart.attributes["group"] = group
         for event in scenario.events:

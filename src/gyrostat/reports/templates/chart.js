@@ -28,6 +28,7 @@ class Chart {
     this.plot = svg.querySelector(".plot");
     this.box = ["x", "y", "width", "height"].map(name => +this.plot.getAttribute(name));
     this.log = "log" in this.plot.dataset;
+    this.rows = this.plot.dataset.rows?.split("|");
     this.x = this.plot.dataset.x.split(" ").map(Number);
     this.y = this.plot.dataset.y.split(" ").map(Number).map(v => this.log ? Math.log10(v) : v);
     this.view = [0, 0, 1000, 1000];
@@ -59,7 +60,7 @@ class Chart {
       make(axes, "path", {d: `M${across(toX(at))} ${top}V${top + high}`});
       make(axes, "text", {class: "x", x: across(toX(at)), y: top + high + 14}).textContent = number(value);
     }
-    for (const [at, value] of ticks(this.valueY(view[1] + view[3]), this.valueY(view[1]), this.log, most)) {
+    for (const [at, value] of this.rows ? [] : ticks(this.valueY(view[1] + view[3]), this.valueY(view[1]), this.log, most)) {
       make(axes, "path", {d: `M${left} ${down(toY(at))}H${left + wide}`});
       make(axes, "text", {class: "y", x: left - 5, y: down(toY(at)) + 4}).textContent = number(value);
     }
@@ -83,7 +84,9 @@ class Chart {
       let low = 0, high = points.length - 1;
       while (high - low > 1) { const k = (low + high) >> 1; if (points[k][0] <= place) low = k; else high = k; }
       const nearest = place - points[low][0] < points[high][0] - place ? low : high;
-      const value = this.valueY(points[nearest][1]), step = (this.y[1] - this.y[0]) / 2000;
+      const value = this.valueY(points[nearest][1]);
+      if (this.rows) return this.rows[Math.round(value)] ?? "";
+      const step = (this.y[1] - this.y[0]) / 2000;
       const text = this.log ? (10 ** value).toPrecision(3) : value.toFixed(Math.max(0, Math.min(9, -Math.floor(Math.log10(step)))));
       return `${name} ${text}`;
     });
