@@ -112,23 +112,66 @@ def test_damaged_hdf5_is_told_in_one_line(tmp_path):
         read_waterfall(path)
 
 
-@pytest.mark.skipif(PYUFF, reason="not run: pyuff is not installed")
-def test_universal_file_is_read(tmp_path):
+def write_universal(path, factor=1.0, **labels):
     import pyuff
 
-    path = tmp_path / "waterfall.uff"
     file = pyuff.UFF(str(path))
     for load, direction in (("Fx", 1), ("Tz", -6)):
         for speed, row in zip(SPEED, DENSITY[load], strict=True):
             dataset = pyuff.prepare_58(
                 binary=0, func_type=9, rsp_node=1, rsp_dir=direction, ref_node=0, ref_dir=0,
-                data=row, x=FREQUENCY, ord_data_type=4, num_pts=40, abscissa_spacing=1,
-                abscissa_min=1.0, abscissa_inc=0.5, z_axis_value=speed / RPM,
-                z_axis_axis_units_lab="rpm", id1="", id2="", id3="", id4="", id5="",
+                data=row, x=FREQUENCY / factor, ord_data_type=4, num_pts=40, abscissa_spacing=1,
+                abscissa_min=1.0 / factor, abscissa_inc=0.5 / factor, z_axis_value=speed / RPM,
+                id1="", id2="", id3="", id4="", id5="",
                 orddenom_spec_data_type=0,
+                **{f"{axis}_axis_units_lab": label for axis, label in labels.items()},
             )  # fmt: skip
             file._write_set(dataset, "add")
-    assert_same(read_waterfall(path))
+
+
+@pytest.mark.skipif(PYUFF, reason="not run: pyuff is not installed")
+@pytest.mark.parametrize(
+    ("factor", "labels"),
+    [
+        (1.0, {"z_axis": "rpm", "abscissa": "NONE"}),
+        (1.0, {"ordinate": "(N)^2/Hz", "abscissa": "Hz"}),
+        (1e-3, {"abscissa": "mHz"}),
+    ],
+)
+def test_universal_file_is_read_with_its_units(tmp_path, factor, labels):
+    write_universal(tmp_path / "waterfall.uff", factor, **labels)
+    assert_same(read_waterfall(tmp_path / "waterfall.uff"))
+
+
+@pytest.mark.skipif(PYUFF, reason="not run: pyuff is not installed")
+@pytest.mark.parametrize(
+    ("labels", "message"),
+    [
+        ({"ordinate": "g"}, "Fx: found the unit 'g', expected N and N·m"),
+        ({"ordinate": "mN^2/Hz"}, "Fx: found the unit 'mN.2/Hz'"),
+        ({"z_axis": "Hz"}, "found the unit label 'Hz' of the z_axis, expected a unit of speed"),
+        ({"abscissa": "rpm"}, "found the unit label 'rpm' of the abscissa"),
+    ],
+)
+def test_other_units_of_a_universal_file_are_refused(tmp_path, labels, message):
+    write_universal(tmp_path / "waterfall.uff", **labels)
+    with pytest.raises(InputError, match=message):
+        read_waterfall(tmp_path / "waterfall.uff")
+
+
+@pytest.mark.skipif(PYUFF, reason="not run: pyuff is not installed")
+def test_units_of_dataset_164_count_where_a_label_is_absent(tmp_path):
+    import pyuff
+
+    path = tmp_path / "waterfall.uff"
+    units = pyuff.prepare_164(
+        units_code=5, units_description="mm, mN", temp_mode=1, length=1e3, force=1e3, temp=1.0,
+        temp_offset=273.15,
+    )  # fmt: skip
+    pyuff.UFF(str(path))._write_set(units, "add")
+    write_universal(path, ordinate="N^2/Hz", abscissa="Hz")
+    with pytest.raises(InputError, match="units other than SI in dataset 164 and no unit label"):
+        read_waterfall(path)
 
 
 @pytest.mark.parametrize(

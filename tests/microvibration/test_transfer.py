@@ -74,12 +74,9 @@ def test_csv_of_modes_is_read_as_it_is_written(tmp_path):
     np.testing.assert_allclose(both(read_transfer(path)), both(MODEL), rtol=1e-12)
 
 
-@pytest.mark.skipif(PYUFF, reason="not run: pyuff is not installed")
-def test_universal_file_is_read_as_pyuff_writes_it(tmp_path):
+def write_universal(path, values, **keys):
     import pyuff
 
-    values = both(MODEL)
-    path = tmp_path / "frf.uff"
     file = pyuff.UFF(str(path))
     for wheel, node in ((0, 11), (1, 12)):
         for k in (0, 1):
@@ -90,11 +87,39 @@ def test_universal_file_is_read_as_pyuff_writes_it(tmp_path):
                     ref_dir=int(sign) * (load + 1), data=sign * values[:, wheel, k, load], x=GRID,
                     ord_data_type=6, num_pts=len(GRID), abscissa_spacing=1,
                     abscissa_min=GRID[0], abscissa_inc=GRID[1] - GRID[0],
-                    id1="", id2="", id3="", id4="", id5="", orddenom_spec_data_type=0,
+                    id1="", id2="", id3="", id4="", id5="",
+                    **{"orddenom_spec_data_type": 0, **keys},
                 )  # fmt: skip
                 file._write_set(dataset, "add")
+
+
+@pytest.mark.skipif(PYUFF, reason="not run: pyuff is not installed")
+@pytest.mark.parametrize(("label", "unit"), [("NONE", 1.0), ("µrad", 1e-6), ("arcsec", 4.8481e-6)])
+def test_universal_file_is_read_as_pyuff_writes_it(tmp_path, label, unit):
+    values = both(MODEL)
+    path = tmp_path / "frf.uff"
+    write_universal(path, values / unit, ordinate_axis_units_lab=label)
     response = read_transfer(path)
+    assert isinstance(response, FrequencyResponse)
     np.testing.assert_allclose(response.values, values, rtol=1e-4)
+
+
+@pytest.mark.skipif(PYUFF, reason="not run: pyuff is not installed")
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        ({"ordinate_axis_units_lab": "mm"}, "found the unit label 'mm' of the ordinate"),
+        ({"ordinate_axis_units_lab": "g/N"}, "found the unit label 'g' of the ordinate"),
+        ({"ordinate_axis_units_lab": "rad/lbf"}, "the unit 'lbf' of a load in direction 1"),
+        ({"orddenom_axis_units_lab": "N"}, "the unit 'N' of a load in direction 4, expected N·m"),
+        ({"ordinate_spec_data_type": 12}, "found responses of acceleration"),
+        ({"abscissa_axis_units_lab": "rpm"}, "found the unit label 'rpm' of the abscissa"),
+    ],
+)
+def test_other_units_of_a_universal_file_are_refused(tmp_path, keys, message):
+    write_universal(tmp_path / "frf.uff", both(MODEL), **keys)
+    with pytest.raises(InputError, match=message):
+        read_transfer(tmp_path / "frf.uff")
 
 
 @pytest.mark.skipif(PYYETI, reason="not run: pyyeti is not installed")

@@ -1,6 +1,7 @@
 """Reading of transfers to the line of sight: CSV, UFF58, and NASTRAN's OP2, OP4 and DMIG punch."""
 
 import importlib
+import re
 from pathlib import Path
 from typing import Any
 
@@ -12,7 +13,7 @@ from gyrostat.core.extras import missing
 from gyrostat.microvibration.model import LOADS, TWO_PI
 from gyrostat.microvibration.tables import factor_of, numbers, read_table
 from gyrostat.microvibration.transfer import FrequencyResponse, ModalModel
-from gyrostat.microvibration.universal_file import datasets
+from gyrostat.microvibration.universal_file import datasets, factor_of_label, unit_label
 from gyrostat.telemetry.fault import damaged
 from gyrostat.telemetry.read import require_readable
 
@@ -21,6 +22,8 @@ SIGHT = ("x", "y")
 UNIVERSAL, OP4, OP2, PUNCH = (".uff", ".unv"), (".op4",), (".op2",), (".pch", ".bdf", ".dat")
 FREQUENCY_RESPONSE = 4
 """Function type of UFF58."""
+_DISPLACEMENT, _RATES = 8, {11: "velocity", 12: "acceleration"}
+"""Data types of UFF58: displacement or angle, and its derivatives."""
 _NASTRAN = "a file of NASTRAN"
 Transfer = FrequencyResponse | ModalModel
 
@@ -118,7 +121,9 @@ def _universal(path: Path, nodes: tuple[int, ...]) -> FrequencyResponse:
     for each in datasets(path):
         if each["func_type"] == FREQUENCY_RESPONSE:
             key = int(each["ref_node"]), int(each["rsp_dir"]), int(each["ref_dir"])
-            found[key] = np.asarray(each["x"]), np.asarray(each["data"], dtype=complex)
+            hertz = factor_of_label(path, each, "abscissa", "frequency", "Hz")
+            data = np.asarray(each["data"], dtype=complex)
+            found[key] = hertz * np.asarray(each["x"]), _factor(path, each) * data
     wheels = nodes or tuple(sorted({key[0] for key in found}))
     lines = []
     for node in wheels:
@@ -138,6 +143,28 @@ def _universal(path: Path, nodes: tuple[int, ...]) -> FrequencyResponse:
         raise InputError(f"{path}: expected the same frequencies in all functions")
     values = np.array([data for _, data in lines]).reshape(len(wheels), 2, 6, -1)
     return FrequencyResponse(frequency, np.moveaxis(values, -1, 0))
+
+
+def _factor(path: Path, dataset: dict[str, Any]) -> float:
+    """SI value of the unit of a frequency response to the line of sight."""
+    response = int(dataset["ordinate_spec_data_type"])
+    if response in _RATES:
+        raise InputError(
+            f"{path}: found responses of {_RATES[response]} (data type {response}), expected "
+            f"angles of the line of sight (data type {_DISPLACEMENT}, or 0 or 1)"
+        )
+    label, below = (unit_label(path, dataset, axis) for axis in ("ordinate", "orddenom"))
+    if not below and "/" in label:
+        label, _, below = label.partition("/")
+        dataset = {**dataset, "ordinate_axis_units_lab": label}
+    turns = abs(int(dataset["ref_dir"])) > 3
+    plain = re.sub(r"[\s.·*()\[\]]", "", below).casefold()
+    if plain not in ("", "nm" if turns else "n"):
+        raise InputError(
+            f"{path}: found the unit {below!r} of a load in direction {dataset['ref_dir']}, "
+            f"expected {'N·m' if turns else 'N'} or none"
+        )
+    return factor_of_label(path, dataset, "ordinate", "angle", "rad")
 
 
 def _call(path: Path, module: str, function: str) -> dict[str, Any]:

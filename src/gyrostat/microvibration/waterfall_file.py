@@ -12,7 +12,7 @@ from gyrostat.core.unit_table import RPM
 from gyrostat.core.units import known_unit
 from gyrostat.microvibration.model import LOADS
 from gyrostat.microvibration.tables import factor_of, numbers, read_table
-from gyrostat.microvibration.universal_file import datasets
+from gyrostat.microvibration.universal_file import datasets, factor_of_label, unit_label
 from gyrostat.microvibration.waterfall import Waterfall, Window
 from gyrostat.telemetry.fault import damaged
 from gyrostat.telemetry.formats.hdf5 import unit_of
@@ -187,9 +187,9 @@ def _universal(path: Path) -> Cells:
         direction = abs(int(each["rsp_dir"]))
         if not 1 <= direction <= len(LOADS):
             raise InputError(f"{path}: found the direction {direction}, expected 1 to 6")
-        known = known_unit(str(each.get("z_axis_axis_units_lab", "")).strip(), "speed")
-        factor = RPM if known is None else known.factor
-        speed = factor * float(each["z_axis_value"])
-        data = np.real(each["data"])
-        _add(path, cells, LOADS[direction - 1], speed, np.asarray(each["x"]), data)
+        load = LOADS[direction - 1]
+        _check_unit(path, load, unit_label(path, each, "ordinate"))
+        speed = factor_of_label(path, each, "z_axis", "speed", "rpm") * float(each["z_axis_value"])
+        hertz = factor_of_label(path, each, "abscissa", "frequency", "Hz")
+        _add(path, cells, load, speed, hertz * np.asarray(each["x"]), np.real(each["data"]))
     return cells
