@@ -1,15 +1,19 @@
 """Plans of wheel speeds: search, certificate, flight."""
 
 import itertools
+import re
+from dataclasses import replace
 from pathlib import Path
 
 import numpy as np
 import pytest
+from scipy.stats import binomtest
 
 import gyrostat as gs
+from gyrostat.reports.speed_plan import content_of, lines_of, page_of
 from gyrostat.runs.speed_plan.choices import Certificate, Choice, Leaf, Problem, infeasible, solve
 from gyrostat.runs.speed_plan.demand import Limits, demand_of
-from gyrostat.runs.speed_plan.plan import crossings
+from gyrostat.runs.speed_plan.flight import crossings, distance
 from gyrostat.runs.speed_plan.problems import intervals
 from gyrostat.scenario_files.scenario_file import read_scenario
 
@@ -25,6 +29,7 @@ WHEELS = Limits(
     0.2,
     5e-6,
     0.02,
+    np.diag([0.05, 0.06, 0.07]),
 )
 
 
@@ -91,6 +96,14 @@ def test_crossings_count_only_within_windows():
     assert crossings(speed, inside, np.array([[20.0, 25.0]])) == {"zero": 1, "band": 2}
 
 
+def test_distance_is_that_of_the_worst_wheel_from_zero_bands_and_limits():
+    bands = WHEELS._replace(bands=np.array([[200.0, 230.0]]))
+    safe = np.array([[50.0, -120.0, 300.0, -400.0]])
+    assert distance(safe, bands) == pytest.approx(50.0)
+    for speed, expected in ((-190.0, 10.0), (240.0, 10.0), (210.0, -10.0), (-497.0, 3.0)):
+        assert distance(np.vstack([safe, [speed, *safe[0, 1:]]]), bands) == pytest.approx(expected)
+
+
 MISSION = """name = "drift"
 [run]
 duration = "400 s"
@@ -126,6 +139,25 @@ def test_a_plan_appended_to_its_scenario_flies_without_crossings(mission, tmp_pa
     planned.write_text(MISSION + (tmp_path / "out" / "plan.toml").read_text())
     assert read_scenario(planned) == result.scenario
     assert result.after == {"zero": 0, "band": 0}
+    assert result.planned.distance > result.clearance > result.present.distance
+    check_pages(result)
+
+
+def check_pages(result):
+    """Statistics, JSON and page of a result, with counted runs of a campaign."""
+    counted = replace(result, runs=64, clean_before=0, clean_after=60)
+    share, low, high = counted.probability()
+    interval = binomtest(60, 64).proportion_ci(method="exact")
+    assert (share, low, high) == pytest.approx((60 / 64, interval.low, interval.high))
+    content, lines = content_of(counted), lines_of(counted)
+    assert content["probability"] == [share, low, high]
+    assert content["probability_present"][:2] == [0.0, 0.0]
+    assert "93.8 % (84.8 to 98.3 %) with the plan" in lines[-1]
+    page = page_of(counted, "command")
+    charts = re.findall(r'<svg class="chart" .*?</svg></svg>|<svg class="chart".*?</svg>', page)
+    assert "93.8 % (84.8 to 98.3 %)" in page
+    assert page.count('class="cells avoided"') > 2
+    assert sum("wheel speed (rpm)" in chart for chart in charts) == 2
 
 
 def test_a_drift_across_zero_that_nothing_can_avoid_is_proven(mission):
@@ -174,9 +206,11 @@ def test_demand_without_unloading_does_not_depend_on_the_actuator():
     speed = np.tile([100.0, -50.0, 70.0, 20.0], (count, 1))
     impulse = period * np.arange(count)[:, None] * torque
     total = speed @ (PYRAMID * 2e-5).T
-    still = {"attitude": attitude, "wheel_speed": speed, "momentum": total}
+    rate = np.zeros((count, 3))
+    still = {"attitude": attitude, "rate": rate, "wheel_speed": speed, "momentum": total}
     unloaded = {
         "attitude": attitude,
+        "rate": rate,
         "wheel_speed": speed + impulse @ np.linalg.pinv(PYRAMID).T / 2e-5,
         "momentum": total + impulse,
         "external_torque": np.tile(torque, (count, 1)),

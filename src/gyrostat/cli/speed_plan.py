@@ -30,7 +30,7 @@ def plan_speeds(
     force: ForceModel = False,
     json_output: Json = False,
 ) -> None:
-    """Plan wheel speeds without crossings in science windows: plan.toml, plan.json."""
+    """Plan wheel speeds without crossings in science windows: plan.toml, plan.json, report.html."""
     result = call(verbs.plan_speeds, locals(), command=command_line())
     if json_output:
         print_json(out / "plan.json")

@@ -5,16 +5,25 @@ from collections.abc import Callable
 from pathlib import Path
 from typing import Any
 
+import numpy as np
+
 from gyrostat.core.outputs import new_files
+from gyrostat.core.types import Vector
+from gyrostat.core.units import RPM
+from gyrostat.reports.axis import scaled_unit
+from gyrostat.reports.speed_plan_charts import plan_charts
+from gyrostat.reports.template import render
+from gyrostat.runs.speed_plan.flight import Flight
+from gyrostat.runs.speed_plan.plan import FOUND
 from gyrostat.search.speed_plan import SpeedPlan, named_entries
 
-FILES = ("plan.json", "plan.toml")
+FILES = ("plan.json", "plan.toml", "report.html")
 
 
 def lines_of(result: SpeedPlan) -> list[str]:
     """Summary of a plan, a line for each fact."""
     names = ", ".join(result.windows)
-    before = f"present law: {_counts(result.before)} in {names}"
+    before = f"present law: {_flown(result.present)} in {names}"
     if result.plan.certificate is not None:
         numbers = ", ".join(str(number + 1) for number in result.plan.windows)
         count = len(result.plan.certificate.leaves)
@@ -24,21 +33,42 @@ def lines_of(result: SpeedPlan) -> list[str]:
             f"clearance with these attitudes and external torques (certificate of {count} linear "
             "programs)",
         ]
-    if result.after is None:
+    if result.planned is None:
         return [before, "not found: neither a plan nor a proof that there is none"]
-    lines = [before, f"{result.answer}: {_counts(result.after)} with the plan"]
+    lines = [before, f"{result.answer}: {_flown(result.planned)} with the plan"]
     if result.runs:
-        share, low, high = result.probability()
+        present, planned = (_share(result, clean) for clean in _clean(result))
         lines.append(
-            f"dispersed runs without a crossing: {100 * result.clean_before / result.runs:.3g} % "
-            f"by the present law, {100 * share:.3g} % with the plan ({100 * low:.3g} to "
-            f"{100 * high:.3g} %, {result.runs} runs)"
+            f"share of {result.runs} dispersed runs without a crossing: {present} by the present "
+            f"law, {planned} with the plan (95 % intervals)"
         )
+    elif result.answer == FOUND:
+        lines.append("no dispersed runs: --runs N estimates the probability of no crossing")
     return lines
 
 
+def _clean(result: SpeedPlan) -> tuple[int, int]:
+    return result.clean_before, result.clean_after
+
+
+def _share(result: SpeedPlan, clean: int) -> str:
+    share, low, high = (100.0 * value for value in result.probability(clean))
+    return f"{share:.3g} % ({low:.3g} to {high:.3g} %)"
+
+
+def _flown(flight: Flight) -> str:
+    return (
+        f"{_counts(flight.crossings)}, least distance from zero, bands and limits "
+        f"{flight.distance / RPM:.3g} rpm"
+    )
+
+
 def _counts(found: dict[str, int]) -> str:
-    return f"{found['zero']} zero crossings and {found['band']} entries into bands"
+    zero, band = found["zero"], found["band"]
+    return (
+        f"{zero} zero crossing{'' if zero == 1 else 's'} and {band} "
+        f"{'entry' if band == 1 else 'entries'} into bands"
+    )
 
 
 def content_of(result: SpeedPlan) -> dict[str, Any]:
@@ -52,6 +82,8 @@ def content_of(result: SpeedPlan) -> dict[str, Any]:
         "clearance": result.clearance,
         "present": result.before,
         "planned": result.after,
+        "distance_present": result.present.distance,
+        "distance_planned": None if result.planned is None else result.planned.distance,
         "impulse": result.plan.impulse,
         "entries": [
             {
@@ -60,6 +92,8 @@ def content_of(result: SpeedPlan) -> dict[str, Any]:
                 "unloads": entry.unloads,
                 "momentum": [float(value) for value in entry.momentum],
                 "null_space": entry.null_space,
+                "momentum_rate": [float(value) for value in entry.momentum_rate],
+                "torque": [float(value) for value in entry.torque],
                 "window": [*entry.window],
             }
             for name, entry in named_entries(result.plan)
@@ -72,6 +106,9 @@ def content_of(result: SpeedPlan) -> dict[str, Any]:
         "runs": result.runs,
         "clean_present": result.clean_before,
         "clean_planned": result.clean_after,
+        "probability_present": (
+            [*result.probability(result.clean_before)] if result.runs else None
+        ),
         "probability": [*result.probability()] if result.runs else None,
     }
 
@@ -81,7 +118,6 @@ def toml_of(result: SpeedPlan, command: str) -> str:
     lines = [f"# {result.answer}; written by: {command}", "# append it to the scenario file"]
     for name, entry in named_entries(result.plan):
         begin, end = entry.window
-        momentum = ", ".join(repr(float(value)) for value in entry.momentum)
         lines += [
             "",
             f"# for the science time from {begin:g} s to {end:g} s",
@@ -89,16 +125,80 @@ def toml_of(result: SpeedPlan, command: str) -> str:
             f'name = "{name}"',
             f"time = {entry.time!r}",
             f"unloads = {entry.unloads!r}",
-            f"momentum = [{momentum}]",
+            f"momentum = {_listed(entry.momentum)}",
             f"null_space = {entry.null_space!r}",
+            f"momentum_rate = {_listed(entry.momentum_rate)}",
+            f"torque = {_listed(entry.torque)}",
         ]
     return "\n".join(lines) + "\n"
+
+
+def _listed(vector: Vector) -> str:
+    return f"[{', '.join(repr(float(value)) for value in vector)}]"
+
+
+def page_of(result: SpeedPlan, command: str) -> str:
+    """HTML page of a plan.
+
+    Args:
+        result: The result.
+        command: Command line that produced it.
+    """
+    flights = [result.present, *([] if result.planned is None else [result.planned])]
+    rows = [
+        ("zero crossings in science windows", [f.crossings["zero"] for f in flights]),
+        ("entries into bands", [f.crossings["band"] for f in flights]),
+        (
+            "least distance from zero, bands and limits",
+            [f"{f.distance / RPM:.4g} rpm" for f in flights],
+        ),
+    ]
+    if result.runs:
+        name = f"share of {result.runs} dispersed runs without a crossing, with 95 % interval"
+        rows.append((name, [_share(result, clean) for clean in _clean(result)]))
+    entries = [entry for _, entry in named_entries(result.plan)]
+    torque, torque_unit = _scaled([entry.torque for entry in entries], "N·m")
+    momentum, momentum_unit = _scaled(
+        [np.append(entry.momentum, entry.null_space) for entry in entries], "N·m·s"
+    )
+    table = [
+        (
+            f"{entry.window[0]:g} to {entry.window[1]:g}",
+            f"{entry.time:g} to {entry.time + entry.unloads:g}",
+            _row(torque * entry.torque),
+            _row(momentum * entry.momentum),
+            f"{momentum * entry.null_space:.4g}",
+        )
+        for entry in entries
+    ]
+    return render(
+        "speed_plan.html",
+        result=result,
+        scenario=result.scenario,
+        lines=lines_of(result),
+        charts=plan_charts(result),
+        unloads=any(np.any(flight.unloading) for flight in flights),
+        rows=rows,
+        leaves=0 if result.plan.certificate is None else len(result.plan.certificate.leaves),
+        entries=table,
+        torque_unit=torque_unit,
+        momentum_unit=momentum_unit,
+        command=command,
+    )
+
+
+def _scaled(vectors: list[Vector], unit: str) -> tuple[float, str]:
+    return scaled_unit(float(np.max(np.abs(vectors), initial=0.0)), unit, least=0)
+
+
+def _row(vector: Vector) -> str:
+    return ", ".join(f"{value + 0.0:.4g}" for value in vector)
 
 
 def write_plan(
     result: SpeedPlan, out: Path, *, command: str, say: Callable[[str], None], force: bool = False
 ) -> None:
-    """Write plan.json and plan.toml.
+    """Write plan.json, plan.toml and report.html.
 
     Args:
         result: The result.
@@ -115,4 +215,5 @@ def write_plan(
     with new_files(out, by="plan-speeds", force=force) as folder:
         (folder / "plan.toml").write_text(toml_of(result, command), encoding="utf-8")
         (folder / "plan.json").write_text(text + "\n", encoding="utf-8")
-    say(f"written: {out / 'plan.toml'}, {out / 'plan.json'}")
+        (folder / "report.html").write_text(page_of(result, command), encoding="utf-8")
+    say("written: " + ", ".join(str(out / name) for name in FILES))

@@ -9,8 +9,9 @@ import numpy as np
 from gyrostat.campaigns.engine import LANES, fly, fly_nominal
 from gyrostat.campaigns.summary import share_bounds
 from gyrostat.core.errors import InputError
-from gyrostat.runs.speed_plan.demand import Limits, demand_of, science_windows
-from gyrostat.runs.speed_plan.plan import FOUND, NOT_FOUND, Plan, crossings, plan_of
+from gyrostat.runs.speed_plan.demand import Limits, demand_of
+from gyrostat.runs.speed_plan.flight import Flight, flight_of
+from gyrostat.runs.speed_plan.plan import FOUND, NOT_FOUND, Plan, plan_of
 from gyrostat.scenario.scenario import Part, Scenario
 from gyrostat.scenario_files.scenario_file import validated
 from gyrostat.simulation import Status
@@ -30,8 +31,9 @@ class SpeedPlan:
         plan: The plan, or the proof that there is none.
         windows: Names of the science windows.
         clearance: Distance from zero speed, bands and limits, rad/s.
-        before: Crossings of the nominal run in the windows by the present law: "zero", "band".
-        after: The same with the plan; None without one.
+        limits: Wheels, actuator and bands.
+        present: Nominal run by the present law.
+        planned: Nominal run with the plan; None without one.
         runs: Number of dispersed runs.
         clean_before: Runs without any crossing in the windows by the present law.
         clean_after: The same with the plan.
@@ -42,15 +44,31 @@ class SpeedPlan:
     plan: Plan
     windows: tuple[str, ...]
     clearance: float
-    before: dict[str, int]
-    after: dict[str, int] | None
+    limits: Limits
+    present: Flight
+    planned: Flight | None
     runs: int = 0
     clean_before: int = 0
     clean_after: int = 0
 
-    def probability(self) -> tuple[float, float, float]:
-        """Share of dispersed runs without a crossing with the plan, and its 95 % interval."""
-        return self.clean_after / self.runs, *share_bounds(self.clean_after, self.runs)
+    @property
+    def before(self) -> dict[str, int]:
+        """Crossings of the nominal run in the windows by the present law: "zero", "band"."""
+        return self.present.crossings
+
+    @property
+    def after(self) -> dict[str, int] | None:
+        """The same with the plan; None without one."""
+        return None if self.planned is None else self.planned.crossings
+
+    def probability(self, clean: int | None = None) -> tuple[float, float, float]:
+        """Share of dispersed runs without a crossing, and its 95 % interval (Clopper-Pearson).
+
+        Args:
+            clean: Number of runs without a crossing; None: that with the plan.
+        """
+        clean = self.clean_after if clean is None else clean
+        return clean / self.runs, *share_bounds(clean, self.runs)
 
 
 def search_plan(
@@ -82,30 +100,29 @@ def search_plan(
     limits = Limits.of(scenario)
     engine, period = engine_for(scenario), scenario.values["run.control_period"]
     history = fly_nominal(scenario, seed, engine)
-    inside = science_windows(scenario, history, windows)
-    if not np.any(inside):
+    present = flight_of(scenario, history, windows, limits)
+    if not np.any(present.inside):
         raise InputError(
             f"{scenario.name}: found no time in the windows {', '.join(windows)}, expected some"
         )
-    demand = demand_of(history, inside, period, limits, scenario.command_delay)
+    demand = demand_of(history, present.inside, period, limits, scenario.command_delay)
     plan = plan_of(demand, limits, clearance, seconds)
-    before = crossings(history["wheel_speed"], inside, limits.bands)
-    about = tuple(windows), clearance, before
+    about = tuple(windows), clearance, limits, present
     if plan.answer != FOUND:
         return SpeedPlan(plan.answer, scenario, plan, *about, None)
     with_plan = planned(scenario, plan)
     engine_with_plan = engine_for(with_plan)
     history = fly_nominal(with_plan, seed, engine_with_plan)
-    inside = science_windows(with_plan, history, windows)
-    after = crossings(history["wheel_speed"], inside, limits.bands)
-    answer = NOT_FOUND if any(after.values()) else FOUND
+    flight = flight_of(with_plan, history, windows, limits)
+    safe = np.any(flight.inside) and not any(flight.crossings.values())
+    answer = FOUND if safe else NOT_FOUND
     if answer != FOUND or runs == 0:
-        return SpeedPlan(answer, with_plan, plan, *about, after)
+        return SpeedPlan(answer, with_plan, plan, *about, flight)
     clean = [
         sum(_clean(each, windows, limits, runs, seed, used))
         for each, used in ((scenario, engine), (with_plan, engine_with_plan))
     ]
-    return SpeedPlan(answer, with_plan, plan, *about, after, runs, *clean)
+    return SpeedPlan(answer, with_plan, plan, *about, flight, runs, *clean)
 
 
 def planned(scenario: Scenario, plan: Plan) -> Scenario:
@@ -126,8 +143,9 @@ def planned(scenario: Scenario, plan: Plan) -> Scenario:
             f"{place}.null_space": entry.null_space,
         }
         values |= {
-            f"{place}.momentum.{axis}": float(value)
-            for axis, value in zip("xyz", entry.momentum, strict=True)
+            f"{place}.{key}.{axis}": float(value)
+            for key in ("momentum", "momentum_rate", "torque")
+            for axis, value in zip("xyz", getattr(entry, key), strict=True)
         }
     ordered = {key: values[key] for key in sorted(values)}
     return validated(replace(scenario, parts=tuple(parts), values=ordered))
@@ -149,6 +167,5 @@ def _clean(
         assert flown.histories is not None
         for number, status in zip(numbers, flown.columns["status"], strict=True):
             history = flown.histories.of_run(number).arrays()
-            inside = science_windows(scenario, history, windows)
-            found = crossings(history["wheel_speed"], inside, limits.bands)
+            found = flight_of(scenario, history, windows, limits).crossings
             yield int(status) == Status.COMPLETE and not any(found.values())

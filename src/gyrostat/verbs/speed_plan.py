@@ -37,7 +37,7 @@ def plan_speeds(
 
     Args:
         scenario: Scenario with the controller `wheel_array`, or path of scenario.toml.
-        out: Folder for plan.toml and plan.json; None writes no file.
+        out: Folder for plan.toml, plan.json and report.html; None writes no file.
         window: Science windows among the windows of the metrics; None: all.
         clearance: Least distance of wheel speeds from zero, from each `[[controller.band]]` and
             from the limits in the windows, rad/s.

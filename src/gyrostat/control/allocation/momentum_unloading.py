@@ -26,11 +26,13 @@ class MomentumUnloading(Checked):
     )
     gain: Annotated[Scalar, positive("gain of the momentum unloading", "1/s")] = 1e-3
 
-    def __call__(self, momentum: Vector3) -> Vector3:
+    def __call__(self, momentum: Vector3, feed_forward: Vector3 | float = 0.0) -> Vector3:
         """Unloading torque in body axes, (3,), N·m.
 
         Args:
-            momentum: Total momentum of spacecraft and wheels in body axes, (3,), N·m·s.
+            momentum: Total momentum of spacecraft and wheels in body axes, less the wanted one,
+                (3,), N·m·s.
+            feed_forward: Torque that brings about the change of the wanted momentum, (3,), N·m.
         """
         limit = jnp.asarray(self.limit)
-        return jnp.clip(-self.gain * momentum, -limit, limit)
+        return jnp.clip(feed_forward - self.gain * momentum, -limit, limit)

@@ -261,7 +261,7 @@ class WheelArrayControl(Checked):
             return jnp.zeros(3)
         if self.plan is None:
             return self.unloading(momentum)
-        return self.plan.torque(self.unloading, time, attitude, momentum)
+        return self.plan.unload(self.unloading, time, attitude, momentum)
 
     def _target_rate(
         self, measurement: Any, target: Quaternion, momentum: Vector3, works: Working

@@ -7,6 +7,7 @@ program; the search for a certificate is independent of the solver of that progr
 
 from collections.abc import Iterator
 from dataclasses import dataclass
+from fractions import Fraction
 from time import monotonic
 from typing import Any
 
@@ -87,11 +88,18 @@ class Leaf:
     weights: Vector
 
     def proves(self, problem: Problem) -> bool:
-        """Whether the weights prove it, evaluated from the problem alone."""
+        """Whether the weights prove it, by the numbers of the problem in rational arithmetic."""
         matrix, bound = problem.relaxed(self.made)
-        weights = np.maximum(self.weights, 0.0)
-        least = -np.abs(weights @ matrix) @ problem.size
-        return bool(least > weights @ bound)
+        rows = np.flatnonzero(self.weights > 0.0)
+        weights = [Fraction(float(weight)) for weight in self.weights[rows]]
+
+        def weighted(values: Vector) -> Fraction:
+            pairs = zip(weights, values[rows], strict=True)
+            return sum((w * Fraction(float(v)) for w, v in pairs if v != 0.0), Fraction(0))
+
+        sums = zip(problem.size, matrix.T, strict=True)
+        least = -sum(Fraction(float(size)) * abs(weighted(column)) for size, column in sums)
+        return least > weighted(bound)
 
 
 @dataclass(frozen=True, eq=False)

@@ -10,7 +10,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import rotation_matrix
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.runs.reference_path import flown_path, nominal_setup
+from gyrostat.runs.reference_path import nominal_setup
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.telemetry.signals import runs
 
@@ -28,6 +28,7 @@ class Limits(NamedTuple):
         crossing_gain: Its gain, 1/s.
         external_torque: Torque limit of the external actuator about each axis, N·m.
         momentum_gain: Its gain, 1/s.
+        body: Inertia of the spacecraft with locked wheels, (3, 3), kg·m².
     """
 
     axes: Matrix
@@ -39,6 +40,7 @@ class Limits(NamedTuple):
     crossing_gain: float
     external_torque: float
     momentum_gain: float
+    body: Matrix
 
     @classmethod
     def of(cls, scenario: Scenario) -> "Limits":
@@ -82,6 +84,7 @@ class Limits(NamedTuple):
             values["controller.crossing_gain"],
             values["controller.external_torque_limit"],
             values["controller.momentum_gain"],
+            np.asarray(setup.plant.spacecraft.inertia, dtype=float),
         )
 
 
@@ -114,6 +117,8 @@ class Demand(NamedTuple):
         rotation: Attitude matrices, body to inertial, (samples, 3, 3).
         total: Total momentum in inertial axes, (samples, 3), N·m·s.
         wheels: Part of the wheel momenta outside the null space, (samples, wheels), N·m·s.
+        turning: Part of the wheel momenta that the rate of the body needs, (samples, wheels),
+            N·m·s.
         level: Null-space momentum z at the start, N·m·s.
         windows: Science windows, in their order.
     """
@@ -122,20 +127,9 @@ class Demand(NamedTuple):
     rotation: np.ndarray
     total: Matrix
     wheels: Matrix
+    turning: Matrix
     level: float
     windows: tuple[Window, ...]
-
-
-def science_windows(scenario: Scenario, history: Mapping[str, Any], names: Any) -> Any:
-    """Whether each sample of a run is in one of the science windows, (samples,).
-
-    Args:
-        scenario: Scenario.
-        history: Signals of the run by name, NumPy arrays.
-        names: Names of the windows.
-    """
-    path = flown_path(scenario, history)
-    return np.any([path.windows[name] for name in names], axis=0)
 
 
 def demand_of(
@@ -172,6 +166,7 @@ def demand_of(
         rotation,
         np.asarray(history["momentum"]) - impulse,
         row - needed,
+        np.asarray(history["rate"]) @ (across @ limits.body).T,
         float(limits.direction @ wheels[0]) / square if square else 0.0,
         tuple(windows),
     )

@@ -1,13 +1,14 @@
 """Plan of wheel speeds for the science windows of a run, or proof that there is none."""
 
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.types import Vector
 from gyrostat.runs.speed_plan.choices import Certificate, Problem, infeasible, solve
 from gyrostat.runs.speed_plan.demand import Demand, Limits
-from gyrostat.runs.speed_plan.problems import cost_of, necessary, sufficient
+from gyrostat.runs.speed_plan.necessary import necessary
+from gyrostat.runs.speed_plan.problems import SHARES, cost_of, sufficient
 
 FOUND, INFEASIBLE, NOT_FOUND = "found", "infeasible", "not found"
 
@@ -20,6 +21,8 @@ class Entry(NamedTuple):
         unloads: Time from there in which the external actuator works, s.
         momentum: Total momentum after it, inertial axes, (3,), N·m·s.
         null_space: Null-space momentum z, N·m·s.
+        momentum_rate: Rate of the wanted total momentum, inertial axes, (3,), N·m.
+        torque: Feed-forward torque of the actuator, inertial axes, (3,), N·m.
         window: Time interval of the science window that it serves, s.
     """
 
@@ -27,6 +30,8 @@ class Entry(NamedTuple):
     unloads: float
     momentum: Vector
     null_space: float
+    momentum_rate: Vector
+    torque: Vector
     window: tuple[float, float]
 
 
@@ -59,7 +64,10 @@ def scaled(demand: Demand, limits: Limits) -> tuple[Demand, Limits, float]:
     unit = float(np.max(limits.momentum))
     return (
         demand._replace(
-            total=demand.total / unit, wheels=demand.wheels / unit, level=demand.level / unit
+            total=demand.total / unit,
+            wheels=demand.wheels / unit,
+            turning=demand.turning / unit,
+            level=demand.level / unit,
         ),
         limits._replace(
             inertia=limits.inertia / unit,
@@ -81,9 +89,11 @@ def plan_of(demand: Demand, limits: Limits, clearance: float, seconds: float = 2
         seconds: Time for each search.
     """
     demand, limits, unit = scaled(demand, limits)
-    point, _ = solve(sufficient(demand, limits, clearance), cost_of(demand, limits), seconds)
-    if point is not None:
-        return _found(demand, unit, point)
+    for share in SHARES:
+        problem = sufficient(demand, limits, clearance, share)
+        point, _ = solve(problem, cost_of(demand, limits), seconds)
+        if point is not None:
+            return _found(demand, unit, point)
     count = len(demand.windows)
     for only in (*range(count), None) if count > 1 else (None,):
         problem = necessary(demand, limits, clearance, only)
@@ -95,42 +105,22 @@ def plan_of(demand: Demand, limits: Limits, clearance: float, seconds: float = 2
 
 
 def _found(demand: Demand, unit: float, point: Vector) -> Plan:
-    entries, count = [], len(demand.windows)
-    for window, value in zip(demand.windows, point[: 4 * count].reshape(-1, 4), strict=True):
+    values = point[: 4 * len(demand.windows)].reshape(-1, 4)
+    changes = np.diff(values[:, :3], axis=0, prepend=0.0)
+    entries = []
+    for window, value, change in zip(demand.windows, values, changes, strict=True):
         begin, end = (float(demand.time[at]) for at in (window.before, window.begin))
+        drift = demand.total[window.begin] - demand.total[window.before]
+        over = unit / (end - begin) if end > begin else 0.0
         entries.append(
             Entry(
                 begin,
                 end - begin,
                 unit * (demand.total[window.begin] + value[:3]),
                 unit * float(value[3]),
+                over * (drift + change),
+                over * change,
                 (end, float(demand.time[window.end - 1])),
             )
         )
-    changes = np.diff(point[: 4 * count].reshape(-1, 4)[:, :3], axis=0, prepend=np.zeros((1, 3)))
     return Plan(FOUND, tuple(entries), unit * float(np.sum(np.abs(changes))))
-
-
-def crossings(speed: Matrix, inside: Any, bands: Matrix) -> dict[str, int]:
-    """Crossings of zero speed, and entries into bands, within science windows.
-
-    A wheel that is in a band when a window begins has entered it.
-
-    Args:
-        speed: Wheel speeds, (samples, wheels), rad/s.
-        inside: Whether each sample is in a science window, (samples,).
-        bands: Bands of speeds of either sign, (bands, 2), rad/s.
-
-    Returns:
-        "zero" and "band": numbers of crossings and of entries.
-    """
-    inside = np.asarray(inside)
-    together = inside[1:] & inside[:-1]
-    sense = np.sign(speed)
-    passed = (sense[1:] != sense[:-1]) & (sense[:-1] != 0.0)
-    entered = 0
-    for low, high in bands:
-        within = (np.abs(speed) > low) & (np.abs(speed) < high) & inside[:, None]
-        before = np.vstack([np.zeros((1, speed.shape[1]), bool), within[:-1]])
-        entered += int(np.sum(within & ~before))
-    return {"zero": int(np.sum(passed & together[:, None])), "band": entered}

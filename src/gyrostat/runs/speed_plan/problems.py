@@ -9,13 +9,13 @@ asks for without unloading, the wheels have in the window
 Each wheel must stay in one interval of h in each window, since it cannot pass from one to another
 without being between them. Two problems enclose the truth:
 
-- A solution of the sufficient problem can be flown. In the time before a window, the actuator
-  changes D by the law of `MomentumUnloading`: |e| decreases as if it were the error of one axis, so
-  that it is below e_1 after the time T if |e_0| <= (L / k) (1 + k T - ln(L / (k e_1))), with the
-  torque L that external torques leave and the gain k. The wheels move to z by part of their torque.
-- If the necessary problem has no solution, no control can avoid the crossings with these attitudes
-  and external torques. There the actuator changes the momentum n'D by at most the integral of
-  L |R'n|_1 for any direction n, and the null-space momentum is free at each time.
+- A solution of the sufficient problem can be flown. In the time T before a window, the actuator
+  gives the constant inertial torque u = (change of D) / T, within part of its limit L in every
+  attitude of that time: |R'u| <= s L for each axis. What is left of L is for deviations from the
+  plan. The wheels move to z by part of their torque. On the way there, such as in a slew, they have
+  room for the rate of the body, up to which the law limits it.
+- If the necessary problem of `necessary.py` has no solution, no control can avoid the crossings
+  with these attitudes and external torques.
 """
 
 from typing import NamedTuple
@@ -30,12 +30,17 @@ CHUNKS = 30
 """Parts of a window, each with one attitude and the extreme momenta of its samples."""
 ROOM = 0.4
 """Share of the wheels' torque that moves them in the null space."""
+SHARES = (0.9, 1.0)
+"""Shares s of the actuator's torque that a plan uses; the first with a plan is taken."""
 LEFT = 0.02
-"""Error of a momentum at the start of a window over the clearance."""
+"""Error of the null-space momentum at the start of a window over the clearance."""
+TIMES = 24
+"""Most times before a window at which the limits of actuator and wheels are rows."""
 EXTRA = 3.0
 """Extra clearance that is worth while over the required one."""
-AT_REST = 1e-3
-"""Largest component of a rotation matrix's change of an attitude at rest."""
+WORTH = 10.0
+"""Worth of extra clearance of a wheel over that of as much momentum unloaded: deviations from the
+plan cross zero first where the clearance is least."""
 
 
 def intervals(limits: Limits, wheel: int, clearance: float) -> Matrix:
@@ -68,14 +73,12 @@ class _Part(NamedTuple):
         spread: Largest length of its changes over the part, (wheels,).
         low: Least demanded momentum, (wheels,), N·m·s.
         high: Largest demanded momentum, (wheels,), N·m·s.
-        middle: Demanded momentum at its middle, (wheels,), N·m·s.
     """
 
     across: Matrix
     spread: Vector
     low: Vector
     high: Vector
-    middle: Vector
 
 
 def _parts(demand: Demand, limits: Limits, window: Window) -> list[_Part]:
@@ -91,73 +94,93 @@ def _parts(demand: Demand, limits: Limits, window: Window) -> list[_Part]:
                 np.max(np.linalg.norm(across - across[middle], axis=2), axis=0),
                 np.min(values, axis=0),
                 np.max(values, axis=0),
-                values[middle],
             )
         )
     return parts
 
 
-def _drift(demand: Demand, rows: slice) -> float:
-    """Largest external torque about an axis, N·m."""
-    total = demand.total[rows]
-    if len(total) < 2:
-        return 0.0
-    step = demand.time[1] - demand.time[0]
-    return float(np.max(np.abs(np.diff(total, axis=0)))) / step
+def _unloading_time(demand: Demand, window: Window) -> float:
+    """Time before a window in which the actuator works, s."""
+    return float(demand.time[window.begin] - demand.time[window.before])
 
 
-def reach(demand: Demand, limits: Limits, window: Window, clearance: float) -> float:
-    """Change of momentum that the actuator surely brings about before a window, N·m·s."""
-    before = slice(window.before, window.begin + 1)
-    gain, time = limits.momentum_gain, demand.time[window.begin] - demand.time[window.before]
-    torque = limits.external_torque - _drift(demand, before)
-    left = LEFT * clearance * np.min(limits.inertia)
-    if torque <= 0.0 or left <= 0.0:
-        return 0.0
-    return max(0.0, torque / gain * (1.0 + gain * time - np.log(max(torque / (gain * left), 1.0))))
+def _times_before(window: Window) -> np.ndarray:
+    """Numbers of some samples of the time before a window, the first and the last among them."""
+    count = min(TIMES, window.begin - window.before + 1)
+    return np.linspace(window.before, window.begin, count).astype(int)
 
 
-def _steps(
-    demand: Demand, limits: Limits, clearance: float, reaches: list[float]
-) -> tuple[Matrix, Vector]:
+def _way(
+    demand: Demand, limits: Limits, clearance: float, number: int
+) -> tuple[Matrix, Vector, Vector]:
+    """Momenta of the wheels in the time before a window: rows of D and z, and both bounds.
+
+    The law needs the momentum of the body's rate twice: to take it up, and as room.
+    """
+    window, wheels = demand.windows[number], limits.axes.shape[1]
+    times = _times_before(window)[1:]
+    share = (times - window.before) / max(window.begin - window.before, 1)
+    across = np.einsum("wi,tji->twj", np.linalg.pinv(limits.axes), demand.rotation[times])
+    rows = np.zeros((len(times), wheels, 4 * len(demand.windows)))
+    rows[:, :, 4 * number : 4 * number + 3] = share[:, None, None] * across
+    rows[:, :, 4 * number + 3] = limits.direction
+    if number:
+        rows[:, :, 4 * number - 4 : 4 * number - 1] = (1.0 - share)[:, None, None] * across
+    turning = demand.turning[times]
+    most = (limits.momentum - clearance * limits.inertia - np.abs(turning)).ravel()
+    demanded = (demand.wheels[times] + turning).ravel()
+    return rows.reshape(len(most), -1), -most - demanded, most - demanded
+
+
+def _steps(demand: Demand, limits: Limits, clearance: float, share: float) -> tuple[Matrix, Vector]:
     """Rows of the sufficient problem on the changes from window to window, and their bounds."""
-    windows, size = demand.windows, 4 * len(demand.windows)
+    size = 4 * len(demand.windows)
     fastest = ROOM * np.min(limits.torque)
     largest = np.max(np.abs(limits.direction), initial=0.0)
     settles = np.log(np.max(limits.momentum) / (LEFT * clearance * np.min(limits.inertia)))
     matrices, bounds = [], []
-    for k, (window, most) in enumerate(zip(windows, reaches, strict=True)):
-        rotation = demand.rotation[window.before : window.begin + 1]
-        rests = np.max(np.abs(rotation - rotation[0]), initial=0.0) < AT_REST
-        time = demand.time[window.begin] - demand.time[window.before]
+    for k, window in enumerate(demand.windows):
+        time = _unloading_time(demand, window)
         move = 0.0
         if largest > 0.0:
             move = max(0.0, fastest / largest * (time - settles / limits.crossing_gain))
-        change = np.zeros((4, size))
-        change[:, 4 * k : 4 * k + 4] = np.eye(4)
-        change[:3, 4 * k : 4 * k + 3] = rotation[0].T
-        offset = np.zeros(4)
+        unload = np.concatenate(demand.rotation[_times_before(window)].transpose(0, 2, 1))
+        count = len(unload)
+        change, offset = np.zeros((count + 1, size)), np.zeros(count + 1)
+        change[:count, 4 * k : 4 * k + 3] = unload
+        change[count, 4 * k + 3] = 1.0
         if k:
             change[:, 4 * k - 4 : 4 * k] = -change[:, 4 * k : 4 * k + 4]
         else:
-            offset[3] = demand.level
-        bound = np.append(np.full(3, most / (1.0 if rests else np.sqrt(3.0))), move)
-        matrices += [change, -change]
-        bounds += [bound + offset, bound - offset]
+            offset[count] = demand.level
+        bound = np.append(np.full(count, share * limits.external_torque * time), move)
+        rows, low, high = _way(demand, limits, clearance, k)
+        matrices += [change, -change, rows, -rows]
+        bounds += [bound + offset, bound - offset, high, -low]
     return np.vstack(matrices), np.concatenate(bounds)
 
 
-def sufficient(demand: Demand, limits: Limits, clearance: float) -> Problem:
+def sufficient(demand: Demand, limits: Limits, clearance: float, share: float) -> Problem:
     """Problem whose solutions can be flown.
 
     Its variables are D and z of each window, the extra clearance, and the sizes of the changes.
+
+    Args:
+        demand: Demanded momenta.
+        limits: Wheels and actuator.
+        clearance: Distance from zero speed, bands and limits, rad/s.
+        share: Share of the actuator's torque that the plan may use, one of `SHARES`.
     """
     count, wheels = len(demand.windows), limits.axes.shape[1]
     own = 4 * count
-    reaches = [reach(demand, limits, window, clearance) for window in demand.windows]
-    matrix, bound = _steps(demand, limits, clearance, reaches)
+    matrix, bound = _steps(demand, limits, clearance, share)
     total = 2 * own + 1
-    farthest = np.cumsum(reaches)
+    # largest change of momentum about any axis of any attitude
+    farthest = (
+        np.sqrt(3.0)
+        * limits.external_torque
+        * np.cumsum([_unloading_time(demand, window) for window in demand.windows])
+    )
     matrix = np.column_stack([matrix, np.zeros((len(matrix), total - own))])
     sizes = _sizes(own)
     first = np.zeros(own)
@@ -177,7 +200,7 @@ def sufficient(demand: Demand, limits: Limits, clearance: float) -> Problem:
             block = np.zeros((2 * len(parts), total))
             low, high = np.zeros(len(block)), np.zeros(len(block))
             for number, part in enumerate(parts):
-                slack = part.spread[wheel] * np.sqrt(3.0) * farthest[k]
+                slack = part.spread[wheel] * farthest[k]
                 for half, sign in enumerate((1.0, -1.0)):
                     row = 2 * number + half
                     block[row, 4 * k : 4 * k + 3] = part.across[wheel]
@@ -188,7 +211,7 @@ def sufficient(demand: Demand, limits: Limits, clearance: float) -> Problem:
             choices.append(Choice(block, low, high, intervals(limits, wheel, clearance)))
     most = np.max(limits.momentum)
     limit = np.full(total, 8.0 * most)
-    limit[:own] = np.tile([*(3 * [2.0 * farthest[-1]]), 4.0 * most], count)
+    limit[:own] = np.tile([*(3 * [farthest[-1]]), 4.0 * most], count)
     limit[own] = EXTRA * clearance
     nonnegative = np.zeros((1, total))
     nonnegative[0, own] = -1.0
@@ -206,59 +229,11 @@ def _sizes(own: int) -> Matrix:
 def cost_of(demand: Demand, limits: Limits) -> Vector:
     """Cost of the variables of `sufficient`.
 
-    It is the sum of all changes of momentum and a tenth of the null-space motion, less the momentum
-    of the extra clearance.
+    It is the sum of all changes of momentum and a tenth of the null-space motion, less `WORTH`
+    times the momentum of the extra clearance.
     """
     own = 4 * len(demand.windows)
     cost = np.zeros(2 * own + 1)
-    cost[own] = -float(np.mean(limits.inertia))
+    cost[own] = -WORTH * float(np.mean(limits.inertia))
     cost[own + 1 :] = np.tile([1.0, 1.0, 1.0, 0.1], len(demand.windows))
     return cost
-
-
-def necessary(demand: Demand, limits: Limits, clearance: float, only: int | None = None) -> Problem:
-    """Problem that has a solution if any control avoids the crossings.
-
-    Its variables are D of each window and the null-space momenta of each of its times.
-
-    Args:
-        demand: Demanded momenta.
-        limits: Wheels and actuator.
-        clearance: Distance from zero speed, bands and limits, rad/s.
-        only: Number of the only window that counts; None: all.
-    """
-    count, wheels = len(demand.windows), limits.axes.shape[1]
-    null = np.linalg.svd(limits.axes)[2][np.linalg.matrix_rank(limits.axes) :].T
-    free, chosen = null.shape[1], range(count) if only is None else [only]
-    parts = {k: _parts(demand, limits, demand.windows[k]) for k in chosen}
-    starts = np.cumsum([3 * count, *(free * len(parts[k]) for k in chosen)])
-    total = int(starts[-1])
-    matrices, bounds = [], []
-    largest = np.zeros(3)
-    for k, window in enumerate(demand.windows):
-        rotation = demand.rotation[window.before : window.begin + 1]
-        directions = np.vstack([np.eye(3), rotation[0].T, rotation[-1].T])
-        period = demand.time[1] - demand.time[0]
-        within = np.sum(np.abs(np.einsum("tji,nj->tni", rotation[:-1], directions)), axis=2)
-        most = limits.external_torque * period * np.sum(within, axis=0)
-        block = np.zeros((len(directions), total))
-        block[:, 3 * k : 3 * k + 3] = directions
-        if k:
-            block[:, 3 * k - 3 : 3 * k] = -directions
-        matrices += [block, -block]
-        bounds += [most, most]
-        largest = largest + most[:3]
-    choices = []
-    for k, start in zip(chosen, starts[:-1], strict=True):
-        for wheel in range(wheels):
-            block = np.zeros((len(parts[k]), total))
-            value = np.array([part.middle[wheel] for part in parts[k]])
-            for number, part in enumerate(parts[k]):
-                block[number, 3 * k : 3 * k + 3] = part.across[wheel]
-                at = start + free * number
-                block[number, at : at + free] = null[wheel]
-            choices.append(Choice(block, value, value, intervals(limits, wheel, clearance)))
-    size = np.append(
-        np.tile(largest, count), np.full(total - 3 * count, 4.0 * np.sum(limits.momentum))
-    )
-    return Problem(np.vstack(matrices), np.concatenate(bounds), size, tuple(choices))

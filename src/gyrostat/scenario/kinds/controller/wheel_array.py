@@ -1,7 +1,7 @@
 """Control of any number of wheels."""
 
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, fields, replace
 from math import inf
 from typing import Annotated, Any, ClassVar
 
@@ -186,8 +186,12 @@ def _momentum_plan(entries: Sequence[Any]) -> MomentumPlan | None:
     """Momentum plan of the entries; None without any."""
     if not entries:
         return None
-    names = ("time", "unloads", "momentum", "null_space")
-    return MomentumPlan(*(jnp.stack([getattr(e, name) for e in entries]) for name in names))
+    return MomentumPlan(
+        **{
+            each.name: jnp.stack([getattr(entry, each.name) for entry in entries])
+            for each in fields(MomentumPlan)
+        }
+    )
 
 
 @dataclass(frozen=True, eq=False)

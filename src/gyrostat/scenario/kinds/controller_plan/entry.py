@@ -32,6 +32,25 @@ class PlanEntry(Kind):
     null_space: Annotated[
         Scalar, Key("momentum", None, "Null-space momentum z of four or more wheels.")
     ]
+    momentum_rate: Annotated[
+        Vector3,
+        Key(
+            "torque",
+            0.0,
+            "Rate of the wanted total momentum during the unloading, inertial axes.",
+            shape=(3,),
+        ),
+    ]
+    torque: Annotated[
+        Vector3,
+        Key(
+            "torque",
+            0.0,
+            "Feed-forward torque of the external actuator during the unloading, inertial axes: "
+            "`momentum_rate` less the external torques that the plan expects.",
+            shape=(3,),
+        ),
+    ]
 
     @classmethod
     def check(cls, place: str, scenario: Scenario) -> None:
