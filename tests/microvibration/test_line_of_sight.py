@@ -115,3 +115,34 @@ def test_mtf_falls_where_the_line_of_sight_jitters_most():
     blurred = result.mtf(detail, np.array([worst]), 0)
     assert blurred[0] == pytest.approx(1.0)
     assert result.mtf(detail, np.array([calm]), 0)[1] > blurred[1]
+
+
+def test_the_sense_of_rotation_counts_in_mtf_and_in_runs():
+    """A wheel that turns the other way is one with the opposite axis, in every result."""
+    near = replace(MODEL, frequency=np.array([0.0, 45.0, 48.0]))
+    one = wheel((Harmonic(1.0, {"force": 1e-6}),))
+    both, other = (
+        line_of_sight([each], near, SPEED, 0.05) for each in (one, replace(one, axis=-AXIS))
+    )
+    detail = np.array([0.3 / both.rms().max()])
+    speed = SPEED[np.argmax(np.abs(np.diff(both.mean_squares()[:, 0], axis=0)))]
+    curves = [both.mtf(detail, np.array([sense * speed]), 0) for sense in (1.0, -1.0)]
+    assert abs(curves[0] - curves[1]) > 1e-3
+    np.testing.assert_allclose(curves[1], other.mtf(detail, np.array([speed]), 0), rtol=1e-12)
+    worst = both.worst()
+    np.testing.assert_allclose(worst, -other.worst())
+    assert both.in_run(worst[None, :])[0] == pytest.approx(np.max(both.mean_squares()))
+    assert both.in_run(-worst[None, :])[0] < np.max(both.mean_squares()) * 0.999
+
+
+def test_motion_in_a_run_is_the_sum_over_wheels_and_unknown_above_the_speeds_computed():
+    harmonics = (Harmonic(1.0, {"force": 1e-6}),)
+    result = line_of_sight([wheel(harmonics), wheel(harmonics, name="b")], MODEL, SPEED, 0.05)
+    squares = result.mean_squares()
+    speed = np.array([[SPEED[10], -SPEED[70]], [-SPEED[20], SPEED[399]], [0.0, 0.0]])
+    expected = [squares[0, 0, 10] + squares[1, 1, 70], squares[1, 0, 20] + squares[0, 1, 399]]
+    found = result.in_run(np.vstack([speed, [SPEED[-1] * 1.01, SPEED[0]]]))
+    np.testing.assert_allclose(found[:2], expected, rtol=1e-12)
+    # below the speeds computed, that of the lowest one
+    assert found[2] == pytest.approx(squares[0, 0, 0] + squares[0, 1, 0])
+    assert np.isnan(found[3])

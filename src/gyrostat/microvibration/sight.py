@@ -95,24 +95,56 @@ class LineOfSight(Pictured):
     wheels: tuple[WheelMotion, ...]
     reverse: tuple[WheelMotion, ...] = ()
 
-    def rms(self, *measures: str) -> Matrix:
-        """Root mean square about both axes of measures together, (wheels, S), rad.
-
-        It is that of the sense of rotation in which it is larger.
+    def mean_squares(self, *measures: str) -> Any:
+        """Mean square about both axes of measures together, by sense, (senses, wheels, S), rad².
 
         Args:
             measures: Some of shift, smear and jitter; smear and jitter by default.
         """
         names = measures or ("smear", "jitter")
-        squares = [
+        return np.array(
             [
-                np.sum([wheel.mean_square(name, self.exposure) for name in names], axis=(0, 1))
-                for wheel in wheels
+                [
+                    np.sum([wheel.mean_square(name, self.exposure) for name in names], axis=(0, 1))
+                    for wheel in wheels
+                ]
+                for wheels in (self.wheels, self.reverse)
+                if wheels
             ]
-            for wheels in (self.wheels, self.reverse)
-            if wheels
-        ]
-        return np.sqrt(np.max(squares, axis=0))
+        )
+
+    def rms(self, *measures: str) -> Matrix:
+        """Root mean square about both axes of measures together, (wheels, S), rad.
+
+        It is that of the sense of rotation in which it is larger; see `mean_squares`.
+        """
+        return np.sqrt(np.max(self.mean_squares(*measures), axis=0))
+
+    def worst(self) -> Vector:
+        """Speed of each wheel with the largest smear and jitter, (wheels,), rad/s.
+
+        It is negative where the larger one belongs to the other sense of rotation.
+        """
+        squares = self.mean_squares()
+        columns = np.argmax(np.max(squares, axis=0), axis=1)
+        senses = [np.argmax(squares[:, wheel, k]) for wheel, k in enumerate(columns)]
+        return self.speed[columns] * np.where(np.array(senses) == 0, 1.0, -1.0)
+
+    def in_run(self, speed: Matrix) -> Vector:
+        """Mean square of smear and jitter about both axes, of all wheels together, (N,), rad².
+
+        Below the speeds computed it is that of the lowest one; above them it is NaN.
+
+        Args:
+            speed: Speeds of the wheels at each time, of either sign, (N, wheels), rad/s.
+        """
+        squares = self.mean_squares()
+        total = np.zeros(len(speed))
+        for k, each in enumerate(np.asarray(speed).T):
+            for rows, sense in ((squares[0], each >= 0.0), (squares[-1], each < 0.0)):
+                part = np.interp(np.abs(each), self.speed, rows[k], right=np.nan)
+                total = total + np.where(sense, part, 0.0)
+        return total
 
     def bands(self) -> list[tuple[float, float]]:
         """Ranges of speeds at which a wheel may exceed its share of the limit, rad/s.
@@ -137,12 +169,15 @@ class LineOfSight(Pictured):
 
         Args:
             detail: Spatial frequencies, (details,), cycles/rad.
-            speeds: Speed of each wheel, within the speeds computed, (wheels,), rad/s.
+            speeds: Speed of each wheel, its size within the speeds computed, (wheels,), rad/s;
+                negative for the other sense of rotation.
             axis: Axis about which the line of sight turns: 0 or 1.
         """
         frequency, amplitude, square = [], [], 0.0
-        for wheel, speed in zip(self.wheels, speeds, strict=True):
-            k = int(np.argmin(np.abs(self.speed - speed)))
+        pairs = zip(self.wheels, self.reverse or self.wheels, strict=True)
+        for (wheel, reverse), speed in zip(pairs, speeds, strict=True):
+            k = int(np.argmin(np.abs(self.speed - abs(speed))))
+            wheel = reverse if speed < 0.0 else wheel
             frequency.append(wheel.frequency[:, k])
             amplitude.append(wheel.amplitude[:, axis, k])
             square += float(wheel.noise["smear"][axis, k] + wheel.noise["jitter"][axis, k])

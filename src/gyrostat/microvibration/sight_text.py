@@ -48,7 +48,7 @@ def text_lines(result: LineOfSight, detail: float | None = None) -> list[str]:
             )
     if detail is not None:
         value = plain(_worst_mtf(result, detail))
-        lines.append(f"MTF at {plain(detail)} cycles/rad: {value}, each wheel at its worst speed")
+        lines.append(f"MTF at {plain(detail)} cycles/rad: {value}, each wheel at its worst speed and sense")
     if result.limit is not None:
         bands = result.bands()
         word = "band" if len(bands) == 1 else "bands"
@@ -59,13 +59,15 @@ def text_lines(result: LineOfSight, detail: float | None = None) -> list[str]:
 
 
 def _worst_mtf(result: LineOfSight, detail: float) -> float:
-    """Smallest MTF about the two axes with each wheel at its worst speed."""
-    worst = result.speed[np.argmax(result.rms(), axis=1)]
-    return min(float(result.mtf(np.array([detail]), worst, axis)[0]) for axis in (0, 1))
+    """Smallest MTF about the two axes with each wheel at its worst speed and sense of rotation."""
+    return min(float(result.mtf(np.array([detail]), result.worst(), axis)[0]) for axis in (0, 1))
 
 
 def content(result: LineOfSight, detail: float | None = None) -> dict[str, Any]:
-    """Content of jitter.json, SI units; see `text_lines`."""
+    """Content of jitter.json, SI units; see `text_lines`.
+
+    Values of wheels are those of the sense of rotation in which they are larger.
+    """
     return {
         "exposure": result.exposure,
         "limit": result.limit,
@@ -74,10 +76,7 @@ def content(result: LineOfSight, detail: float | None = None) -> dict[str, Any]:
         "mtf": None if detail is None else _worst_mtf(result, detail),
         "speed": result.speed.tolist(),
         "wheels": {
-            wheel.name: {
-                name: np.sqrt(np.sum(wheel.mean_square(name, result.exposure), axis=0)).tolist()
-                for name in WEIGHTS
-            }
-            for wheel in result.wheels
+            wheel.name: {name: result.rms(name)[k].tolist() for name in WEIGHTS}
+            for k, wheel in enumerate(result.wheels)
         },
     }
