@@ -148,12 +148,12 @@ def average(
             innovations, levels, every, prior_information, names, scale, stated=stated
         )
     mean = weight @ hypotheses.mean
-    apart = hypotheses.mean - mean
+    apart = (hypotheses.mean - mean)[:, :count]
     inside = np.einsum("h,hij->ij", weight, hypotheses.covariance)
-    covariance = inside + np.einsum("h,hi,hj->ij", weight, apart, apart)
+    covariance = inside + (weight[:, None] * apart).T @ apart
     return Average(
         shift=scale * mean[:count],
-        covariance=np.outer(scale, scale) * covariance[:count, :count],
+        covariance=np.outer(scale, scale) * covariance,
         coefficients=mean[count:],
         effects=(
             *_effect_marginals(hypotheses, weight, effects, count),
@@ -185,7 +185,7 @@ def _effect_marginals(
         largest = int(np.argmax(np.abs(mean)))
         at = first + largest
         apart = hypotheses.mean[:, at] - shift[largest]
-        variance = float(share @ (hypotheses.covariance[:, at, at] + apart**2))
+        variance = float(share @ (hypotheses.variance[:, at] + apart**2))
         value, sigma = float(mean[largest]), float(np.sqrt(variance))
         chance = float(min(weight_present.sum(), 1.0))
         prior = effect.scales[0] if len(effect.scales) == 1 else None

@@ -4,7 +4,6 @@ from collections.abc import Sequence
 from dataclasses import dataclass
 from itertools import product
 from math import lgamma
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -13,6 +12,7 @@ from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.fit.prediction import Linearisation
 from gyrostat.identification.uncertainty.effects import LARGEST_RIPPLE_ODDS, RIPPLES, Nuisance
 from gyrostat.identification.uncertainty.innovations import Innovations, innovations
+from gyrostat.identification.uncertainty.regressions import Regressions
 from gyrostat.identification.uncertainty.torque_noise import TorqueNoise
 
 PRESENT, ABSENT = 0.5, 0.25
@@ -20,11 +20,6 @@ PRESENT, ABSENT = 0.5, 0.25
 2/3, because real wheels have most of the effects."""
 NEGLIGIBLE = 20.0
 """Hypotheses whose probability is smaller than that of the best by exp(20) are left out."""
-BATCH = 512
-"""Number of hypotheses whose evidence is computed at once, which bounds the memory."""
-BORDER = 1e-4
-"""Added to the border of a normalised matrix and subtracted from its pivot, so that rounding errors
-do not make it indefinite where a regression leaves nothing of the residual."""
 CLEARLY_MORE = 3.0
 """Standard deviations by which residuals must exceed a stated noise to replace it."""
 
@@ -61,7 +56,8 @@ class Posteriors:
 
     Attributes:
         mean: Whitened parameters and coefficients, (h, n + m).
-        covariance: Covariance of `mean`, (h, n + m, n + m).
+        covariance: Covariance of the parameters, (h, n, n).
+        variance: Variance of each of `mean`, (h, n + m).
         log_weight: Logarithm of evidence times prior, (h,).
         scales: Scale of each nuisance, (h, effects); zero: absent.
         levels: Levels of ripple and random-walk torque, (h, 2).
@@ -69,6 +65,7 @@ class Posteriors:
 
     mean: Matrix
     covariance: Vector
+    variance: Matrix
     log_weight: Vector
     scales: Matrix
     levels: Matrix
@@ -150,58 +147,6 @@ def _choices(effects: Sequence[Nuisance]) -> Matrix:
     return choices
 
 
-@dataclass(frozen=True)
-class _System:
-    """Linear regressions of all hypotheses at one level of torque noise.
-
-    Attributes:
-        products: Sums of products of the residual and c columns, (1 + c, 1 + c).
-        base: Information matrix of the prior, (c, c), with coefficients in prior sigmas.
-        spread: Prior sigma of each coefficient for each hypothesis, (h, c).
-        pulls: Information vectors of the prior, (h, c).
-        misfit: Sum of squares of the residual and of the distance from the prior means, (h,).
-    """
-
-    products: Matrix
-    base: Matrix
-    spread: Matrix
-    pulls: Matrix
-    misfit: Vector
-
-    def normal(self, which: Any) -> tuple[Vector, Matrix, Matrix]:
-        """Normal matrices over the outer product of their units, right-hand sides, units."""
-        spread = self.spread[which]
-        matrix = spread[:, :, None] * self.products[1:, 1:] * spread[:, None, :] + self.base
-        # normalise: otherwise very different precisions of the parameters cause rounding errors
-        unit = np.sqrt(np.diagonal(matrix, axis1=1, axis2=2))
-        matrix /= unit[:, :, None] * unit[:, None, :]
-        return matrix, spread * self.products[1:, 0] + self.pulls[which], unit
-
-    def deviance(self) -> Vector:
-        """Misfit plus log determinant of every hypothesis, (h,), by one bordered factorisation."""
-        results = []
-        for first in range(0, len(self.spread), BATCH):
-            matrix, right, unit = self.normal(slice(first, first + BATCH))
-            misfit = self.misfit[first : first + BATCH]
-            count, size = right.shape
-            bordered = np.zeros((count, size + 1, size + 1))
-            bordered[:, :size, :size] = matrix
-            bordered[:, size, :size] = right / (unit * np.sqrt(misfit)[:, None])
-            bordered[:, size, size] = 1.0 + BORDER
-            pivots = np.diagonal(np.linalg.cholesky(bordered), axis1=1, axis2=2)
-            determinant = 2.0 * np.sum(np.log(unit * pivots[:, :size]), axis=1)
-            results.append(misfit * (pivots[:, size] ** 2 - BORDER) + determinant)
-        return np.concatenate(results)
-
-    def moments(self, which: Any) -> tuple[Matrix, Vector]:
-        """Means and covariances of some hypotheses."""
-        matrix, right, unit = self.normal(which)
-        inverse = np.linalg.inv(matrix) / (unit[:, :, None] * unit[:, None, :])
-        mean = np.einsum("hij,hj->hi", inverse, right)
-        spread = self.spread[which]
-        return spread * mean, spread[:, :, None] * inverse * spread[:, None, :]
-
-
 def posteriors(
     found: Sequence[Innovations],
     effects: Sequence[Nuisance],
@@ -221,53 +166,27 @@ def posteriors(
         stated: Whether the user stated the noise of the speed.
         odds: Logarithm of further prior odds of each level, (g,).
     """
-    information, pull = prior
-    count = len(pull)
-    widths = [effect.columns[0].shape[1] for effect in effects]
-    size = count + sum(widths)
     total, logs = summed(found, stated)
     choices = _choices(effects)
-    spread = np.ones((len(choices), size))
-    spread[:, count:] = np.repeat(choices, widths, axis=1)
-    # in units of its prior sigma, the column of an absent coefficient is zero
-    base = np.eye(size)
-    base[:count, :count] = information
-    pulls = _pulls(effects, choices, count, size)
-    pulls[:, :count] = pull
-    apart = np.sum(pulls[:, count:] ** 2, axis=1)
-    # the least distance from the prior of the parameters, without which the misfit is no square
-    apart += float(pull @ np.linalg.pinv(information, hermitian=True) @ pull)
+    widths = [effect.columns[0].shape[1] for effect in effects]
+    means = [np.zeros(w) if e.at is None else -e.at for e, w in zip(effects, widths, strict=True)]
+    regressions = Regressions(total, *prior, widths, choices, means)
     counted = [e.beside is None and e.odds is None for e in effects]
     sizes = np.array([len(effect.scales) for effect in effects])[counted]
     sizes = np.append(sizes, (len(RIPPLES), len(RIPPLES)))
     sampled = (choices > 0.0) @ [np.log(e.odds / len(e.scales)) if e.odds else 0.0 for e in effects]
-    systems = [_System(each, base, spread, pulls, each[0, 0] + apart) for each in total]
     weights = []
-    for level, system, log, further in zip(levels, systems, logs, odds, strict=True):
+    for level, log, further in zip(levels, logs, odds, strict=True):
         rows = np.broadcast_to(level, (len(choices), 2))
         present = np.column_stack([choices[:, counted], rows]) > 0.0
         chance = _presence(present) - present @ np.log(sizes)
         if level[0] == RIPPLES[-1]:
             chance = chance + np.log(LARGEST_RIPPLE_ODDS)
-        weights.append(chance + sampled + further - 0.5 * (log + system.deviance()))
-    best = max(float(np.max(weight)) for weight in weights)
-    parts = []
-    for level, system, weight in zip(levels, systems, weights, strict=True):
-        which = np.flatnonzero(weight > best - NEGLIGIBLE)
-        rows = np.broadcast_to(level, (len(which), 2))
-        parts.append((*system.moments(which), weight[which], choices[which], rows))
-    return Posteriors(*(np.concatenate(column) for column in zip(*parts, strict=True)))
-
-
-def _pulls(effects: Sequence[Nuisance], choices: Matrix, count: int, size: int) -> Matrix:
-    """Distance of the prior means from the linearisation, in prior sigmas, (h, n + m)."""
-    pulls, first = np.zeros((len(choices), size)), count
-    for k, effect in enumerate(effects):
-        last = first + effect.columns[0].shape[1]
-        if effect.at is not None:
-            pulls[:, first:last] = -effect.at / choices[:, k, None]
-        first = last
-    return pulls
+        weights.append(chance + sampled + further - 0.5 * log)
+    weight = np.array(weights) - 0.5 * regressions.deviances()
+    level, which = np.nonzero(weight > weight.max() - NEGLIGIBLE)
+    moments = regressions.moments(level, which)
+    return Posteriors(*moments, weight[level, which], choices[which], levels[level])
 
 
 def _presence(present: NDArray[np.bool_]) -> Vector:
