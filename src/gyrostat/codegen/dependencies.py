@@ -1,10 +1,11 @@
 """Data-dependency graph."""
 
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from gyrostat.codegen.program import (
     Assign,
+    Block,
     Branch,
     Call,
     Fill,
@@ -16,7 +17,6 @@ from gyrostat.codegen.program import (
     Store,
     Table,
     inner_blocks,
-    statements,
 )
 
 
@@ -46,43 +46,64 @@ def read_by(statement: Statement) -> list[Operand]:
     return operands
 
 
-def dependencies(functions: Sequence[Function]) -> dict[Name | Table, list[Operand | Table]]:
+Graph = dict[Name | Table, list[Operand | Table]]
+"""Names and tables that each name and table depends on directly."""
+
+
+def dependencies(functions: Sequence[Function]) -> Graph:
     """Names and tables that each name and table of some functions depends on directly."""
-    graph: dict[Name | Table, list[Operand | Table]] = {}
+    graph: Graph = {}
     for function in functions:
-        for statement in statements(function.body):
-            for target, needs in _needs(statement):
-                graph.setdefault(target, []).extend(need for need in needs if need is not None)
+        _add(function.body, (), graph)
     return graph
 
 
-def _needs(statement: Statement) -> Iterator[tuple[Name | Table, Sequence[Operand | Table | None]]]:
-    match statement:
-        case Assign(target, _, operands, _, table):
-            yield target, (*operands, table)
-        case Fill(table, values):
-            yield table, values
-        case Loop(carried=carried, goes_on=goes_on, stacked=stacked):
-            yield from ((each.name, (each.first, each.next, goes_on)) for each in carried)
-            yield statement.counter, (statement.start,)
-            yield from ((table, (goes_on,)) for table in (*stacked, *_stored(statement)))
-        case Store(table, indices, value):
-            yield table, (*indices, value)
-        case Branch(index, _, values, targets):
-            yield from ((table, (index,)) for table in _stored(statement))
-            for target, *choices in zip(targets, *values, strict=True):
-                yield target, (index, *choices)
-        case Call(function, operands, targets):
-            for target, result in zip(targets, function.results, strict=True):
-                yield target, (result,)
-            for parameter, operand in zip(function.parameters, operands, strict=True):
-                yield parameter, (operand,)
+def _add(block: Block, controls: tuple[Operand, ...], graph: Graph) -> None:
+    """Add the dependencies of a block.
+
+    Args:
+        block: Statements.
+        controls: Indices and conditions of the branches and loops around them.
+        graph: Dependencies so far.
+    """
+
+    def needs(target: Name | Table) -> list[Operand | Table]:
+        return graph.setdefault(target, [])
+
+    for statement in block:
+        match statement:
+            case Assign():
+                found = needs(statement.target)
+                found += statement.operands
+                if statement.table is not None:
+                    found.append(statement.table)
+            case Store():
+                needs(statement.table).extend((*statement.indices, statement.value, *controls))
+            case Fill():
+                needs(statement.table).extend(statement.values)
+            case Loop():
+                limit = () if statement.goes_on is None else (statement.goes_on,)
+                for each in statement.carried:
+                    needs(each.name).extend((each.first, each.next, *limit))
+                needs(statement.counter).append(statement.start)
+                for table in statement.stacked:
+                    needs(table).extend(limit)
+                for inner in inner_blocks(statement):
+                    _add(inner, (*controls, *limit), graph)
+            case Branch():
+                for target, *choices in zip(statement.targets, *statement.values, strict=True):
+                    needs(target).extend((statement.index, *choices))
+                for inner in statement.blocks:
+                    _add(inner, (*controls, statement.index), graph)
+            case Call():
+                called = statement.function
+                for target, result in zip(statement.targets, called.results, strict=True):
+                    needs(target).append(result)
+                for parameter, operand in zip(called.parameters, statement.operands, strict=True):
+                    needs(parameter).append(operand)
 
 
-def _stored(statement: Statement) -> Iterator[Table]:
-    """Tables that the blocks inside a statement store elements of."""
-    for block in inner_blocks(statement):
-        yield from (each.table for each in statements(block) if isinstance(each, Store))
+_NODES = (Name, Table)
 
 
 def reached(
@@ -93,7 +114,7 @@ def reached(
     stack = list(start)
     while stack:
         node = stack.pop()
-        if isinstance(node, Name | Table) and node not in nodes:
+        if isinstance(node, _NODES) and node not in nodes:
             nodes.add(node)
             stack += edges.get(node, ())
     return nodes

@@ -203,6 +203,9 @@ Statement = Assign | Fill | Store | Loop | Branch | Call
 Block = list[Statement]
 
 
+_WITH_BLOCKS = (Loop, Branch)
+
+
 def inner_blocks(statement: Statement) -> list[Block]:
     """Blocks inside a statement; empty if it has none."""
     if isinstance(statement, Loop):
@@ -212,7 +215,15 @@ def inner_blocks(statement: Statement) -> list[Block]:
 
 def statements(block: Block) -> Iterator[Statement]:
     """Statements of a block, each followed by the statements inside it."""
+    found: Block = []
+    _collect(block, found)
+    return iter(found)
+
+
+def _collect(block: Block, found: Block) -> None:
+    # programs have 100 000 statements: generators inside generators take several times as long
     for statement in block:
-        yield statement
-        for inner in inner_blocks(statement):
-            yield from statements(inner)
+        found.append(statement)
+        if isinstance(statement, _WITH_BLOCKS):
+            for inner in inner_blocks(statement):
+                _collect(inner, found)
