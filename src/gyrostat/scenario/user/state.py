@@ -135,4 +135,9 @@ def _is_in(module: Any, package: str) -> bool:
 
 
 def _modules(package: str) -> list[ModuleType]:
-    return [module for name, module in list(sys.modules.items()) if _is_in(name, package)]
+    # a session has thousands of modules: most are excluded by the first test
+    return [
+        module
+        for name, module in list(sys.modules.items())
+        if name.startswith(package) and _is_in(name, package)
+    ]
