@@ -8,10 +8,12 @@ without branches.
 from jaxtyping import Array, Float
 
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.traced_once import traced_once
 
 Square = Float[Array, "n n"]
 
 
+@traced_once
 def product(left: Float[Array, "n k"], right: Float[Array, "k m"]) -> Float[Array, "n m"]:
     """Matrix product as a sum of outer products, which XLA fuses with neighbouring operations.
 
@@ -29,6 +31,7 @@ def symmetric(matrix: Square) -> Square:
     return 0.5 * (matrix + matrix.T)
 
 
+@traced_once
 def whiten(positive: Square, right: Float[Array, "n m"]) -> Float[Array, "n m"]:
     """C^-1 `right`, where `positive` = C C' with C lower triangular (Cholesky factor).
 
@@ -48,6 +51,7 @@ def whiten(positive: Square, right: Float[Array, "n m"]) -> Float[Array, "n m"]:
     return jnp.stack(solution)
 
 
+@traced_once
 def factor(semidefinite: Square, drop: float = 1e-13) -> Square:
     """Lower triangular L with L L' = `semidefinite`, which may be singular.
 
@@ -69,6 +73,7 @@ def factor(semidefinite: Square, drop: float = 1e-13) -> Square:
     return jnp.stack(columns, axis=1)
 
 
+@traced_once
 def inverse_definite(matrix: Square) -> Square:
     """Inverse of a symmetric positive definite matrix, by elimination without pivoting."""
     size = len(matrix)
@@ -80,6 +85,7 @@ def inverse_definite(matrix: Square) -> Square:
     return rows[:, size:]
 
 
+@traced_once
 def solve(
     matrix: Square, right: Float[Array, "n m"]
 ) -> tuple[Float[Array, "n m"], Float[Array, ""]]:

@@ -15,6 +15,7 @@ from jaxtyping import Array, Bool, Float
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
+from gyrostat.core.traced_once import traced_once
 
 SMALL_ANGLE = 1e-4
 """Angle below which series replace sin(x)/x and similar terms, rad. Series error: below 1e-17."""
@@ -52,6 +53,7 @@ def direction_at(longitude: Scalar, latitude: Scalar) -> Vector3:
     return jnp.stack([level * jnp.cos(longitude), level * jnp.sin(longitude), up])
 
 
+@traced_once
 def product(first: Quaternion, second: Quaternion) -> Quaternion:
     """Hamilton product: R(first second) = R(first) R(second)."""
     a, u = first[0], first[1:]
@@ -59,11 +61,13 @@ def product(first: Quaternion, second: Quaternion) -> Quaternion:
     return jnp.concatenate([(a * b - u @ v)[None], a * v + b * u + jnp.cross(u, v)])
 
 
+@traced_once
 def conjugate(quaternion: Quaternion) -> Quaternion:
     """Conjugate of a quaternion: the inverse rotation."""
     return quaternion * jnp.array([1.0, -1.0, -1.0, -1.0])
 
 
+@traced_once
 def normalised(quaternion: Quaternion) -> Quaternion:
     """Quaternion scaled to unit length."""
     return quaternion / jnp.sqrt(quaternion @ quaternion)
@@ -83,6 +87,7 @@ def check_unit(quaternion: Float[Array, "... 4"]) -> None:
         )
 
 
+@traced_once
 def to_inertial(quaternion: Quaternion, vector: Vector3) -> Vector3:
     """Transform a vector from body axes to inertial axes: R v."""
     scalar, axis = quaternion[0], quaternion[1:]
@@ -90,11 +95,13 @@ def to_inertial(quaternion: Quaternion, vector: Vector3) -> Vector3:
     return vector + scalar * twice + jnp.cross(axis, twice)
 
 
+@traced_once
 def to_body(quaternion: Quaternion, vector: Vector3) -> Vector3:
     """Transform a vector from inertial axes to body axes: R' v."""
     return to_inertial(conjugate(quaternion), vector)
 
 
+@traced_once
 def rotation_matrix(quaternion: Quaternion) -> Float[Array, "3 3"]:
     """Rotation matrix R of a quaternion. Its columns are the body axes in inertial axes."""
     q0, q1, q2, q3 = quaternion
@@ -107,6 +114,7 @@ def rotation_matrix(quaternion: Quaternion) -> Float[Array, "3 3"]:
     )
 
 
+@traced_once
 def from_matrix(matrix: Float[Array, "3 3"]) -> Quaternion:
     """Quaternion of a rotation matrix, with scalar part >= 0 (Shepperd's method)."""
     (a, b, c), (d, e, f), (g, h, i) = matrix
@@ -123,6 +131,7 @@ def from_matrix(matrix: Float[Array, "3 3"]) -> Quaternion:
     return jnp.where(best[0] < 0.0, -best, best)
 
 
+@traced_once
 def from_rotation_vector(vector: Vector3) -> Quaternion:
     """Quaternion of a rotation about the direction of `vector` by its length, rad."""
     squared = vector @ vector
@@ -133,6 +142,7 @@ def from_rotation_vector(vector: Vector3) -> Quaternion:
     return jnp.concatenate([scalar[None], scale * vector])
 
 
+@traced_once
 def rotation_vector(quaternion: Quaternion) -> Vector3:
     """Rotation vector (axis times angle) of the shortest rotation, rad, of length at most pi."""
     shortest = jnp.where(quaternion[0] < 0.0, -quaternion, quaternion)
@@ -144,35 +154,41 @@ def rotation_vector(quaternion: Quaternion) -> Vector3:
     return scale * axis
 
 
+@traced_once
 def rate_of_quaternion(quaternion: Quaternion, rate: Vector3) -> Quaternion:
     """Time derivative of a quaternion at a given body rate, 1/s."""
     return 0.5 * product(quaternion, jnp.concatenate([jnp.zeros(1), rate]))
 
 
+@traced_once
 def error(quaternion: Quaternion, target: Quaternion) -> Quaternion:
     """Error quaternion: rotation from target to actual attitude, body axes, scalar part >= 0."""
     turn = product(conjugate(target), quaternion)
     return jnp.where(turn[0] < 0.0, -turn, turn)
 
 
+@traced_once
 def error_angle(quaternion: Quaternion, target: Quaternion) -> Scalar:
     """Angle of the shortest rotation between two attitudes, rad, in [0, pi]."""
     turn = error(quaternion, target)
     return 2.0 * jnp.arctan2(jnp.sqrt(turn[1:] @ turn[1:]), turn[0])
 
 
+@traced_once
 def angle_between(first: Vector3, second: Vector3) -> Scalar:
     """Angle between two vectors, rad, accurate for small angles too; 0 if a vector is zero."""
     normal = jnp.cross(first, second)
     return jnp.arctan2(jnp.sqrt(normal @ normal), first @ second)
 
 
+@traced_once
 def to_mrp(quaternion: Quaternion) -> Vector3:
     """Modified Rodrigues parameters axis tan(angle / 4), of length 1 or less."""
     shortest = jnp.where(quaternion[0] < 0.0, -quaternion, quaternion)
     return shortest[1:] / (1.0 + shortest[0])
 
 
+@traced_once
 def from_mrp(mrp: Vector3) -> Quaternion:
     """Quaternion of modified Rodrigues parameters."""
     squared = mrp @ mrp

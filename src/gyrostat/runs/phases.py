@@ -1,15 +1,17 @@
 """Controller that switches to another design when the target changes or a wheel fails."""
 
 from dataclasses import replace
+from functools import partial
 from typing import Any, NamedTuple
 
 import equinox as eqx
-from jaxtyping import Array, Float
+from jaxtyping import Array, Float, Int
 
 from gyrostat.control.guidance import Guide, toward
 from gyrostat.control.missing_sample import predicted
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.traced_once import traced_once
 from gyrostat.core.validation import check_parts, check_period
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 
@@ -18,6 +20,12 @@ def in_orbit(controller: Any, orbit: OrbitEnvironment | None) -> Any:
     """Controller that gets the orbit of the run by its method `in_orbit`, if it has one."""
     get = getattr(controller, "in_orbit", None)
     return controller if orbit is None or get is None else get(orbit)
+
+
+@traced_once
+def _entry(number: Int[Array, ""], stacked: Float[Array, "phases ..."]) -> Float[Array, "..."]:
+    """Entry of a stack of arrays."""
+    return stacked[number]
 
 
 class PhasesMemory(NamedTuple):
@@ -70,7 +78,8 @@ class Phases(eqx.Module):
         """Controller that is active at a time, s."""
         # tolerance, because a multiple of the period has a rounding error
         number = jnp.sum(self.starts <= time + 1e-9) - 1
-        active = in_orbit(jax.tree.map(lambda leaf: leaf[number], self.plans), self.orbit)
+        plan = jax.tree.map(partial(_entry, number), self.plans)
+        active = in_orbit(plan, self.orbit)
         return active if self.guide is None else toward(active, self.guide)
 
     def start(self, period: Scalar) -> PhasesMemory:
