@@ -10,6 +10,7 @@ EXTRAS = {
     "bench": ("npTDMS>=1.10", "asammdf>=8.0", "space_packet_parser>=6.0"),
     "cluster": ("dask>=2025.1", "distributed>=2025.1"),
     "cuda": ("nvidia-cuda-nvrtc>=13",),
+    "fly": ("ziglang>=0.17",),
     "opencl": ("pyopencl>=2024.1",),
     "orbit": ("sgp4>=2.23", "ppigrf>=2.0", "pyerfa>=2.0.1.4", "pymsis>=0.10"),
     "posterior": ("blackjax>=1.2",),

@@ -87,7 +87,7 @@ def compiler_options() -> tuple[str, ...]:
 @lru_cache
 def _version(command: tuple[str, ...]) -> str:
     """Text about the compiler's version."""
-    return _run([*command, "--version"])
+    return output_of([*command, "--version"])
 
 
 def header(name: str = "lanes.h") -> str:
@@ -254,9 +254,9 @@ def _compile(cache: Cache, text: str, command: tuple[str, ...]) -> bytes:
             (folder / "lanes.h").write_text(header(), encoding="utf-8")
             files = ("-o", "made.so", "program.c", "-lm")
             try:
-                _run([*command, *files, "-fopenmp"], folder)
+                output_of([*command, *files, "-fopenmp"], folder)
             except InputError:  # without support in the compiler, one thread is used
-                _run([*command, *files], folder)
+                output_of([*command, *files], folder)
             return (folder / "made.so").read_bytes()
     except OSError as error:
         raise InputError(
@@ -285,7 +285,8 @@ def _load(content: bytes, origin: str) -> ctypes.CDLL:
     )
 
 
-def _run(command: Sequence[str], folder: Path | None = None) -> str:
+def output_of(command: Sequence[str], folder: Path | None = None) -> str:
+    """Output of a compiler; raises `InputError` if it does not run, or fails."""
     try:
         process = run_compiler(command, folder)
     except OSError as error:

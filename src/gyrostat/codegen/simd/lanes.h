@@ -13,6 +13,8 @@
 
 #if defined(__AVX512F__) && defined(__AVX512DQ__)
 #define LANES 8
+#elif defined(__wasm__)
+#define LANES 2 /* its vectors have 128 bits */
 #else
 #define LANES 4
 #endif
@@ -76,6 +78,8 @@ FUNCTION integer as_integer(real x) { return (integer)x; }
 /* not a loop over the lanes: the compiler would keep thousands of these until late */
 #if LANES == 8
 #define ALL(x) {x, x, x, x, x, x, x, x}
+#elif LANES == 2
+#define ALL(x) {x, x}
 #else
 #define ALL(x) {x, x, x, x}
 #endif

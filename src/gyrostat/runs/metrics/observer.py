@@ -191,10 +191,10 @@ def ended(seen: Any, period: float) -> Vector:
     """Time of the last valid sample of each run, s; 0 for a run that diverges at its start.
 
     Args:
-        seen: `Seen` with a leading axis of runs.
+        seen: `Seen` of NumPy with a leading axis of runs.
         period: Control period, s.
     """
-    return np.maximum(np.asarray(seen.samples) - 1, 0) * period
+    return np.maximum(seen.samples - 1, 0) * period
 
 
 def concluded(
@@ -204,11 +204,10 @@ def concluded(
 
     Args:
         scenario: Scenario of the runs.
-        seen: `Seen` with a leading axis of runs.
+        seen: `Seen` of NumPy with a leading axis of runs.
         errors: Percentiles of the pointing errors of the runs, and of each window.
         budget: Metrics of the pointing requirements.
     """
-    seen = jax.tree.map(np.asarray, seen)
     end = RunEnd(np.maximum(seen.samples, 1), scenario.values["run.control_period"])
     table = _percentiles(scenario, errors[0]) | dict(budget)
     kinds: list[Any] = [*kinds_of_run(scenario.parts)]

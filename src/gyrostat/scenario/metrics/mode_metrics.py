@@ -73,7 +73,7 @@ class ModeMetrics(eqx.Module):
     @classmethod
     def results(cls, memory: Any, end: RunEnd) -> dict[str, Vector]:
         """Each metric, (runs,); NaN for a mode in which a run was not."""
-        table = {n: np.asarray(v) for n, v in memory.items() if n not in ("start", "number")}
+        table = {n: v for n, v in memory.items() if n not in ("start", "number")}
         for name in [n for n in table if n.endswith(".error_rms")]:
             place = name.removesuffix("error_rms")
             time = table[f"{place}time"]
