@@ -9,7 +9,8 @@ whether its history is kept or not. In compiled C all SIMD lanes give the same b
 has its own run; another device may give other bits.
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -114,6 +115,31 @@ def fly_nominal(scenario: Scenario, seed: int, engine: str) -> dict[str, NDArray
         )
     assert flown.histories is not None
     return flown.histories.of_run(0).arrays()
+
+
+def fly_changed(
+    scenario: Scenario, values: Mapping[str, float], seed: int, run: int, engine: str
+) -> Flown:
+    """Simulate one run with values of its own, and keep its history; its number becomes 0.
+
+    The designs of the controller, with its model of the spacecraft, stay those of the scenario.
+
+    Args:
+        scenario: Scenario.
+        values: Key -> value, SI, of any key; the others have their nominal values.
+        seed: Seed of the noise.
+        run: Number of the run whose noise it has.
+        engine: "jax" or "native".
+    """
+    every = {**scenario.values, **values}
+    ready = replace(make_ready(scenario, engine, 0), nominal=np.array([*every.values()]))
+    count = LANES if ready.program is None else 1
+    drawn = np.tile([every[key] for key in scenario.dispersed], (count, 1))
+    keys = noise_keys(seed, np.full(count, run))
+    first = np.zeros(1, np.int64)
+    flown = _simulate(ready, first, first, drawn, keys, [0])
+    changed = {key: np.array([value]) for key, value in values.items()}
+    return flown._replace(columns={**flown.columns, **changed})
 
 
 def fly_given(

@@ -9,9 +9,12 @@ import hashlib
 import pickle
 import re
 from collections.abc import Sequence
+from dataclasses import replace
+from itertools import pairwise
 from typing import Any, NamedTuple
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrostat.campaigns.native import program_name, trace
 from gyrostat.codegen.numpy_tracing import with_jax
@@ -19,10 +22,11 @@ from gyrostat.codegen.simd.batch import Traced, traced
 from gyrostat.codegen.simd.call import Layout, Place
 from gyrostat.codegen.simd.web import require_web_compiler, web_assembly
 from gyrostat.core.cache import private_cache
+from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 from gyrostat.core.threefry import Words
 from gyrostat.core.types import Matrix
-from gyrostat.runs.designs import Plans
+from gyrostat.runs.designs import Plans, plan
 from gyrostat.runs.metrics.observer import Seen, concluded, ended
 from gyrostat.runs.metrics.percentiles import FoundPercentiles
 from gyrostat.runs.plans import plans_of
@@ -34,9 +38,6 @@ from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.structure import Structure, structure_of
 from gyrostat.simulation.labels import labelled
 
-RESULTS = ("status", "ended")
-"""Results of a run before its metrics."""
-
 
 class Functions(NamedTuple):
     """Functions of a program as C: begin, chunk and conclude.
@@ -46,12 +47,14 @@ class Functions(NamedTuple):
         layouts: Function -> layout of its arguments and results.
         seen: See `gyrostat.campaigns.native.Stored`.
         records: See `gyrostat.campaigns.native.Stored`.
+        designed: See `WebProgram`.
     """
 
     texts: dict[str, str]
     layouts: dict[str, Layout]
     seen: Any
     records: Any
+    designed: frozenset[str]
 
 
 class WebProgram(NamedTuple):
@@ -62,6 +65,8 @@ class WebProgram(NamedTuple):
             chunk and conclude.
         about: Places of inputs, signals and results in the memory of these functions, for JSON.
         read: Keys of the scenario that the program reads.
+        designed: Keys on which the designs of the controller depend, its model of the spacecraft
+            included. They stay those of the scenario when a value of a run changes.
         shared: Words that all runs share, (words,); the nominal values come first.
         layout: Layout of `begin`.
     """
@@ -69,6 +74,7 @@ class WebProgram(NamedTuple):
     module: bytes
     about: dict[str, Any]
     read: tuple[str, ...]
+    designed: frozenset[str]
     shared: Words
     layout: Layout
 
@@ -96,12 +102,23 @@ def web_program(scenario: Scenario) -> WebProgram:
     structure, plans = structure_of(scenario), plans_of(scenario)
     functions = _functions(scenario, structure, plans)
     layout = functions.layouts["begin"]
+    read = _words_read(functions.texts, layout.words["made"])
     nominal = np.array([*scenario.values.values()])
-    arguments = iter([nominal, *jax.tree.leaves(plans)])
+    # what is not read, such as the nominal orbit of runs with their own ones, needs no room
+    designs = [
+        leaf if is_read else np.zeros_like(leaf)
+        for leaf, is_read in zip(*_designs(scenario, plans, read[0]), strict=True)
+    ]
+    arguments = iter([nominal, *designs])
     shared = layout.shared_words([None if o else next(arguments) for o in layout.own])
-    about = _about(scenario, structure, functions)
-    read = _keys_read(structure, functions.texts, about["carry"])
-    return WebProgram(web_assembly(functions.texts), about, read, shared, layout)
+    return WebProgram(
+        web_assembly(functions.texts),
+        _about(scenario, structure, functions),
+        _keys_read(structure, read),
+        functions.designed,
+        shared,
+        layout,
+    )
 
 
 def _functions(scenario: Scenario, structure: Structure, plans: Plans) -> Functions:
@@ -118,14 +135,15 @@ def _functions(scenario: Scenario, structure: Structure, plans: Plans) -> Functi
     parts = {"begin": begin, "chunk": chunk, "conclude": _conclusion(scenario, chunk, seen)}
     texts = {key: each.text for key, each in parts.items()}
     layouts = {key: each.layout for key, each in parts.items()}
-    functions = Functions(texts, layouts, seen, records)
+    shared, _ = _words_read(texts, begin.layout.words["made"])
+    functions = Functions(texts, layouts, seen, records, _designed(scenario, plans, shared))
     if cache is not None:
         cache.write(name, pickle.dumps(functions))
     return functions
 
 
 def _conclusion(scenario: Scenario, chunk: Traced, seen: Any) -> Traced:
-    """Function of `Seen` and percentiles, (signals, percentages), that gives `RESULTS` and metrics.
+    """Function of `Seen` and percentiles, (signals, percentages): status, end and metrics.
 
     The metrics of pointing requirements, which need all errors, are NaN.
     """
@@ -164,7 +182,7 @@ def _about(scenario: Scenario, structure: Structure, functions: Functions) -> di
         "carry": carry,
         "seen": [first, carry - first],
         "words": {
-            "shared": _words(chunk, own=False),
+            "shared": _words(begin, own=False),
             "own": _words(begin, own=True),
             "results": conclude.words["made"],
             **{name: chunk.words[name] for name in ("made", "every", "asked")},
@@ -178,6 +196,44 @@ def _about(scenario: Scenario, structure: Structure, functions: Functions) -> di
         "percentiles": [*scenario.percentiles],
         "signals": _signals(places, rows, error),
     }
+
+
+def _designed(scenario: Scenario, plans: Plans, read: set[int]) -> frozenset[str]:
+    """Keys on which designs depend: those whose small change changes a design, or is refused.
+
+    The components of a vector are changed together, and so are the values of all wheels.
+
+    Args:
+        scenario: Scenario.
+        plans: Its designs.
+        read: Words that the runs share and the program reads, after the nominal values the designs.
+    """
+    groups: dict[str, list[str]] = {}
+    for key in scenario.values:
+        name = re.sub(r"^wheel\.[^.]+", "wheel", key)
+        groups.setdefault(re.sub(r"\.[xyz]{1,2}$", "", name), []).append(key)
+    leaves, are_read = _designs(scenario, plans, read)
+    keys: set[str] = set()
+    for group in groups.values():
+        values = {key: 1.001 * scenario.values[key] or 1e-6 for key in group}
+        try:
+            changed = plan(replace(scenario, values={**scenario.values, **values}))
+        except InputError:
+            keys |= {*group}
+            continue
+        every = zip(are_read, leaves, jax.tree.leaves(changed), strict=True)
+        if not all(np.array_equal(*pair, equal_nan=True) for is_read, *pair in every if is_read):
+            keys |= {*group}
+    return frozenset(keys)
+
+
+def _designs(
+    scenario: Scenario, plans: Plans, read: set[int]
+) -> tuple[list[NDArray[Any]], list[bool]]:
+    """Arrays of the designs, and whether a program reads each; see `_designed`."""
+    leaves = [*map(np.asarray, jax.tree.leaves(plans))]
+    ends = (len(scenario.values) + np.cumsum([0, *(leaf.size for leaf in leaves)])).tolist()
+    return leaves, [not read.isdisjoint(range(*pair)) for pair in pairwise(ends)]
 
 
 def _words(layout: Layout, *, own: bool) -> int:
@@ -207,19 +263,27 @@ def _signals(places: Sequence[Place], rows: Any, error: int) -> dict[str, list[A
     }
 
 
-def _keys_read(structure: Structure, texts: dict[str, str], carry: int) -> tuple[str, ...]:
-    """Keys of which `begin` or `chunk` read the value."""
-    keys = set()
+def _words_read(texts: dict[str, str], carry: int) -> tuple[set[int], set[int]]:
+    """Words that the runs share, and those of a run, that `begin` or `chunk` read.
+
+    They are numbered as in `begin`. Of a table that is read at a computed index, it is the first.
+    """
+    read: tuple[set[int], set[int]] = set(), set()
     # the first word that the runs share is the first sample of the chunk
-    for name, shared, own in (("begin", 0, 0), ("chunk", 1, carry)):
-        for pattern, offset, names in (
-            (r"\bSHARED\((\d+)( \+)?", shared, structure.keys),
-            (r"\bOWN\(real, (\d+)( \+)?", own, structure.dispersed),
-        ):
-            for place in re.finditer(pattern, texts[name]):
-                index = int(place[1]) - offset
-                if place[2] and index == 0:
-                    keys |= {*names}
-                elif 0 <= index < len(names):
-                    keys.add(names[index])
+    for name, offsets in (("begin", (0, 0)), ("chunk", (1, carry))):
+        patterns = r"\bSHARED\((\d+)|_words\(shared, (\d+)", r"\bOWN\(\w+, (\d+)|_words\(own, (\d+)"
+        for pattern, offset, words in zip(patterns, offsets, read, strict=True):
+            places = (int(each[1] or each[2]) for each in re.finditer(pattern, texts[name]))
+            words |= {place - offset for place in places if place >= offset}
+    return read
+
+
+def _keys_read(structure: Structure, read: tuple[set[int], set[int]]) -> tuple[str, ...]:
+    """Keys of which a program reads the value."""
+    keys = {
+        names[k]
+        for names, words in zip((structure.keys, structure.dispersed), read, strict=True)
+        for k in words
+        if k < len(names)
+    }
     return tuple(key for key in structure.keys if key in keys)

@@ -24,6 +24,14 @@ Device = Annotated[str, typer.Option(help="cpu, or gpu if JAX finds one.")]
 Engine = Annotated[
     str, typer.Option(help="native (compiled C), jax, or auto: native if there is a C compiler.")
 ]
+Fly = Annotated[
+    bool,
+    typer.Option(
+        "--fly",
+        help="Put the compiled program into the page, which flies the run again as values change. "
+        "It needs clang with lld and wasi-libc, or zig (ziglang).",
+    ),
+]
 CampaignEngine = Annotated[
     str,
     typer.Option(
@@ -35,7 +43,10 @@ CampaignEngine = Annotated[
 
 def simulate(
     scenario: Annotated[
-        Path, typer.Argument(help="Scenario file, or safe_mode, a scenario of this package.")
+        Path,
+        typer.Argument(
+            help="Scenario file, file of a run, run.json, or safe_mode, a scenario of this package."
+        ),
     ],
     out: Annotated[Path, typer.Option(help="netCDF file RUN.nc; RUN.html is written next to it.")],
     seed: Annotated[int, typer.Option(min=0, help="Seed of the noise.")] = 0,
@@ -43,6 +54,7 @@ def simulate(
     engine: Engine = "auto",
     force: ForceModel = False,
     verify: Verify = False,
+    fly: Fly = False,
     json_output: Json = False,
 ) -> None:
     """Simulate a scenario once, with its nominal values: RUN.nc and RUN.html."""
@@ -220,6 +232,7 @@ def tune(
 def replay(
     folder: Annotated[str, typer.Argument(help="Folder of a finished campaign, or its address.")],
     run: Annotated[int, typer.Argument(min=0, help="Number of the run.")],
+    fly: Fly = False,
 ) -> None:
     """Repeat one run of a campaign, bit for bit, and write its history and its report."""
     limit_process(_recorded_instructions(folder))
@@ -241,6 +254,14 @@ def report(
     check: Annotated[
         bool,
         typer.Option("--check", help="Exit with code 1 unless every pointing requirement is met."),
+    ] = False,
+    fly: Annotated[
+        bool,
+        typer.Option(
+            "--fly",
+            help="Write fly.html too: a page that flies runs again as values change. It needs "
+            "clang with lld and wasi-libc, or zig (ziglang).",
+        ),
     ] = False,
     json_output: Json = False,
 ) -> None:

@@ -6,8 +6,11 @@ from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from gyrostat.campaigns import Campaign, Store
 from gyrostat.campaigns.effects import LEAST_Q2
+from gyrostat.core.errors import InputError
 from gyrostat.reports import requirements
 from gyrostat.reports.campaign_charts import histograms, scatter_plots, shown_metrics
 from gyrostat.reports.campaign_content import (
@@ -19,6 +22,8 @@ from gyrostat.reports.campaign_content import (
     told_percentile,
 )
 from gyrostat.reports.campaign_run import run_page, told
+from gyrostat.reports.fly import fly_content
+from gyrostat.reports.fly_page import fly_page
 from gyrostat.reports.kept_runs import kept_runs
 from gyrostat.reports.mode_diagram import mode_diagram, percent_of
 from gyrostat.reports.run_table import run_table
@@ -30,8 +35,17 @@ if TYPE_CHECKING:
     from gyrostat.core.types import Vector
 
 
+FLY_PAGE = "fly.html"
+"""Page of a campaign that flies its runs again."""
+
+
 def write_campaign(
-    folder: Path, *, command: str, say: Callable[[str], None], address: str | None = None
+    folder: Path,
+    *,
+    command: str,
+    say: Callable[[str], None],
+    address: str | None = None,
+    fly: bool = False,
 ) -> str:
     """Write report.json and report.html of a finished campaign, and print a summary.
 
@@ -40,18 +54,27 @@ def write_campaign(
         command: Command line that produced the report.
         say: Called with each line of the summary.
         address: Address of the folder for the reader, if the folder is a copy; None: its path.
+        fly: Whether to write `FLY_PAGE` too.
 
     Returns:
         Text of report.json.
 
     Raises:
-        InputError: The folder has no finished campaign, or cannot be written.
+        InputError: The folder has no finished campaign, or cannot be written; or `fly` is asked of
+            a search.
     """
     store = Store(folder, say)
     campaign = store.known()
+    if fly and campaign.search is not None:
+        raise InputError(f"--fly: found a search in {folder}, expected a campaign")
     with store.locked():
         store.mend(campaign)
     shown = str(folder) if address is None else address
+    if fly:
+        flown = fly_page(store, campaign, command, say)
+        with store.locked(), store.results(campaign) as scratch:
+            (scratch / FLY_PAGE).write_text(flown, encoding="utf-8")
+    # the report names the page that flies, if there is one
     content, page, lines = _page_of(campaign)(folder, command, shown)
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
     with store.locked(), store.results(campaign) as scratch:
@@ -60,6 +83,8 @@ def write_campaign(
     for line in lines:
         say(line)
     say(f"written: {folder / 'report.html'}, {folder / 'report.json'}, {store.table}")
+    if fly:
+        say(f"written: {folder / FLY_PAGE}")
     return text
 
 
@@ -119,6 +144,7 @@ def _campaign_page(
         percent_of=percent_of,
         least_q2=LEAST_Q2,
         folder=address,
+        fly=FLY_PAGE if (folder / FLY_PAGE).exists() else None,
         command=command,
     )
     return content, page, campaign_lines(scenario, content)
@@ -165,7 +191,13 @@ def window_text(scenario: Scenario, window: Window) -> str:
 
 
 def write_replay(
-    known: Campaign, path: Path, run: int, *, command: str, say: Callable[[str], None]
+    known: Campaign,
+    path: Path,
+    run: int,
+    *,
+    command: str,
+    say: Callable[[str], None],
+    fly: bool = False,
 ) -> None:
     """Write the HTML page of a replayed run beside its history.
 
@@ -175,6 +207,7 @@ def write_replay(
         run: Number of the run.
         command: Command line that produced it.
         say: Called with each line of the summary.
+        fly: Whether the page has the compiled program.
 
     Raises:
         InputError: The page cannot be written.
@@ -185,7 +218,12 @@ def write_replay(
     store = Store(path.parents[1], say)
     values = store.columns().row(run)
     with h5netcdf.File(path) as history:
-        page = run_page(scenario, values, history, f"{scenario.name}, run {run}", command)
+        flown = None
+        if fly:
+            own = np.array([values[key] for key in scenario.dispersed])
+            runs = {f"run {run}": (run, own), "nominal": (0, None)}
+            flown = fly_content(scenario, known.seed, runs, history, say)
+        page = run_page(scenario, values, history, f"{scenario.name}, run {run}", command, flown)
     with store.locked(), store.results(known) as scratch:
         (scratch / "runs" / path.with_suffix(".html").name).write_text(page, encoding="utf-8")
     say(f"run {run} replayed: all numbers equal those of the table of runs, bit for bit")

@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.outputs import new_files
 from gyrostat.core.text import plain
+from gyrostat.reports.page_policy import with_policy
 from gyrostat.reports.replay import replay_data
 from gyrostat.reports.run_charts import run_charts
 from gyrostat.reports.template import render
@@ -31,6 +32,7 @@ def write_run(
     command: str,
     say: Callable[[str], None],
     force: bool = False,
+    fly: Mapping[str, Any] | None = None,
 ) -> None:
     """Write the histories of a run and its HTML page beside them, and print a summary.
 
@@ -41,6 +43,7 @@ def write_run(
         command: Command line that produced the run.
         say: Called with each line of the summary.
         force: Whether to replace files that `simulate` did not write; see `gyrostat.core.outputs`.
+        fly: See `run_page`.
 
     Raises:
         InputError: A file of the user is in the way, or a file cannot be written.
@@ -49,7 +52,7 @@ def write_run(
     assert flown.histories is not None
     history = flown.histories.of_run(values["run"])
     page = out.with_suffix(".html")
-    text = run_page(scenario, values, history.arrays(), scenario.name, command)
+    text = run_page(scenario, values, history.arrays(), scenario.name, command, fly)
     with new_files(out.parent, by="simulate", force=force) as folder:
         history.write(folder / out.name)
         (folder / page.name).write_text(text, encoding="utf-8")
@@ -65,6 +68,7 @@ def run_page(
     history: Mapping[Any, Any],
     title: str,
     command: str,
+    fly: Mapping[str, Any] | None = None,
 ) -> str:
     """HTML page of a run.
 
@@ -74,8 +78,10 @@ def run_page(
         history: Histories of the run: name -> array, or what can be converted to one.
         title: Title of the page.
         command: Command line that produced the run.
+        fly: What the page needs to fly the run again, see `gyrostat.reports.fly.fly_content`;
+            None: it does not.
     """
-    return render(
+    page = render(
         "campaign_run.html",
         title=title,
         scenario=scenario,
@@ -87,7 +93,9 @@ def run_page(
         charts=run_charts(scenario, values, history),
         motion=replay_data(scenario, values, history, planned_orbit(scenario)),
         command=command,
+        fly=fly,
     )
+    return page if fly is None else with_policy(page)
 
 
 def run_verdict(values: Mapping[str, Any]) -> str:

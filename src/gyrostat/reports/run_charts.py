@@ -20,6 +20,12 @@ MOST_POINTS = 4000
 """Largest number of points of a curve in the page of a run."""
 
 
+def torque_unit(history: Mapping[Any, Any]) -> tuple[float, str]:
+    """Factor from N·m and unit of the motor torques in the charts of a run."""
+    torque = np.asarray(history["torque"])
+    return scaled_unit(float(np.nanmax(np.abs(torque), initial=0.0)), "N·m")
+
+
 def run_charts(
     scenario: Scenario,
     values: Mapping[str, Any],
@@ -39,7 +45,7 @@ def run_charts(
     error = np.degrees(np.asarray(history["error"]))
     rate = np.degrees(np.linalg.norm(np.asarray(history["rate"]), axis=1))
     torque = np.asarray(history["torque"])
-    factor, unit = scaled_unit(float(np.nanmax(np.abs(torque), initial=0.0)), "N·m")
+    factor, unit = torque_unit(history)
     sizes = [np.maximum(each, LEAST_SHOWN)[:, None] for each in (error, rate)]
     speed = np.asarray(history["wheel_speed"]) / RPM
     time = np.asarray(history["time"])

@@ -12,6 +12,7 @@ def report(
     folder: "str | Path",
     *,
     check: bool = False,
+    fly: bool = False,
     say: Say = silent,
     command: str = "gyrostat.report",
 ) -> "dict[str, Any]":
@@ -21,6 +22,8 @@ def report(
         folder: Folder of a finished campaign, or its address as for `campaign`.
         check: Whether the pointing requirements are to be checked: the command line then ends with
             exit code 1 unless all are met.
+        fly: Whether to write fly.html too: the nominal run, the worst and the first runs, with the
+            compiled program, to fly them again with other values.
         say: Function that receives each message for the user.
         command: Text that the page names as its origin.
 
@@ -35,7 +38,7 @@ def report(
     from gyrostat.reports.campaign import write_campaign
 
     with local_folder(folder, say, "FOLDER") as (copy, tell):
-        text = write_campaign(copy, command=command, say=tell, address=str(folder))
+        text = write_campaign(copy, command=command, say=tell, address=str(folder), fly=fly)
     content = json.loads(text)
     if check and not content.get("requirements"):
         kind = "a scenario without [[requirement]]" if "requirements" in content else "a search"

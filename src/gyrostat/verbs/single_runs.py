@@ -15,6 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
     from gyrostat.scenario import Scenario
+    from gyrostat.scenario_files.run_file import RunFile
     from gyrostat.simulation.labelled import Labelled
 
 
@@ -27,6 +28,7 @@ def simulate(
     engine: str = "auto",
     force: bool = False,
     verify: bool = False,
+    fly: bool = False,
     say: Say = silent,
     command: str = "gyrostat.simulate",
     **changes: Any,
@@ -34,7 +36,8 @@ def simulate(
     """Simulate one run of a scenario with its nominal values.
 
     Args:
-        scenario: Scenario, or path of scenario.toml.
+        scenario: Scenario, or path of scenario.toml; or of a file of one run, run.json, that a page
+            gives which flies (`fly`): it names its seed itself.
         out: netCDF file RUN.nc for the histories, and RUN.html beside it; None writes no file.
         seed: Seed of the noise.
         device: "cpu", or "gpu" if JAX finds one.
@@ -42,6 +45,7 @@ def simulate(
         force: Whether to replace files that gyrostat did not write, and to take wheels that are
             marked as impossible.
         verify: Whether to make the compiled program again and compare it with the stored one.
+        fly: Whether RUN.html has the compiled program, to fly the run again with other values.
         say: Function that receives each message for the user.
         command: Text that the page names as its origin.
         changes: Changes of the scenario, see `gyrostat.scenario.Scenario.replace`: user-defined
@@ -57,6 +61,7 @@ def simulate(
             replaced.
     """
     options = {"seed": seed, "device": device, "engine": engine, "force": force, "verify": verify}
+    options["fly"] = fly
     return simulated(scenario, out, **options, say=say, command=command, changes=changes).dataset()
 
 
@@ -71,6 +76,7 @@ def simulated(
     verify: bool,
     say: Say,
     command: str,
+    fly: bool = False,
     changes: Mapping[str, Any] | None = None,
 ) -> "Labelled":
     """Labelled histories of `simulate`, which has the same arguments, without xarray."""
@@ -89,23 +95,35 @@ def simulated(
     engine = engine_named(engine, say, "--engine")
     check_device(device)
     use_engine(engine_record(device, FLAGS[device]))
-    from gyrostat.campaigns.engine import fly
+    from gyrostat.campaigns.engine import fly as fly_runs
+    from gyrostat.campaigns.engine import fly_changed
     from gyrostat.campaigns.execute import chosen_engine
     from gyrostat.runs.blind_windows import blind_windows
     from gyrostat.runs.keep_out_times import flown_violations
     from gyrostat.runs.user.trial import say_bad_commands
 
-    definition = scenario_of(scenario, force=force, changes=changes or {})
+    run = _run_file(scenario, seed, path, fly=fly, changes=changes or {})
+    definition = run.scenario if run else scenario_of(scenario, force=force, changes=changes or {})
     say_unlikely(definition, say)
     say_momentum(replace(definition, dispersions=()), say)
     say(f"simulating {definition.name}: {definition.duration:g} s")
     engine = chosen_engine(engine, definition, device, say, verify=verify)
-    results = fly(definition, seed, None, keep=[0], engine=engine)
+    if run is None:
+        results = fly_runs(definition, seed, None, keep=[0], engine=engine)
+    else:
+        results = fly_changed(definition, run.values, run.seed, run.run or 0, engine)
     say_bad_commands(definition, results.columns, say)
     if path is not None:
         from gyrostat.reports.campaign_run import write_run
 
-        write_run(definition, results, path, command=command, say=say, force=force)
+        assert results.histories is not None
+        flown = None
+        if fly:
+            from gyrostat.reports.fly import fly_content
+
+            arrays = results.histories.of_run(0).arrays()
+            flown = fly_content(definition, seed, {"nominal": (0, None)}, arrays, say)
+        write_run(definition, results, path, command=command, say=say, force=force, fly=flown)
     assert results.histories is not None
     names = ("ended", *metrics_of(definition))
     values = {name: results.columns[name][0].item() for name in names}
@@ -117,10 +135,38 @@ def simulated(
     return replace(history, attributes={"scenario": definition.name, **values})
 
 
+def _run_file(
+    scenario: "Scenario | str | Path",
+    seed: int,
+    out: Path | None,
+    *,
+    fly: bool,
+    changes: Mapping[str, Any],
+) -> "RunFile | None":
+    """Content of a file of one run; None of a scenario.
+
+    Raises:
+        InputError: It cannot be read, an option belongs to a scenario alone, or `out` is missing
+            for `fly`.
+    """
+    if fly and out is None:
+        raise InputError("fly: found it without out, expected RUN.nc, beside which the page is")
+    if not isinstance(scenario, str | Path) or Path(scenario).suffix != ".json":
+        return None
+    from gyrostat.scenario_files.run_file import read_run
+
+    options = {"a seed": seed, "changes": changes, "--fly": fly}
+    given = [name for name, value in options.items() if value]
+    if given:
+        raise InputError(f"{scenario}: found {given[0]}, which the file of a run cannot have")
+    return read_run(scenario)
+
+
 def replay(
     folder: "str | Path | xr.Dataset",
     run: int,
     *,
+    fly: bool = False,
     say: Say = silent,
     command: str = "gyrostat.replay",
 ) -> "xr.Dataset":
@@ -130,6 +176,7 @@ def replay(
         folder: Folder of a finished campaign, or the dataset that `campaign` returned; the files
             are runs/run_NNNNNN.nc and .html in the folder.
         run: Number of the run.
+        fly: Whether the page has the compiled program, to fly the run again with other values.
         say: Function that receives each message for the user.
         command: Text that the page names as its origin.
 
@@ -143,31 +190,33 @@ def replay(
     import xarray as xr
 
     with (
-        _replay(folder, run, say=say, command=command) as path,
+        _replay(folder, run, fly=fly, say=say, command=command) as path,
         xr.open_dataset(path, engine="h5netcdf") as history,
     ):
         return history.load()
 
 
-def replayed(folder: "str | Path | xr.Dataset", run: int, *, say: Say, command: str) -> None:
+def replayed(
+    folder: "str | Path | xr.Dataset", run: int, *, fly: bool, say: Say, command: str
+) -> None:
     """Write what `replay` writes, which has the same arguments, without xarray."""
-    with _replay(folder, run, say=say, command=command):
+    with _replay(folder, run, fly=fly, say=say, command=command):
         pass
 
 
 @contextlib.contextmanager
 def _replay(
-    folder: "str | Path | xr.Dataset", run: int, *, say: Say, command: str
+    folder: "str | Path | xr.Dataset", run: int, *, fly: bool, say: Say, command: str
 ) -> Iterator[Path]:
     """Replay a run; gives the path of its history."""
     from gyrostat.core.remote_folder import local_folder
 
     address = folder if isinstance(folder, str | Path) else folder.attrs["folder"]
     with local_folder(address, say, "FOLDER") as (path, tell):
-        yield _replayed_in(path, run, say=tell, command=command)
+        yield _replayed_in(path, run, fly=fly, say=tell, command=command)
 
 
-def _replayed_in(path: Path, run: int, *, say: Say, command: str) -> Path:
+def _replayed_in(path: Path, run: int, *, fly: bool, say: Say, command: str) -> Path:
     """Replay a run of the campaign in a folder; returns the path of its history."""
     from gyrostat.campaigns import Store
     from gyrostat.campaigns import replay as simulate_again
@@ -194,5 +243,5 @@ def _replayed_in(path: Path, run: int, *, say: Say, command: str) -> Path:
         store.mend(campaign)
         opener, _, fly_job = executor_for(campaign, 1)
         history = simulate_again(store, campaign, [run], opener, fly_job)[0]
-    write_replay(campaign, history, run, command=command, say=say)
+    write_replay(campaign, history, run, command=command, say=say, fly=fly)
     return history

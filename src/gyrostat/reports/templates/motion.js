@@ -49,7 +49,8 @@ const line = (points, colour, thick, dash = []) => {
 };
 const write = (text, place, colour) => { const p = view(place); pen.fillStyle = colour; pen.fillText(text, p[0] + 4, p[1] - 2); };
 const spot = (place, size, colour) => { const p = view(place); pen.beginPath(); pen.arc(p[0], p[1], size, 0, 7); pen.fillStyle = colour; pen.fill(); };
-const fastest = Math.max(1e-9, ...run.speed.map(row => Math.max(...row.map(Math.abs))));
+const largest = () => run.speed.reduce((most, row) => row.reduce((m, v) => Math.max(m, Math.abs(v)), most), 1e-9);
+let fastest = largest();
 function hull(points) {  // convex hull, monotone chain
   const sorted = [...points].sort((a, b) => a[0] - b[0] || a[1] - b[1]);
   const half = list => list.reduce((kept, p) => {
@@ -147,6 +148,7 @@ function draw() {
     trace(hull([[0, 0, 0], ...rays].map(view))); pen.closePath(); pen.fillStyle = ink.view; pen.fill(); line(rays, ink.sight, 1);
   }
   line([[0, 0, 0], times(turn(run.target[k], run.boresight), AWAY)], ink.goal, 1.5, [6, 5]);
+  if (run.nominal?.[k]) line([[0, 0, 0], times(turn(run.nominal[k], run.boresight), AWAY)], ink.name, 1.5);
   line([[0, 0, 0], times(turn(q, run.boresight), AWAY)], ink.sight, 2.5);
   if (world) directions(sight);
   if (world && !behind) earth();
@@ -171,6 +173,12 @@ canvas.onpointermove = event => {
 };
 const asked = /#frame=(\d+)(?:&axes=(\w+))?/.exec(location.hash);
 if (asked) { moment.value = asked[1]; if (asked[2]) chosen.value = asked[2]; }
+// another run, of the same scenario; `nominal`: attitudes of the nominal one
+figure.replaceRun = next => {
+  Object.assign(run, next); fastest = largest();
+  moment.max = run.time.length - 1;
+  draw();
+};
 // a run inside a campaign's page has no size before it is opened
 new ResizeObserver(() => { fit(); draw(); }).observe(canvas);
 fit(); draw();

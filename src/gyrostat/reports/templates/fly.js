@@ -1,0 +1,257 @@
+"use strict";
+// Flies the run of the page again when a slider moves.
+(async () => {
+const panel = document.querySelector(".fly"), $ = name => panel.querySelector(name), text = id => document.getElementById(id).textContent;
+const about = JSON.parse(text("fly-about")), keys = about.keys, width = about.words.own, spread = about.dispersed;
+const fail = error => { panel.dataset.state = "failed"; $(".fault").hidden = false; $(".fault").textContent = `This page cannot fly: ${error.message ?? error}`; };
+addEventListener("unhandledrejection", event => fail(event.reason));
+const unpacked = async id => {
+  const packed = Uint8Array.from(atob(text(id)), c => c.charCodeAt(0));
+  return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
+};
+const [module, buffer] = await Promise.all(["fly-module", "fly-words"].map(unpacked));
+const words = new BigInt64Array(buffer), shared = words.subarray(0, about.words.shared);
+const nominal = new Float64Array(buffer, 0, keys.length);
+const runAt = k => words.slice(shared.length + k * width, shared.length + (k + 1) * width);
+const manyAt = shared.length + about.runs.length * width, short = spread.length + 1;
+// --- workers: the first flies the run; all of them the cloud
+const address = URL.createObjectURL(new Blob([text("fly-worker")], { type: "text/javascript" })), waiting = new Map();
+let number = 0;
+function worker() {
+  const made = new Worker(address);
+  made.ready = new Promise((resolve, reject) => {
+    made.onerror = event => reject(new Error(event.message));
+    made.onmessage = ({ data }) => { if (data.ready) resolve(made); else { waiting.get(data.id)(data); waiting.delete(data.id); } };
+  });
+  made.postMessage({ module, about, shared });
+  return made;
+}
+const workers = [worker()];
+const ask = async (each, message) => {
+  await each.ready;
+  return new Promise(resolve => { waiting.set(++number, resolve); each.postMessage({ ...message, id: number }); });
+};
+// --- values: those that were moved, key -> SI
+const moved = new Map(), index = new Map(keys.map((key, k) => [key, k])), column = new Map(spread.map((k, j) => [keys[k], j]));
+let shown = 0;
+const real = run => new Float64Array(run.buffer, run.byteOffset, width);
+const start = key => column.has(key) ? real(runAt(shown))[column.get(key)] : nominal[index.get(key)];
+const value = key => moved.get(key) ?? start(key);
+function inputs() {
+  const values = nominal.slice(), run = runAt(shown);
+  for (const [key, v] of moved) if (column.has(key)) real(run)[column.get(key)] = v; else values[index.get(key)] = v;
+  return { nominal: values, runs: [run] };
+}
+function many() {
+  const { nominal: values, runs: [run] } = inputs();
+  return { nominal: values, cloud: [...Array(about.cloud).keys()].map(k => {
+    const own = run.slice(), from = words.subarray(manyAt + k * short, manyAt + (k + 1) * short);
+    own.set(from.subarray(0, spread.length)); own[width - 1] = from[spread.length];
+    for (const [key, v] of moved) if (column.has(key)) real(own)[column.get(key)] += v - start(key);
+    return own;
+  }) };
+}
+// --- text
+function plain(v, digits = 4) {
+  const [shownDigits, power] = v.toExponential(digits - 1).split("e").map(Number);
+  if (v === 0 || (power >= -4 && power < digits)) return String(+v.toPrecision(digits));
+  return `${shownDigits}e${power < 0 ? "-" : "+"}${String(Math.abs(power)).padStart(2, "0")}`;
+}
+const told = (v, [, factor, unit]) => Number.isFinite(v) ? `${plain(factor * v)} ${unit}`.trim() : "none";
+// --- charts
+const degrees = 180 / Math.PI, charts = window.gyrostatCharts.filter(chart => chart.svg.dataset.group === "run").slice(0, 4);
+const NS = "http://www.w3.org/2000/svg", mark = (chart, kind, name = "path") => {
+  const made = document.createElementNS(NS, name);
+  made.setAttribute("class", kind);
+  return name === "path" ? chart.plot.insertBefore(made, chart.plot.firstChild) : chart.svg.appendChild(made);
+};
+for (const chart of charts) {
+  chart.lines = [...chart.plot.querySelectorAll(".line")];
+  chart.ghosts = chart.lines.map(() => mark(chart, "ghost"));
+  chart.svg.querySelectorAll("path.event, text.event").forEach(old => old.remove());
+  chart.events = about.events.map(() => mark(chart, "event"));
+}
+const many_path = mark(charts[0], "many");
+charts[0].labels = about.events.map((name, k) => { const made = mark(charts[0], "mark event", "text"); made.textContent = name; made.setAttribute("y", charts[0].box[1] + 11 + 12 * k); return made; });
+const end = (about.samples - 1) * about.period;
+// the first points with the smallest and the largest value of each of 300 parts
+function thin(count, at) {
+  const size = Math.max(1, Math.ceil(count / 300)), kept = [];
+  for (let k = 0; k < count; k += size) {
+    let low = k, high = k;
+    for (let j = k; j < Math.min(count, k + size); ++j) { const v = at(j); if (v < at(low)) low = j; if (v > at(high)) high = j; }
+    kept.push(Math.min(low, high)); if (low !== high) kept.push(Math.max(low, high));
+  }
+  return kept.map(k => [1000 * k * about.period / end, at(k)]);
+}
+function curves({ results, signals }) {
+  const count = results[0] ? Math.round(results[1] / about.period) + 1 : about.samples, w = about.signals.wheel_speed[2];
+  const { error, rate, wheel_speed: speed, torque } = signals, least = 1e-5, each = (f) => [...Array(w).keys()].map(f);
+  return [
+    [thin(count, k => Math.max(least, degrees * error[k]))],
+    [thin(count, k => Math.max(least, degrees * Math.hypot(rate[3 * k], rate[3 * k + 1], rate[3 * k + 2])))],
+    each(j => thin(count, k => speed[w * k + j] * 30 / Math.PI)),
+    each(j => thin(count, k => about.torque * torque[w * k + j])),
+  ];
+}
+function path(chart, points, held) {
+  const [low, high] = chart.y, scale = 1000 / (high - low);
+  let d = "";
+  for (const [x, v] of points) {
+    const y = 1000 - scale * ((chart.log ? Math.log10(v) : v) - low), to = Math.max(-9e3, Math.min(9e3, y)).toFixed(1);
+    d += !d ? `M${x.toFixed(1)} ${to}` : held ? `H${x.toFixed(1)}V${to}` : `L${x.toFixed(1)} ${to}`;
+  }
+  return d;
+}
+// whether the axis had to change: it has all curves, and they fill half of it
+function fit(chart, every) {
+  let low = Infinity, high = -Infinity;
+  for (const points of every) for (const [, v] of points) { if (v < low) low = v; if (v > high) high = v; }
+  if (chart.log) [low, high] = [Math.log10(low), Math.log10(high)];
+  if (!(low <= high)) return false;
+  const [a, b] = chart.y;
+  if (low >= a && high <= b && high - low >= 0.5 * (b - a)) return false;
+  const room = Math.max(0.06 * (high - low), chart.log ? 0.1 : 1e-9 + 0.02 * Math.abs(high));
+  chart.y = [low - room, high + room];
+  return true;
+}
+let ghost = null, last = null, cloud = null;
+function draw() {
+  const now = curves(last);
+  charts.forEach((chart, k) => {
+    const extra = k === 0 && cloud ? cloud.map(each => [...each.error].map((v, j, all) => [1000 * j / (all.length - 1), Math.max(1e-5, degrees * v)]).filter(p => Number.isFinite(p[1]))) : [];
+    if (fit(chart, [...now[k], ...ghost[k], ...extra])) chart.zoom(chart.view);
+    chart.lines.forEach((line, j) => line.setAttribute("d", path(chart, now[k][j], k === 3)));
+    chart.ghosts.forEach((line, j) => line.setAttribute("d", path(chart, ghost[k][j], k === 3)));
+    if (k === 0) many_path.setAttribute("d", extra.map(points => path(chart, points)).join(""));
+    chart.kept = null;
+    // for the cursor, when it comes
+    chart.curves = () => chart.kept ||= now[k].map((points, j) => [chart.lines[j].dataset.name, points.map(([x, v]) => [x, 1000 - 1000 * ((chart.log ? Math.log10(v) : v) - chart.y[0]) / (chart.y[1] - chart.y[0])]), chart.lines[j]]);
+    chart.events.forEach((line, j) => line.setAttribute("d", `M${(1000 * value(`event.${about.events[j]}.time`) / end).toFixed(1)} 0V1000`));
+  });
+  charts[0].labels.forEach((label, j) => { label.dataset.x = value(`event.${about.events[j]}.time`); });
+  if (about.events.length) charts[0].zoom(charts[0].view);
+  motion();
+}
+// --- motion
+const figure = document.querySelector("figure.motion"), world = figure && JSON.parse(figure.querySelector("script").textContent).world;
+function frames({ results, signals }, nominal) {
+  const count = results[0] ? Math.round(results[1] / about.period) + 1 : about.samples, w = about.signals.wheel_speed[2];
+  const step = Math.max(1, Math.ceil(about.samples / about.frames)), chosen = [];
+  for (let k = 0; k < count; k += step) chosen.push(k);
+  const row = (name, size) => chosen.map(k => Array.from(signals[name].subarray(size * k, size * k + size)));
+  const starts = about.phases.map(([, names]) => names.reduce((sum, key) => sum + value(key), 0));
+  const target = signals.target && about.moving ? row("target", 4) : chosen.map(k => {
+    let phase = 0;
+    starts.forEach((t, j) => { if (t <= k * about.period + 1e-9) phase = j; });
+    return about.phases[phase][0];
+  });
+  const motion = { time: chosen.map(k => k * about.period), attitude: row("attitude", 4), speed: row("wheel_speed", w), target, nominal };
+  motion.error = chosen.map(k => degrees * signals.error[k]);
+  if (world && signals.mode) motion.world = Object.assign(world, { mode: chosen.map(k => about.modes[signals.mode[k]] ?? world.mode[0]) });
+  return motion;
+}
+let still = null;
+function motion() { if (figure?.replaceRun && last.results[1] > 0) figure.replaceRun(frames(last, still)); }
+// --- table
+const rows = [...document.querySelectorAll(".results tr[data-metric]")];
+function table() {
+  const of = (k, results) => told(results[2 + k], about.metrics[k]);
+  rows.forEach((row, k) => {
+    const cells = row.querySelectorAll("td"), now = of(k, last.results), before = of(k, first.results);
+    cells[1].textContent = now; cells[1].classList.toggle("changed", now !== before);
+    cells[2].textContent = before;
+    const sorted = cloud?.map(each => each.results[2 + k]).filter(Number.isFinite).sort((a, b) => a - b);
+    cells[3].textContent = sorted?.length ? [0, sorted.length - 1 >> 1, sorted.length - 1].map(j => told(sorted[j], about.metrics[k])).join(" · ") : "";
+  });
+  const incomplete = last.results[0] !== 0, verdict = document.querySelector(".verdict");
+  verdict.textContent = incomplete ? `NOT complete: ends after ${plain(last.results[1], 6)} s` : `complete, ${plain(last.results[1], 6)} s`;
+  verdict.className = `verdict ${incomplete ? "invalid" : "good"}`;
+}
+// --- flights: one at a time, always of the newest values
+const wanted = ["error", "rate", "wheel_speed", "torque", "attitude", ...["target", "mode"].filter(name => about.signals[name])];
+let busy = false, again = false, first = null;
+const isMany = () => $(".cloud")?.checked;
+async function fly() {
+  if (busy) { again = true; return; }
+  busy = true;
+  do {
+    again = false;
+    const began = performance.now(), answer = await ask(workers[0], { ...inputs(), wanted });
+    last = answer.run; cloud = null;
+    draw(); table();
+    panel.flown = { results: [...last.results], error: last.signals.error, flight: answer.time, picture: performance.now() - began };
+    if (!again && isMany()) {
+      const whole = performance.now(), { nominal: values, cloud: runs } = many(), count = Math.min(4, navigator.hardwareConcurrency || 1);
+      while (workers.length < count) workers.push(worker());
+      // whole groups of lanes for each worker
+      const size = 2 * Math.ceil(runs.length / count / 2), parts = workers.map((each, k) => [each, runs.slice(k * size, (k + 1) * size)]).filter(([, part]) => part.length);
+      const answers = await Promise.all(parts.map(([each, part]) => ask(each, { nominal: values, cloud: part })));
+      cloud = answers.flatMap(each => each.cloud);
+      if (!again) { draw(); table(); }
+      Object.assign(panel.flown, { cloud: cloud.map(each => [...each.results]), many: performance.now() - whole });
+    }
+    const { picture, many: whole } = panel.flown;
+    $(".speed").textContent = `${picture.toFixed(0)} ms${whole ? `, ${about.cloud} runs ${whole.toFixed(0)} ms` : ""}`;
+    panel.dataset.picture = +panel.dataset.picture + 1;
+  } while (again);
+  busy = false;
+}
+// --- sliders
+const sliders = [...panel.querySelectorAll(".slider")].map(label => {
+  const [range, box] = label.querySelectorAll("input"), { key } = label.dataset, [factor, low, high] = ["factor", "low", "high"].map(name => +label.dataset[name]);
+  const tell = () => {
+    const v = value(key);
+    range.value = 1000 * (v - low) / (high - low);
+    box.value = +(factor * v).toPrecision(6);
+    label.classList.toggle("moved", moved.has(key));
+  };
+  const set = v => { moved.set(key, v); tell(); fly(); };
+  range.oninput = () => { set(+(factor * (low + (high - low) * range.value / 1000)).toPrecision(4) / factor); };
+  box.onchange = () => { if (box.value !== "" && Number.isFinite(+box.value)) set(+box.value / factor); else tell(); };
+  range.onchange = () => remember();
+  box.addEventListener("change", () => remember());
+  range.ondblclick = () => { moved.delete(key); tell(); fly(); remember(); };
+  return { key, tell };
+});
+const known = new Set(sliders.map(each => each.key)), tell = () => sliders.forEach(each => each.tell());
+// --- address: #run=2&cloud=1&KEY=VALUE, SI
+function remember() {
+  const parts = new URLSearchParams();
+  if (shown) parts.set("run", about.runs[shown][0]);
+  if (isMany()) parts.set("cloud", "1");
+  for (const [key, v] of moved) parts.set(key, v);
+  history.replaceState(null, "", `#${parts}`);
+}
+function recall() {
+  for (const [key, v] of new URLSearchParams(location.hash.slice(1))) {
+    const run = about.runs.findIndex(([name]) => name === v);
+    if (key === "run" && run >= 0) { shown = run; $(".run").value = run; }
+    if (key === "cloud" && $(".cloud")) $(".cloud").checked = v === "1";
+    if (known.has(key) && v !== "" && Number.isFinite(+v)) moved.set(key, +v);
+  }
+}
+$(".run").onchange = event => { shown = +event.target.value; tell(); fly(); remember(); };
+if ($(".cloud")) $(".cloud").onchange = () => { fly(); remember(); };
+$(".reset").onclick = () => { moved.clear(); shown = 0; $(".run").value = 0; tell(); fly(); remember(); };
+$(".copy").onclick = async () => { remember(); try { await navigator.clipboard.writeText(location.href); $(".copy").textContent = "link copied"; } catch { prompt("Link with all values", location.href); } };
+// --- file of this run
+window.gyrostatRunFile = () => {
+  const values = Object.fromEntries(spread.map(k => [keys[k], value(keys[k])]));
+  for (const [key, v] of moved) values[key] = v;
+  // the scenario is a text: some of its numbers are infinite
+  return `{"gyrostat": "run", "seed": ${about.seed}, "run": ${about.runs[shown][1]},\n"values": ${JSON.stringify(values, null, 1)},\n"scenario": ${about.scenario}}\n`;
+};
+$(".file").onclick = event => {
+  const link = event.currentTarget, old = link.href;
+  if (old.startsWith("blob:")) URL.revokeObjectURL(old);
+  link.href = URL.createObjectURL(new Blob([window.gyrostatRunFile()], { type: "application/json" }));
+  link.download = `${about.name.replace(/[^\w.-]+/g, "_")}_run.json`;
+};
+recall(); tell();
+await workers[0].ready;
+first = (await ask(workers[0], { nominal, runs: [runAt(about.nominal)], wanted })).run; ghost = curves(first); last = first;
+still = figure ? frames(first).attitude : null;
+panel.dataset.state = "ready";
+await fly();
+})();

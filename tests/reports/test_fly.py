@@ -1,0 +1,225 @@
+"""Page that flies a run again: in a browser, from a file, without a network."""
+
+import json
+import re
+import time
+
+import numpy as np
+import pytest
+
+from gyrostat import verbs
+from gyrostat.campaigns.draws import draw
+from gyrostat.campaigns.engine import fly, fly_given
+from gyrostat.codegen.simd.web import web_compiler
+from gyrostat.core.errors import InputError
+from gyrostat.reports.campaign_run import run_page
+from gyrostat.reports.fly import CLOUD, fly_content
+from gyrostat.scenario.metrics.results import metrics_of
+from gyrostat.scenario_files import read_scenario
+
+SCALE = 1e-10
+"""Largest difference from the native engine, in sizes of each metric."""
+
+
+SCENARIO = """
+name = "fly"
+[run]
+duration = "20 s"
+control_period = "0.25 s"
+[spacecraft]
+file = "cubesat.toml"
+[start]
+attitude_error = ["0.2 deg", 0.0, "-0.1 deg"]
+wheel_speed = ["30 rpm", "-200 rpm", "200 rpm", "-30 rpm"]
+[controller]
+kind = "three_axis"
+turn_gain = 0.4
+[compensator]
+kind = "friction_model"
+[sensors]
+attitude_sigma = "0.003 deg"
+rate_sigma = "0.002 deg/s"
+[[event]]
+name = "loss"
+kind = "torque_lost"
+wheel = "c"
+time = "8 s"
+detected_after = "1 s"
+[metrics]
+after = "2 s"
+crossing_window = "3 s"
+[[dispersion]]
+key = "wheel.*.coulomb"
+distribution = "log_normal"
+sigma = "30 %"
+[[dispersion]]
+key = "event.loss.time"
+distribution = "uniform"
+low = "6 s"
+high = "10 s"
+[[metrics.window]]
+name = "late"
+event = "loss"
+from = "3 s"
+until = "9.5 s"
+exposure = "1.5 s"
+boresight = [0.0, 1.0, 0.0]
+[[requirement]]
+index = "APE"
+level = 0.9
+value = "0.2 deg"
+"""
+
+
+@pytest.fixture(scope="module")
+def scenario(folder):
+    path = folder / "fly.toml"
+    path.write_text(SCENARIO)
+    return read_scenario(path)
+
+
+@pytest.fixture(scope="module")
+def flown(scenario):
+    return fly(scenario, 3, None, keep=[0], engine="native")
+
+
+@pytest.fixture(scope="module")
+def page(scenario, flown, tmp_path_factory):
+    """Page of the nominal run and of run 5."""
+    if web_compiler() is None:
+        pytest.skip("neither zig (ziglang) nor clang with wasi-libc and lld")
+    values = {name: column[0] for name, column in flown.columns.items()}
+    history = flown.histories.of_run(0).arrays()
+    runs = {"nominal": (0, None), "run 5": (5, draw(scenario, 3, [5])[0][0])}
+    content = fly_content(scenario, 3, runs, history, print)
+    path = tmp_path_factory.mktemp("page") / "run.html"
+    path.write_text(run_page(scenario, values, history, "small", "x", content))
+    return path
+
+
+@pytest.fixture(autouse=True, scope="module")
+def no_network(chromium):
+    chromium.call("Network.enable")
+    offline = {"offline": True, "latency": 0, "downloadThroughput": 0, "uploadThroughput": 0}
+    chromium.call("Network.emulateNetworkConditions", **offline)
+
+
+def show(browser, page, fragment=""):
+    """Open the page anew and wait for its first picture."""
+    browser.open("about:blank")
+    browser.open(page.as_uri() + fragment)
+    return flight(browser, 0)
+
+
+def flight(browser, before):
+    """Wait for a picture after a number of them; returns what was flown."""
+    panel = "document.querySelector('.fly')"
+    for _ in range(600):
+        if browser.ask(f"{panel}.dataset.state") == "failed":
+            pytest.fail(browser.ask("document.querySelector('.fault').textContent"))
+        if int(browser.ask(f"{panel}.dataset.picture")) > before:
+            text = browser.ask(
+                f"JSON.stringify({panel}.flown, (k, v) => Number.isNaN(v) ? 'NaN' : v)"
+            )
+            return json.loads(text)
+        time.sleep(0.05)
+    return pytest.fail("no picture")
+
+
+def pictures(browser):
+    return int(browser.ask("document.querySelector('.fly').dataset.picture"))
+
+
+def move(browser, key, value):
+    """Move a slider to a place between 0 and 1000; returns what was flown."""
+    count = pictures(browser)
+    slider = f"document.querySelector('.slider[data-key=\"{key}\"] input[type=range]')"
+    browser.ask(f"({slider}.value = {value}, {slider}.oninput(), {slider}.onchange(), 0)")
+    return flight(browser, count)
+
+
+def same(scenario, results, columns, row=0):
+    """Compare results of the page, status and end first, with columns of the native engine."""
+    names = ["status", "ended", *metrics_of(scenario)]
+    pairs = [
+        (float(mine), float(columns[name][row]))
+        for name, mine in zip(names, results, strict=True)
+        if not name.startswith("requirement.")  # needs all errors; the page says so
+    ]
+    mine, theirs = np.transpose(pairs)
+    np.testing.assert_array_equal(np.isnan(mine), np.isnan(theirs))
+    np.testing.assert_allclose(mine, theirs, rtol=SCALE, atol=1e-15)
+
+
+def test_the_page_flies_what_the_native_engine_flies(scenario, flown, browser, page):
+    same(scenario, show(browser, page)["results"], flown.columns)
+    policy = browser.ask("document.querySelector('meta[http-equiv]').content")
+    assert "connect-src 'none'" in policy
+    assert "unsafe-inline" not in policy
+    assert re.findall(r"https?://[\w.]+", page.read_text()) == ["http://www.w3.org"] * 2
+
+
+def test_a_moved_slider_gives_what_the_scenario_gives_with_this_number(scenario, browser, page):
+    show(browser, page)
+    for key in ("controller.turn_gain", "event.loss.time", "start.attitude_error.x"):
+        result = move(browser, key, 700)
+        value = float(dict(moved(browser))[key])
+        assert value != scenario.values[key]
+        changed = scenario.replace(**{key: value})
+        same(changed, result["results"], fly(changed, 3, None, engine="native").columns)
+        browser.ask("(document.querySelector('.reset').onclick(), 0)")
+
+
+def moved(browser):
+    """Keys and values of the address."""
+    from urllib.parse import parse_qsl
+
+    return parse_qsl(browser.ask("location.hash").removeprefix("#"))
+
+
+def test_the_file_of_a_run_is_flown_by_simulate(scenario, browser, page, tmp_path):
+    key = scenario.dispersed[0]
+    address = f"#run=run+5&{key}={1.1 * scenario.values[key]!r}&event.loss.time=7.5"
+    result = show(browser, page, address)
+    path = tmp_path / "run.json"
+    path.write_text(browser.ask("gyrostatRunFile()"))
+    again = verbs.simulate(path, engine="native")
+    columns = {name: [again.attrs[name]] for name in ("ended", *metrics_of(scenario))}
+    same(scenario, result["results"], {**columns, "status": [int(again.status)]})
+    content = json.loads(path.read_text())
+    assert (content["values"]["event.loss.time"], content["run"]) == (7.5, 5)
+    for name, value, message in (
+        ("values", {"event.loss.time": "soon"}, r"values.event.loss.time: found 'soon', expected"),
+        ("values", {"no.key": 1.0}, r"values.no.key: found no such key"),
+        ("run", -1, "and run -1, expected whole numbers"),
+        ("gyrostat", "fit", "expected the file of a run"),
+    ):
+        path.write_text(json.dumps({**content, name: value}))
+        with pytest.raises(InputError, match=message):
+            verbs.simulate(path)
+
+
+def test_the_cloud_is_the_first_runs_of_the_campaign(scenario, browser, page):
+    show(browser, page)
+    count = pictures(browser)
+    box = "document.querySelector('.fly input.cloud')"
+    browser.ask(f"({box}.checked = true, {box}.onchange(), 0)")
+    cloud = flight(browser, count)["cloud"]
+    values, keys = draw(scenario, 3, np.arange(CLOUD))
+    expected = fly_given(scenario, np.arange(CLOUD), values, keys).columns
+    assert len(cloud) == CLOUD
+    for row in range(CLOUD):
+        same(scenario, cloud[row], expected, row)
+
+
+def test_without_a_compiler_the_page_says_what_to_install(scenario, flown, monkeypatch):
+    from gyrostat.codegen.simd import web
+
+    monkeypatch.setattr(web, "web_compiler", lambda: None)
+    values = {name: column[0] for name, column in flown.columns.items()}
+    history, lines = flown.histories.of_run(0).arrays(), []
+    content = fly_content(scenario, 3, {"nominal": (0, None)}, history, lines.append)
+    text = run_page(scenario, values, history, "small", "x", content)
+    assert "ziglang" in lines[0]
+    assert "ziglang" in text
+    assert "fly-module" not in text
