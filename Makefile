@@ -108,5 +108,5 @@ types-and-docs: $(VENV)/.check
 check: lint format contracts types-and-docs test
 
 clean:
-	rm -rf build dist demo-out docs/_build .pytest_cache .ruff_cache .hypothesis .import_linter_cache
+	rm -rf build dist demo-out docs/_build docs/api/generated .pytest_cache .ruff_cache .hypothesis .import_linter_cache
 	find src tests docs -name __pycache__ -type d -prune -exec rm -rf {} +
