@@ -48,7 +48,9 @@ def text_lines(result: LineOfSight, detail: float | None = None) -> list[str]:
             )
     if detail is not None:
         value = plain(_worst_mtf(result, detail))
-        lines.append(f"MTF at {plain(detail)} cycles/rad: {value}, each wheel at its worst speed and sense")
+        lines.append(
+            f"MTF at {plain(detail)} cycles/rad: {value}, each wheel at its worst speed and sense"
+        )
     if result.limit is not None:
         bands = result.bands()
         word = "band" if len(bands) == 1 else "bands"
