@@ -120,8 +120,8 @@ class Changes(Checked):
 
     def __call__(
         self, watch: Watch, mode: Lasted, measurement: Any, target: Quaternion, time: Scalar
-    ) -> tuple[Int[Array, ""], Watch]:
-        """Change that is taken at a sample, from 1, or 0, and what the conditions remember.
+    ) -> tuple[Bool[Array, ""], Int[Array, ""], Watch]:
+        """Whether a change is taken at a sample, the mode from then on, and the next watch.
 
         Args:
             watch: What they remember from the sample before.
@@ -137,12 +137,10 @@ class Changes(Checked):
             tracked = time if is_measured is None else jnp.where(is_measured, time, watch.tracked)
             watch = watch._replace(tracked=jnp.asarray(tracked, dtype=float))
             met = self._met(measurement, target, time)
-        taken, unmet = self._taken(watch, mode, met, jnp.array(measurement is not None), time)
-        return taken, watch._replace(
-            unmet=unmet,
-            taken=jnp.where(taken > 0, taken, watch.taken),
-            sampled=jnp.asarray(time, dtype=float),
-        )
+        is_sampled = jnp.array(measurement is not None)
+        changes, number, unmet, taken = self._taken(watch, mode, met, is_sampled, time)
+        sampled = jnp.asarray(time, dtype=float)
+        return changes, number, watch._replace(unmet=unmet, taken=taken, sampled=sampled)
 
     @traced_once
     def _taken(
@@ -152,8 +150,8 @@ class Changes(Checked):
         met: Bool[Array, " changes"],
         is_sampled: Bool[Array, ""],
         time: Scalar,
-    ) -> tuple[Int[Array, ""], Float[Array, " changes"]]:
-        """Change that is taken, from 1, or 0, and the times at which conditions did not hold.
+    ) -> tuple[Bool[Array, ""], Int[Array, ""], Float[Array, " changes"], Int[Array, ""]]:
+        """Whether a change is taken, the mode, and fields `unmet` and `taken` of the watch.
 
         Args:
             watch: See `__call__`.
@@ -172,21 +170,29 @@ class Changes(Checked):
         holds &= (held == 0.0) | (time - unmet > held + 1e-9)
         ripe = holds & (time - mode.start + 1e-9 >= jnp.asarray(self.dwell)[mode.number])
         takes = ripe & jnp.asarray(self.origins).T[mode.number]
-        taken = jnp.zeros((), dtype=int)
-        for number in range(len(self.to), 0, -1):
-            taken = jnp.where(takes[number - 1], number, taken)
-        return taken, jnp.where(self._begins_anew(mode.number, taken), time, unmet)
+        number, taken = mode.number, watch.taken
+        changes = jnp.any(takes)
+        renewals = self._renewals()
+        renewed = jnp.broadcast_to(changes, unmet.shape)
+        for k in reversed(range(len(self.to))):
+            number = jnp.where(takes[k], self.to[k], number)
+            taken = jnp.where(takes[k], k + 1, taken)
+            if renewals is not None:
+                renewed = jnp.where(takes[k], jnp.asarray(renewals[k])[mode.number], renewed)
+        return changes, number, jnp.where(renewed, time, unmet), taken
 
-    def _begins_anew(
-        self, number: Int[Array, ""], taken: Int[Array, ""]
-    ) -> Bool[Array, "*changes"]:
-        """Whether the time for which each change has held begins anew: () for all alike."""
+    def _renewals(self) -> np.ndarray | None:
+        """Whether each change, taken in each mode, renews the time for which each one has held.
+
+        Returns:
+            (changes taken, modes, changes); None if each change renews all.
+        """
         if not any(sum(row) > 1 for row in self.origins):
-            return taken > 0
+            return None
         origins, numbers = np.asarray(self.origins), np.arange(len(self.to))
-        goes_on = origins[:, :, None] & origins[:, self.to][:, None, :]
+        goes_on = (origins[:, :, None] & origins[:, self.to][:, None, :]).T
         goes_on[numbers, :, numbers] = False
-        return (taken > 0) & jnp.logical_not(jnp.asarray(goes_on.T)[taken - 1, number])
+        return np.logical_not(goes_on)
 
     def _hold(self, mode: Lasted, watch: Watch, time: Scalar) -> Bool[Array, " changes"]:
         """Whether the conditions of each change hold that need no measurement."""

@@ -217,10 +217,8 @@ class Reference(Checked):
             return mode, now
         assert mode.transition is not None
         lasted = Lasted(mode.number, mode.start, mode.transition.duration)
-        taken, watch = self.changes(mode.watch, lasted, measurement, now.attitude, time)
-        changes = taken > 0
-        to = jnp.asarray((0, *self.changes.to))[taken]
-        number = jnp.where(changes, to, mode.number)
+        tested = self.changes(mode.watch, lasted, measurement, now.attitude, time)
+        changes, number, watch = tested
         start = jnp.where(changes, time, mode.start)
         # the reference is continuous, so that `now` holds in both modes
         later = self._entered(mode, number, start, changes, lambda: now)

@@ -1,5 +1,6 @@
 """Largest rate and acceleration of a slew within the torque and momentum of the working wheels."""
 
+from functools import partial
 from typing import Annotated, Any, NamedTuple, Self
 
 import equinox as eqx
@@ -13,7 +14,7 @@ from gyrostat.core import rotations
 from gyrostat.core.arrays import PerWheel, Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, positive_share
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jnp
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import Spacecraft
 from gyrostat.wheel.array import listed, zeros
 
@@ -184,5 +185,10 @@ class WheelEnvelope(Checked):
         rates = jnp.clip(rates, SMALL, fastest)
         least = acceleration_at(rates)
         times = jnp.where(least > 0.0, angle / rates + rates / jnp.maximum(least, SMALL), jnp.inf)
-        optimum = rates[jnp.argmin(times)]
+
+        def quickest_of(best: Any, each: Any) -> tuple[Any, None]:
+            return jax.tree.map(partial(jnp.where, each[0] < best[0]), each, best), None
+
+        # not by argmin, which has tests for NaN in flight code
+        (_, optimum), _ = jax.lax.scan(quickest_of, (jnp.array(jnp.inf), rates[0]), (times, rates))
         return optimum, jnp.maximum(acceleration_at(optimum), SMALL)
