@@ -1,4 +1,4 @@
-"""Friction compensation on four wheels of a spacecraft: every case of docs/crossing_zero.md.
+"""Friction compensation on four wheels of a spacecraft: docs/crossing_zero_background.md.
 
     python benchmarks/crossing_zero_spacecraft.py [--runs 200] [--seed 3] [--only PART-OF-A-CASE]
     python benchmarks/crossing_zero_spacecraft.py --worst-case [--runs 2000]

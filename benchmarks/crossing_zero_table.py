@@ -1,4 +1,4 @@
-"""Estimating compensator on the one-axis table: errors in every case of docs/crossing_zero.md.
+"""Estimating compensator on the one-axis table: docs/crossing_zero_background.md.
 
     python benchmarks/crossing_zero_table.py [--runs 200] [--seed 1] [--only PART-OF-A-NAME]
 

@@ -14,6 +14,7 @@ from gyrostat.codegen.flight.measure import compiler
 for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
+os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
 sys.path.insert(0, str(Path(__file__).parent))  # the extension api_pages
 
 project = "gyrostat"
@@ -39,6 +40,7 @@ myst_heading_anchors = 3
 nb_execution_mode = "force"
 nb_execution_raise_on_error = True
 nb_execution_timeout = 300
+nb_merge_streams = True
 if compiler() is None:
     print("docs/flight_code.md is not executed: no C compiler")
     nb_execution_excludepatterns = ["flight_code.md"]
