@@ -4,7 +4,6 @@ from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple, Self
 
 import equinox as eqx
-import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from gyrostat.control.guidance.condition import Condition, Measured, ModeChange, is_in_view
@@ -169,30 +168,19 @@ class Changes(Checked):
         # multiples of a control period are subject to rounding
         holds &= (held == 0.0) | (time - unmet > held + 1e-9)
         ripe = holds & (time - mode.start + 1e-9 >= jnp.asarray(self.dwell)[mode.number])
-        takes = ripe & jnp.asarray(self.origins).T[mode.number]
+        starts = jnp.asarray(self.origins).T
+        takes = ripe & starts[mode.number]
         number, taken = mode.number, watch.taken
-        changes = jnp.any(takes)
-        renewals = self._renewals()
-        renewed = jnp.broadcast_to(changes, unmet.shape)
         for k in reversed(range(len(self.to))):
             number = jnp.where(takes[k], self.to[k], number)
             taken = jnp.where(takes[k], k + 1, taken)
-            if renewals is not None:
-                renewed = jnp.where(takes[k], jnp.asarray(renewals[k])[mode.number], renewed)
-        return changes, number, jnp.where(renewed, time, unmet), taken
-
-    def _renewals(self) -> np.ndarray | None:
-        """Whether each change, taken in each mode, renews the time for which each one has held.
-
-        Returns:
-            (changes taken, modes, changes); None if each change renews all.
-        """
-        if not any(sum(row) > 1 for row in self.origins):
-            return None
-        origins, numbers = np.asarray(self.origins), np.arange(len(self.to))
-        goes_on = (origins[:, :, None] & origins[:, self.to][:, None, :]).T
-        goes_on[numbers, :, numbers] = False
-        return np.logical_not(goes_on)
+        changes = jnp.any(takes)
+        begins = jnp.broadcast_to(changes, unmet.shape)
+        if any(sum(row) > 1 for row in self.origins):
+            is_taken = jnp.arange(1, len(self.to) + 1) == taken
+            goes_on = starts[mode.number] & starts[number]
+            begins &= is_taken | jnp.logical_not(goes_on)
+        return changes, number, jnp.where(begins, time, unmet), taken
 
     def _hold(self, mode: Lasted, watch: Watch, time: Scalar) -> Bool[Array, " changes"]:
         """Whether the conditions of each change hold that need no measurement."""
