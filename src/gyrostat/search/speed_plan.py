@@ -17,6 +17,8 @@ from gyrostat.scenario_files.scenario_file import validated
 from gyrostat.simulation import Status
 
 SECTION = "controller.plan"
+FLIGHTS = 3
+"""Most plans that are flown; each starts from the flight of the one before."""
 
 
 @dataclass(frozen=True)
@@ -112,9 +114,18 @@ def search_plan(
         return SpeedPlan(plan.answer, scenario, plan, *about, None)
     with_plan = planned(scenario, plan)
     engine_with_plan = engine_for(with_plan)
-    history = fly_nominal(with_plan, seed, engine_with_plan)
-    flight = flight_of(with_plan, history, windows, limits)
-    safe = np.any(flight.inside) and not any(flight.crossings.values())
+    for number in range(FLIGHTS):
+        history = fly_nominal(with_plan, seed, engine_with_plan)
+        flight = flight_of(with_plan, history, windows, limits)
+        safe = np.any(flight.inside) and not any(flight.crossings.values())
+        if safe or number == FLIGHTS - 1:
+            break
+        # attitudes and torques of the plan's own flight differ from those of the present law
+        demand = demand_of(history, flight.inside, period, limits, scenario.command_delay)
+        again = plan_of(demand, limits, clearance, seconds)
+        if again.answer != FOUND:
+            break
+        plan, with_plan = again, planned(scenario, again)
     answer = FOUND if safe else NOT_FOUND
     if answer != FOUND or runs == 0:
         return SpeedPlan(answer, with_plan, plan, *about, flight)
@@ -152,9 +163,9 @@ def planned(scenario: Scenario, plan: Plan) -> Scenario:
 
 
 def named_entries(plan: Plan) -> Iterator[tuple[str, Any]]:
-    """Name and entry of each science window of a plan."""
+    """Name and entry of each part of a plan."""
     for number, entry in enumerate(plan.entries, 1):
-        yield f"window_{number}", entry
+        yield f"entry_{number}", entry
 
 
 def _clean(

@@ -1,15 +1,21 @@
 """Plan of wheel speeds for the science windows of a run, or proof that there is none."""
 
+from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 
-from gyrostat.core.types import Vector
+from gyrostat.core.types import Matrix, Vector
 from gyrostat.runs.speed_plan.choices import Certificate, Problem, infeasible, solve
 from gyrostat.runs.speed_plan.demand import Demand, Limits
 from gyrostat.runs.speed_plan.necessary import necessary
-from gyrostat.runs.speed_plan.problems import SHARES, cost_of, sufficient
+from gyrostat.runs.speed_plan.problems import ATTEMPTS, cost_of, sufficient
 
+FOLLOWED = 0.05
+"""Largest deviation of the wanted momentum from that without unloading, over the clearance: the
+actuator spends torque on it."""
+SHORTEST = 10
+"""Least number of control periods of an entry."""
 FOUND, INFEASIBLE, NOT_FOUND = "found", "infeasible", "not found"
 
 
@@ -89,11 +95,12 @@ def plan_of(demand: Demand, limits: Limits, clearance: float, seconds: float = 2
         seconds: Time for each search.
     """
     demand, limits, unit = scaled(demand, limits)
-    for share in SHARES:
-        problem = sufficient(demand, limits, clearance, share)
+    for share, keeps_room in ATTEMPTS:
+        problem = sufficient(demand, limits, clearance, share, keeps_room)
         point, _ = solve(problem, cost_of(demand, limits), seconds)
         if point is not None:
-            return _found(demand, unit, point)
+            tolerance = FOLLOWED * clearance * float(np.min(limits.inertia))
+            return _found(demand, unit, point, tolerance)
     count = len(demand.windows)
     for only in (*range(count), None) if count > 1 else (None,):
         problem = necessary(demand, limits, clearance, only)
@@ -104,23 +111,43 @@ def plan_of(demand: Demand, limits: Limits, clearance: float, seconds: float = 2
     return Plan(NOT_FOUND)
 
 
-def _found(demand: Demand, unit: float, point: Vector) -> Plan:
+def _found(demand: Demand, unit: float, point: Vector, tolerance: float) -> Plan:
     values = point[: 4 * len(demand.windows)].reshape(-1, 4)
     changes = np.diff(values[:, :3], axis=0, prepend=0.0)
     entries = []
     for window, value, change in zip(demand.windows, values, changes, strict=True):
-        begin, end = (float(demand.time[at]) for at in (window.before, window.begin))
-        drift = demand.total[window.begin] - demand.total[window.before]
-        over = unit / (end - begin) if end > begin else 0.0
-        entries.append(
-            Entry(
-                begin,
-                end - begin,
-                unit * (demand.total[window.begin] + value[:3]),
-                unit * float(value[3]),
-                over * (drift + change),
-                over * change,
-                (end, float(demand.time[window.end - 1])),
+        way = window.begin - window.before
+        science = float(demand.time[window.begin]), float(demand.time[window.end - 1])
+        knots = _knots(demand.total, window.before, window.begin, tolerance)
+        for start, end in pairwise(knots):
+            begin, time = float(demand.time[start]), float(demand.time[end] - demand.time[start])
+            torque = unit * change / (demand.time[window.begin] - demand.time[window.before])
+            left = (window.begin - end) / way
+            entries.append(
+                Entry(
+                    begin,
+                    time,
+                    unit * (demand.total[end] + value[:3] - left * change),
+                    unit * float(value[3]),
+                    unit * (demand.total[end] - demand.total[start]) / time + torque,
+                    torque,
+                    science,
+                )
             )
-        )
+        if way == 0:
+            momentum, rest = unit * (demand.total[window.begin] + value[:3]), np.zeros(3)
+            level = unit * float(value[3])
+            entries.append(Entry(science[0], 0.0, momentum, level, rest, rest, science))
     return Plan(FOUND, tuple(entries), unit * float(np.sum(np.abs(changes))))
+
+
+def _knots(total: Matrix, start: int, end: int, tolerance: float) -> list[int]:
+    """Samples between which the momentum is a straight line, the first and the last among them."""
+    share = np.linspace(0.0, 1.0, end - start + 1)[:, None]
+    line = (1.0 - share) * total[start] + share * total[end]
+    error = np.max(np.abs(total[start : end + 1] - line))
+    if end - start < 2 * SHORTEST or error <= tolerance:
+        return [start, end] if end > start else [start]
+    middle = (start + end) // 2
+    first = _knots(total, start, middle, tolerance)
+    return first[:-1] + _knots(total, middle, end, tolerance)

@@ -30,8 +30,9 @@ CHUNKS = 30
 """Parts of a window, each with one attitude and the extreme momenta of its samples."""
 ROOM = 0.4
 """Share of the wheels' torque that moves them in the null space."""
-SHARES = (0.9, 1.0)
-"""Shares s of the actuator's torque that a plan uses; the first with a plan is taken."""
+ATTEMPTS = ((0.9, True), (1.0, True), (1.0, False))
+"""Shares s of the actuator's torque that a plan may use, and whether the wheels keep room on the
+way; the first with a plan is taken."""
 LEFT = 0.02
 """Error of the null-space momentum at the start of a window over the clearance."""
 TIMES = 24
@@ -132,7 +133,9 @@ def _way(
     return rows.reshape(len(most), -1), -most - demanded, most - demanded
 
 
-def _steps(demand: Demand, limits: Limits, clearance: float, share: float) -> tuple[Matrix, Vector]:
+def _steps(
+    demand: Demand, limits: Limits, clearance: float, share: float, keeps_room: bool
+) -> tuple[Matrix, Vector]:
     """Rows of the sufficient problem on the changes from window to window, and their bounds."""
     size = 4 * len(demand.windows)
     fastest = ROOM * np.min(limits.torque)
@@ -154,13 +157,18 @@ def _steps(demand: Demand, limits: Limits, clearance: float, share: float) -> tu
         else:
             offset[count] = demand.level
         bound = np.append(np.full(count, share * limits.external_torque * time), move)
-        rows, low, high = _way(demand, limits, clearance, k)
-        matrices += [change, -change, rows, -rows]
-        bounds += [bound + offset, bound - offset, high, -low]
+        matrices += [change, -change]
+        bounds += [bound + offset, bound - offset]
+        if keeps_room:
+            rows, low, high = _way(demand, limits, clearance, k)
+            matrices += [rows, -rows]
+            bounds += [high, -low]
     return np.vstack(matrices), np.concatenate(bounds)
 
 
-def sufficient(demand: Demand, limits: Limits, clearance: float, share: float) -> Problem:
+def sufficient(
+    demand: Demand, limits: Limits, clearance: float, share: float, keeps_room: bool
+) -> Problem:
     """Problem whose solutions can be flown.
 
     Its variables are D and z of each window, the extra clearance, and the sizes of the changes.
@@ -169,11 +177,12 @@ def sufficient(demand: Demand, limits: Limits, clearance: float, share: float) -
         demand: Demanded momenta.
         limits: Wheels and actuator.
         clearance: Distance from zero speed, bands and limits, rad/s.
-        share: Share of the actuator's torque that the plan may use, one of `SHARES`.
+        share: Share of the actuator's torque that the plan may use.
+        keeps_room: Whether the wheels keep room for the rate of the body on the way.
     """
     count, wheels = len(demand.windows), limits.axes.shape[1]
     own = 4 * count
-    matrix, bound = _steps(demand, limits, clearance, share)
+    matrix, bound = _steps(demand, limits, clearance, share, keeps_room)
     total = 2 * own + 1
     # largest change of momentum about any axis of any attitude
     farthest = (
