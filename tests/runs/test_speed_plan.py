@@ -10,6 +10,13 @@ import pytest
 from scipy.stats import binomtest
 
 import gyrostat as gs
+from gyrostat.microvibration import (
+    Harmonic,
+    ModalModel,
+    MountedWheel,
+    WheelDisturbance,
+    line_of_sight,
+)
 from gyrostat.reports.speed_plan import content_of, lines_of, page_of
 from gyrostat.runs.speed_plan.choices import Certificate, Choice, Leaf, Problem, infeasible, solve
 from gyrostat.runs.speed_plan.demand import Limits, demand_of
@@ -19,6 +26,10 @@ from gyrostat.scenario_files.scenario_file import read_scenario
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
 PYRAMID = np.array([[1.0, -1.0, -1.0, 1.0], [1.0, 1.0, -1.0, -1.0], [1.0, 1.0, 1.0, 1.0]]) / 3**0.5
+MODEL = ModalModel(np.array([20.0]), np.array([0.01]), np.ones((1, 1, 6)), np.ones((1, 2)))
+MOUNTED = MountedWheel(
+    "a", WheelDisturbance("a", (Harmonic(1.0, {"force": 1e-9}),)), PYRAMID[:, 0], np.zeros(3)
+)
 WHEELS = Limits(
     PYRAMID,
     np.full(4, 2e-5),
@@ -158,6 +169,18 @@ def check_pages(result):
     assert "93.8 % (84.8 to 98.3 %)" in page
     assert page.count('class="cells avoided"') > 2
     assert sum("wheel speed (rpm)" in chart for chart in charts) == 2
+    sight = line_of_sight([MOUNTED], MODEL, np.array([10.0, 400.0]), 0.1, limit=1e-6)
+    seen = replace(
+        counted,
+        sight=sight,
+        present=result.present._replace(sight=2e-6),
+        sight_before=(2e-6, np.nan) * 32,
+        sight_after=(5e-7,) * 64,
+    )
+    (line,) = [each for each in lines_of(seen) if "line of sight" in each]
+    assert "0.4125 arcsec (0 % (0 to 5.6 %) of the runs within 0.2063 arcsec) by the" in line
+    assert "unknown: wheels above its speeds (100 % (94.4 to 100 %) of the runs" in line
+    assert content_of(seen)["line_of_sight"]["runs_present"][:2] == [2e-6, None]
 
 
 def test_a_drift_across_zero_that_nothing_can_avoid_is_proven(mission):

@@ -26,6 +26,10 @@ def plan_speeds(
         int, typer.Option(min=0, help="Number of dispersed runs for the probability; 0: none.")
     ] = 0,
     seed: Annotated[int, typer.Option(min=0, help="Seed of all random draws.")] = 0,
+    sight: Annotated[
+        Path | None,
+        typer.Option(help="Wheels on a structure, TOML, as for jitter: its bands are avoided too."),
+    ] = None,
     engine: Annotated[str, typer.Option(help="native, jax or auto.")] = "auto",
     force: ForceModel = False,
     json_output: Json = False,

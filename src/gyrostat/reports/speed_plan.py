@@ -1,15 +1,18 @@
 """Files of the plan that `plan-speeds` finds."""
 
 import json
-from collections.abc import Callable
+from collections.abc import Callable, Iterable
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from gyrostat.core.outputs import new_files
+from gyrostat.core.text import plain
 from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
+from gyrostat.microvibration.sight import LineOfSight
+from gyrostat.microvibration.sight_text import ARCSEC, bands_text
 from gyrostat.reports.axis import scaled_unit
 from gyrostat.reports.speed_plan_charts import plan_charts
 from gyrostat.reports.template import render
@@ -36,6 +39,11 @@ def lines_of(result: SpeedPlan) -> list[str]:
     if result.planned is None:
         return [before, "not found: neither a plan nor a proof that there is none"]
     lines = [before, f"{result.answer}: {_flown(result.planned)} with the plan"]
+    lines += [
+        f"line of sight in the windows, rms: {' by the present law, '.join(texts)} with the plan"
+        for texts in [_sights(result)]
+        if texts
+    ]
     if result.runs:
         present, planned = (_share(result, clean) for clean in _clean(result))
         lines.append(
@@ -45,6 +53,25 @@ def lines_of(result: SpeedPlan) -> list[str]:
     elif result.answer == FOUND:
         lines.append("no dispersed runs: --runs N estimates the probability of no crossing")
     return lines
+
+
+def _sights(result: SpeedPlan) -> list[str]:
+    """Motion of the line of sight by each law, nominal, and over the dispersed runs."""
+    if result.sight is None or result.sight.limit is None:
+        return []
+    flights = (result.present, *([] if result.planned is None else [result.planned]))
+    texts = []
+    runs = (result.sight_before, result.sight_after)
+    for flight, values in zip(flights, runs, strict=False):
+        text = "unknown: wheels above its speeds"
+        if np.isfinite(flight.sight):
+            text = f"{plain(flight.sight / ARCSEC)} arcsec"
+        if values:
+            within = int(np.sum(np.array(values) <= result.sight.limit))
+            limit = plain(result.sight.limit / ARCSEC)
+            text += f" ({_share(result, within)} of the runs within {limit} arcsec)"
+        texts.append(text)
+    return texts
 
 
 def _clean(result: SpeedPlan) -> tuple[int, int]:
@@ -110,12 +137,32 @@ def content_of(result: SpeedPlan) -> dict[str, Any]:
             [*result.probability(result.clean_before)] if result.runs else None
         ),
         "probability": [*result.probability()] if result.runs else None,
+        "line_of_sight": None if result.sight is None else _sight_content(result, result.sight),
+    }
+
+
+def _sight_content(result: SpeedPlan, sight: LineOfSight) -> dict[str, Any]:
+    def finite(values: Iterable[float]) -> list[float | None]:
+        return [value if np.isfinite(value) else None for value in values]
+
+    present, planned = finite(
+        [result.present.sight, np.nan if result.planned is None else result.planned.sight]
+    )
+    return {
+        "limit": sight.limit,
+        "bands": [[*band] for band in sight.bands()],
+        "present": present,
+        "planned": planned,
+        "runs_present": finite(result.sight_before),
+        "runs_planned": finite(result.sight_after),
     }
 
 
 def toml_of(result: SpeedPlan, command: str) -> str:
     """Tables [[controller.plan]] to append to the scenario file."""
     lines = [f"# {result.answer}; written by: {command}", "# append it to the scenario file"]
+    if result.sight is not None:
+        lines += ["", *bands_text(result.sight).splitlines()]
     for name, entry in named_entries(result.plan):
         begin, end = entry.window
         lines += [
@@ -153,6 +200,8 @@ def page_of(result: SpeedPlan, command: str) -> str:
             [f"{f.distance / RPM:.4g} rpm" for f in flights],
         ),
     ]
+    if sights := _sights(result):
+        rows.append(("line of sight in the windows, rms of smear and jitter", sights))
     if result.runs:
         name = f"share of {result.runs} dispersed runs without a crossing, with 95 % interval"
         rows.append((name, [_share(result, clean) for clean in _clean(result)]))

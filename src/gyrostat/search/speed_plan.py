@@ -9,6 +9,8 @@ import numpy as np
 from gyrostat.campaigns.engine import LANES, fly, fly_nominal
 from gyrostat.campaigns.summary import share_bounds
 from gyrostat.core.errors import InputError
+from gyrostat.microvibration.sight import LineOfSight
+from gyrostat.runs.sight_in_run import SightInRun
 from gyrostat.runs.speed_plan.demand import Limits, demand_of
 from gyrostat.runs.speed_plan.flight import Flight, flight_of
 from gyrostat.runs.speed_plan.plan import FOUND, NOT_FOUND, Plan, plan_of
@@ -16,7 +18,7 @@ from gyrostat.scenario.scenario import Part, Scenario
 from gyrostat.scenario_files.scenario_file import validated
 from gyrostat.simulation import Status
 
-SECTION = "controller.plan"
+SECTION, BAND = "controller.plan", "controller.band"
 FLIGHTS = 3
 """Most plans that are flown; each starts from the flight of the one before."""
 
@@ -39,6 +41,10 @@ class SpeedPlan:
         runs: Number of dispersed runs.
         clean_before: Runs without any crossing in the windows by the present law.
         clean_after: The same with the plan.
+        sight: Motion of the line of sight, whose bands are avoided too; None: not given.
+        sight_before: Its root mean square in the windows of each dispersed run by the present law,
+            (runs,), rad.
+        sight_after: The same with the plan.
     """
 
     answer: str
@@ -52,6 +58,9 @@ class SpeedPlan:
     runs: int = 0
     clean_before: int = 0
     clean_after: int = 0
+    sight: LineOfSight | None = None
+    sight_before: tuple[float, ...] = ()
+    sight_after: tuple[float, ...] = ()
 
     @property
     def before(self) -> dict[str, int]:
@@ -81,6 +90,7 @@ def search_plan(
     runs: int = 0,
     seed: int = 0,
     engine_for: Callable[[Scenario], str],
+    sight: SightInRun | None = None,
     seconds: float = 20.0,
 ) -> SpeedPlan:
     """Search for a plan of wheel speeds and fly it.
@@ -92,17 +102,21 @@ def search_plan(
         runs: Number of dispersed runs of the present law and of the plan, with the same draws.
         seed: Seed of all draws.
         engine_for: Engine that simulates a scenario.
+        sight: Motion of the line of sight by the wheels, whose bands are avoided too; or None.
         seconds: Time for each search.
 
     Raises:
         InputError: The controller is no wheel array, the nominal run ends early, or it enters no
             window.
     """
+    motion = None if sight is None else sight.sight
+    if motion is not None:
+        scenario = with_bands(scenario, motion.bands())
     scenario = planned(scenario, Plan(NOT_FOUND))
     limits = Limits.of(scenario)
     engine, period = engine_for(scenario), scenario.values["run.control_period"]
     history = fly_nominal(scenario, seed, engine)
-    present = flight_of(scenario, history, windows, limits)
+    present = flight_of(scenario, history, windows, limits, sight)
     if not np.any(present.inside):
         raise InputError(
             f"{scenario.name}: found no time in the windows {', '.join(windows)}, expected some"
@@ -110,30 +124,57 @@ def search_plan(
     demand = demand_of(history, present.inside, period, limits, scenario.command_delay)
     plan = plan_of(demand, limits, clearance, seconds)
     about = tuple(windows), clearance, limits, present
+    result = SpeedPlan(plan.answer, scenario, plan, *about, None, sight=motion)
     if plan.answer != FOUND:
-        return SpeedPlan(plan.answer, scenario, plan, *about, None)
-    with_plan = planned(scenario, plan)
-    engine_with_plan = engine_for(with_plan)
+        return result
+    engine_with_plan = engine_for(planned(scenario, plan))
     for number in range(FLIGHTS):
+        with_plan = planned(scenario, plan)
         history = fly_nominal(with_plan, seed, engine_with_plan)
-        flight = flight_of(with_plan, history, windows, limits)
-        safe = np.any(flight.inside) and not any(flight.crossings.values())
-        if safe or number == FLIGHTS - 1:
+        flight = flight_of(with_plan, history, windows, limits, sight)
+        result = SpeedPlan(NOT_FOUND, with_plan, plan, *about, flight, sight=motion)
+        if np.any(flight.inside) and not any(flight.crossings.values()):
+            result = replace(result, answer=FOUND)
             break
-        # attitudes and torques of the plan's own flight differ from those of the present law
-        demand = demand_of(history, flight.inside, period, limits, scenario.command_delay)
-        again = plan_of(demand, limits, clearance, seconds)
-        if again.answer != FOUND:
-            break
-        plan, with_plan = again, planned(scenario, again)
-    answer = FOUND if safe else NOT_FOUND
-    if answer != FOUND or runs == 0:
-        return SpeedPlan(answer, with_plan, plan, *about, flight)
-    clean = [
-        sum(_clean(each, windows, limits, runs, seed, used))
-        for each, used in ((scenario, engine), (with_plan, engine_with_plan))
-    ]
-    return SpeedPlan(answer, with_plan, plan, *about, flight, runs, *clean)
+        if number < FLIGHTS - 1:
+            # attitudes and torques of the plan's own flight differ from those of the present law
+            demand = demand_of(history, flight.inside, period, limits, scenario.command_delay)
+            again = plan_of(demand, limits, clearance, seconds)
+            if again.answer != FOUND:
+                break
+            plan = again
+    if result.answer != FOUND or runs == 0:
+        return result
+    clean, sights = [], []
+    for each, used in ((scenario, engine), (result.scenario, engine_with_plan)):
+        flown = [*_dispersed(each, windows, limits, runs, seed, used, sight)]
+        clean.append(sum(is_clean for is_clean, _ in flown))
+        sights.append(tuple(rms for _, rms in flown))
+    return replace(
+        result,
+        runs=runs,
+        clean_before=clean[0],
+        clean_after=clean[1],
+        sight_before=sights[0],
+        sight_after=sights[1],
+    )
+
+
+def with_bands(scenario: Scenario, bands: Sequence[tuple[float, float]]) -> Scenario:
+    """Scenario with further bands of wheel speeds to avoid, in place of those of the same names.
+
+    Args:
+        scenario: Scenario.
+        bands: Lower and upper end of each, rad/s.
+    """
+    names = [f"jitter_{number}" for number in range(1, len(bands) + 1)]
+    parts = [p for p in scenario.parts if (p.section, p.name) not in {(BAND, n) for n in names}]
+    values = dict(scenario.values)
+    for name, (low, high) in zip(names, bands, strict=True):
+        parts.append(Part(BAND, name, "speeds"))
+        values |= {f"{BAND}.{name}.above": low, f"{BAND}.{name}.below": high}
+    ordered = {key: values[key] for key in sorted(values)}
+    return validated(replace(scenario, parts=tuple(parts), values=ordered))
 
 
 def planned(scenario: Scenario, plan: Plan) -> Scenario:
@@ -168,15 +209,23 @@ def named_entries(plan: Plan) -> Iterator[tuple[str, Any]]:
         yield f"entry_{number}", entry
 
 
-def _clean(
-    scenario: Scenario, windows: Sequence[str], limits: Limits, runs: int, seed: int, engine: str
-) -> Iterator[bool]:
-    """Whether each dispersed run is complete and has no crossing in the windows."""
+def _dispersed(
+    scenario: Scenario,
+    windows: Sequence[str],
+    limits: Limits,
+    runs: int,
+    seed: int,
+    engine: str,
+    sight: SightInRun | None,
+) -> Iterator[tuple[bool, float]]:
+    """Whether each dispersed run is complete without a crossing, and its line of sight, rad."""
     for start in range(0, runs, LANES):
         numbers = range(start, min(start + LANES, runs))
         flown = fly(scenario, seed, numbers, keep=numbers, engine=engine)
         assert flown.histories is not None
         for number, status in zip(numbers, flown.columns["status"], strict=True):
             history = flown.histories.of_run(number).arrays()
-            found = flight_of(scenario, history, windows, limits).crossings
-            yield int(status) == Status.COMPLETE and not any(found.values())
+            flight = flight_of(scenario, history, windows, limits, sight)
+            is_complete = int(status) == Status.COMPLETE
+            is_clean = is_complete and not any(flight.crossings.values())
+            yield is_clean, flight.sight if is_complete else np.nan

@@ -10,10 +10,13 @@ from gyrostat.verbs.arguments import Quantity, Say, in_si, silent
 from gyrostat.verbs.scenario_check import say_unlikely, scenario_of
 
 if TYPE_CHECKING:
+    from gyrostat.runs.sight_in_run import SightInRun
     from gyrostat.scenario import Scenario
     from gyrostat.search.speed_plan import SpeedPlan
 
 MOST_RUNS = 100_000
+SIGHT_SPEEDS = 10_000
+"""Number of wheel speeds at which the motion of the line of sight is computed."""
 
 
 def plan_speeds(
@@ -24,6 +27,7 @@ def plan_speeds(
     clearance: Quantity = "50 rpm",
     runs: int = 0,
     seed: int = 0,
+    sight: "str | Path | None" = None,
     engine: str = "auto",
     force: bool = False,
     say: Say = silent,
@@ -44,6 +48,8 @@ def plan_speeds(
         runs: Number of dispersed runs, from which the probability of no crossing is estimated, by
             the present law and with the plan; 0: none.
         seed: Seed of all draws.
+        sight: File of wheels on a structure, as for `jitter`, with a limit: its speeds to avoid
+            become bands, and the motion of the line of sight in the windows is given for both laws.
         engine: "native", "jax" or "auto".
         force: Whether to replace files that gyrostat did not write, and to take wheels that are
             marked as impossible.
@@ -91,9 +97,29 @@ def plan_speeds(
 
         return chosen_engine(wanted, each, "cpu", say)
 
-    result = search_plan(definition, given, distance, runs=runs, seed=seed, engine_for=engine_for)
+    motion = None if sight is None else _sight(definition, Path(sight))
+    result = search_plan(
+        definition,
+        given,
+        distance,
+        runs=runs,
+        seed=seed,
+        engine_for=engine_for,
+        sight=motion,
+    )
     for line in lines_of(result):
         say(line)
     if out is not None:
         write_plan(result, Path(out), command=command, say=say, force=force)
     return result
+
+
+def _sight(scenario: "Scenario", path: Path) -> "SightInRun":
+    """Motion of the line of sight by the wheels of a scenario; raises `InputError`."""
+    from gyrostat.microvibration.disturbance_file import read_structure
+    from gyrostat.runs.sight_in_run import SightInRun
+
+    structure = read_structure(path)
+    if structure.limit is None:
+        raise InputError(f"{path}: found no key limit, expected one, from which the bands follow")
+    return SightInRun.of(scenario, structure, SIGHT_SPEEDS)

@@ -7,6 +7,7 @@ import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.runs.reference_path import flown_path
+from gyrostat.runs.sight_in_run import SightInRun
 from gyrostat.runs.speed_plan.demand import Limits
 from gyrostat.scenario.scenario import Scenario
 
@@ -22,6 +23,7 @@ class Flight(NamedTuple):
         crossings: "zero" and "band": crossings of zero and entries into bands in the windows.
         distance: Least distance of a wheel speed from zero, bands and limits in the windows, rad/s;
             negative in a band or beyond a limit.
+        sight: Root mean square of the line of sight in the windows, rad; NaN if it is not known.
     """
 
     time: Vector
@@ -30,10 +32,15 @@ class Flight(NamedTuple):
     inside: Any
     crossings: dict[str, int]
     distance: float
+    sight: float
 
 
 def flight_of(
-    scenario: Scenario, history: Mapping[str, Any], windows: Sequence[str], limits: Limits
+    scenario: Scenario,
+    history: Mapping[str, Any],
+    windows: Sequence[str],
+    limits: Limits,
+    sight: SightInRun | None = None,
 ) -> Flight:
     """Wheel speeds of a run.
 
@@ -42,6 +49,7 @@ def flight_of(
         history: Signals of the run by name, NumPy arrays.
         windows: Names of the science windows.
         limits: Wheels.
+        sight: Motion of the line of sight by the wheels; None: unknown.
     """
     path = flown_path(scenario, history)
     inside = np.any([path.windows[name] for name in windows], axis=0)
@@ -54,6 +62,7 @@ def flight_of(
         inside,
         crossings(speed, inside, limits.bands),
         distance(speed[inside], limits),
+        np.nan if sight is None else sight.rms(speed, inside),
     )
 
 
