@@ -1,12 +1,13 @@
-"""Small pure functions that are traced once for each shape of their arguments."""
+"""Functions that are traced once for each shape of their arguments."""
 
 from collections.abc import Callable
-from functools import wraps
+from functools import lru_cache, wraps
 from typing import Any, TypeVar, cast
 
-from gyrostat.core.jax64 import jax
+from gyrostat.core.jax64 import Tracer, jax
 
 Function = TypeVar("Function", bound=Callable[..., Any])
+_PACKAGE = __name__.partition(".")[0]
 
 
 def traced_once(function: Function) -> Function:
@@ -22,3 +23,28 @@ def traced_once(function: Function) -> Function:
         return compiled(*arguments)
 
     return cast(Function, call)
+
+
+def method_traced_once(method: Function) -> Function:
+    """Method of a module of equinox that is traced once in a process; see `traced_once`.
+
+    It is traced anew for an object with a part that is not of this package: a user's part may
+    change without notice, and its trial counts its traces.
+    """
+    compiled = jax.jit(method, inline=True)
+
+    @wraps(method)
+    def call(self: Any, *arguments: Any) -> Any:
+        leaves, tree = jax.tree.flatten(self)
+        traced = all(isinstance(leaf, Tracer) for leaf in leaves)
+        return (compiled if traced and _is_shipped(tree) else method)(self, *arguments)
+
+    return cast(Function, call)
+
+
+@lru_cache(maxsize=256)
+def _is_shipped(tree: Any) -> bool:
+    """Whether all classes in a tree are of this package or of Python."""
+    node = tree.node_data()
+    own = node is None or node[0].__module__.partition(".")[0] in (_PACKAGE, "builtins")
+    return own and all(map(_is_shipped, tree.children()))

@@ -14,6 +14,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.linear import inverse_definite
 from gyrostat.core.rotations import check_unit, normalised, to_body, to_inertial
+from gyrostat.core.traced_once import method_traced_once
 from gyrostat.core.validation import check_parts
 from gyrostat.spacecraft.failures import WheelFailures
 from gyrostat.spacecraft.flexible.coupling import ModalCoupling, with_names
@@ -229,6 +230,7 @@ class Gyrostat(Checked):
         states = advanced_actuators(self.actuators, states, command, duration)
         return after._replace(actuators=states), resolved
 
+    @method_traced_once
     def _advance(self, state, torque, time, duration):
         torque = self.spacecraft.wheels.within_torque_limit(torque)
         friction, steps = self.spacecraft.wheels.friction, self.friction_steps

@@ -1,0 +1,78 @@
+"""Functions that are traced once: their programs are the same, and a user's part is traced anew."""
+
+import equinox as eqx
+import numpy as np
+import pytest
+
+from gyrostat.core import traced_once as module
+from gyrostat.core.arrays import Scalar
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rotations import to_body, to_inertial
+from gyrostat.core.traced_once import method_traced_once, traced_once
+from gyrostat.wheel import Wheel
+from gyrostat.wheel.friction import ViscousCoulomb
+
+
+def test_a_program_is_that_of_the_plain_function():
+    def turned(convert):
+        def program(attitude, vector):
+            return jax.vmap(convert, (None, 0))(attitude, jnp.stack([vector, 2.0 * vector]))
+
+        return program
+
+    attitude, vector = np.array([0.5, 0.5, -0.5, 0.5]), np.arange(3.0)
+    for convert in (to_body, to_inertial):
+        programs = [turned(convert), turned(convert.__wrapped__)]
+        first, second = (str(jax.make_jaxpr(each)(attitude, vector)) for each in programs)
+        assert first == second
+
+
+def test_shapes_that_are_known_are_not_traced_again():
+    traces = []
+
+    @traced_once
+    def doubled(vector):
+        traces.append(vector.shape)
+        return 2.0 * vector
+
+    for _ in range(3):
+        jax.make_jaxpr(lambda vector: doubled(doubled(vector)))(np.ones(3))
+    jax.make_jaxpr(doubled)(np.ones(2))
+    assert traces == [(3,), (2,)]
+
+
+class Holder(eqx.Module):
+    """Object with a part."""
+
+    part: Wheel | Scalar
+
+    def value(self, scale):
+        TRACES.append(scale)
+        return scale * jnp.sum(jnp.stack(jax.tree.leaves(self.part)))
+
+
+TRACES = []
+
+
+@pytest.mark.parametrize(("of_this_package", "count"), [(True, 1), (False, 3)])
+def test_an_object_with_a_part_of_a_user_is_traced_anew(monkeypatch, of_this_package, count):
+    friction = ViscousCoulomb(viscous=2e-6, coulomb=1e-3)
+    wheel = jax.tree.map(jnp.asarray, Wheel(1.5e-3, 0.02, friction))
+    if of_this_package:
+        monkeypatch.setattr(Holder, "__module__", "gyrostat.holder")
+    module._is_shipped.cache_clear()
+    value = method_traced_once(Holder.value)
+    TRACES.clear()
+    for _ in range(3):
+        found = jax.make_jaxpr(lambda wheel: value(Holder(wheel), wheel.inertia))(wheel)
+    assert len(TRACES) == count
+    plain = jax.make_jaxpr(lambda wheel: Holder.value(Holder(wheel), wheel.inertia))(wheel)
+    assert str(found) == str(plain)
+    module._is_shipped.cache_clear()
+
+
+def test_numbers_that_a_program_knows_are_not_made_variables():
+    value = method_traced_once(Holder.value)
+    traced = jax.make_jaxpr(lambda scale: value(Holder(2.0), scale))(3.0)
+    plain = jax.make_jaxpr(lambda scale: Holder.value(Holder(2.0), scale))(3.0)
+    assert str(traced) == str(plain)
