@@ -11,6 +11,7 @@ from gyrostat.codegen.numpy_tracing import with_jax
 from gyrostat.codegen.simd import web
 from gyrostat.codegen.simd.batch import traced
 from gyrostat.codegen.simd.web import web_assembly, web_compiler
+from gyrostat.codegen.simd.words_read import words_read
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 
@@ -50,6 +51,17 @@ def test_two_runs_by_node_are_those_of_numpy(tmp_path):
     first, second = np.reshape(answer["made"], (2, 2))
     np.testing.assert_allclose(first, expected[0], rtol=1e-14)
     np.testing.assert_allclose(second, expected[1] / (1.0 + y * y), rtol=1e-13)
+
+
+def used(shared, table, own):
+    # shared[1] and own[0] are never used; all of the table may be
+    return shared[0] * own[1] + table[own[2].astype(int)] + shared[2]
+
+
+def test_words_that_a_program_reads_and_uses():
+    arguments = np.zeros(3), np.zeros(200), np.zeros((1, 3))
+    code = traced(used, (False, False, True), arguments)
+    assert words_read(code.text) == ({0, 2, 3}, {1, 2})
 
 
 def test_without_a_compiler_the_message_says_what_to_install(monkeypatch):

@@ -170,6 +170,14 @@ def test_a_moved_slider_gives_what_the_scenario_gives_with_this_number(scenario,
         browser.ask("(document.querySelector('.reset').onclick(), 0)")
 
 
+def test_values_on_which_the_design_depends_are_marked(page):
+    rows = re.findall(r'data-key="([\w.]+)".*\n<span class="name">.*?</span>', page.read_text())
+    marked = re.findall(r'data-key="([\w.]+)".*\n<span class="name">[^<]*<sup', page.read_text())
+    assert {"controller.turn_gain", "event.loss.time", "wheel.a.speed"} <= {*rows}
+    assert {"wheel.a.inertia", "wheel.b.torque_limit", "body.inertia.xx"} <= {*marked}
+    assert not {"controller.turn_gain", "event.loss.time", "wheel.a.speed"} & {*marked}
+
+
 def moved(browser):
     """Keys and values of the address."""
     from urllib.parse import parse_qsl

@@ -21,6 +21,7 @@ from gyrostat.codegen.numpy_tracing import with_jax
 from gyrostat.codegen.simd.batch import Traced, traced
 from gyrostat.codegen.simd.call import Layout, Place
 from gyrostat.codegen.simd.web import require_web_compiler, web_assembly
+from gyrostat.codegen.simd.words_read import words_read
 from gyrostat.core.cache import private_cache
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
@@ -242,40 +243,38 @@ def _words(layout: Layout, *, own: bool) -> int:
 
 
 def _signals(places: Sequence[Place], rows: Any, error: int) -> dict[str, list[Any]]:
-    """Name of each signal, as in histories -> memory, first word and number of words of a sample.
+    """Name of each signal, as in histories -> memory, first word, size, and whether it is whole.
 
-    The words of a signal are numbered as if they were its values at the first sample.
+    The words of a signal are numbered as if they were its values at the first sample; those of
+    whole numbers are complex, to tell them from the others.
     """
 
     def numbered(index: int) -> Any:
         place = places[index]
         shape = place.type.shape[1:]
-        return place.start + np.arange(float(np.prod(shape))).reshape(1, 1, *shape)
+        words = place.start + np.arange(float(np.prod(shape))).reshape(1, 1, *shape)
+        return words if place.type.dtype == "float64" else words + 0j
 
     memory = places[error].memory
     first = jax.tree.map(numbered, rows)._replace(status=np.zeros((1, 1), int))
     signals = {name: each.values for name, each in labelled(first, 1.0).variables.items()}
     signals["error"] = numbered(error)
     return {
-        name: [memory, int(words.flat[0]), words.size]
+        name: [memory, int(words.flat[0].real), words.size, np.iscomplexobj(words)]
         for name, words in signals.items()
-        if words.ndim > 1 and words.dtype == float
+        if words.ndim > 1
     }
 
 
 def _words_read(texts: dict[str, str], carry: int) -> tuple[set[int], set[int]]:
-    """Words that the runs share, and those of a run, that `begin` or `chunk` read.
+    """Words that the runs share, and those of a run, that `begin` or `chunk` read and use.
 
-    They are numbered as in `begin`. Of a table that is read at a computed index, it is the first.
+    They are numbered as in `begin`.
     """
-    read: tuple[set[int], set[int]] = set(), set()
+    shared, own = words_read(texts["begin"])
     # the first word that the runs share is the first sample of the chunk
-    for name, offsets in (("begin", (0, 0)), ("chunk", (1, carry))):
-        patterns = r"\bSHARED\((\d+)|_words\(shared, (\d+)", r"\bOWN\(\w+, (\d+)|_words\(own, (\d+)"
-        for pattern, offset, words in zip(patterns, offsets, read, strict=True):
-            places = (int(each[1] or each[2]) for each in re.finditer(pattern, texts[name]))
-            words |= {place - offset for place in places if place >= offset}
-    return read
+    later, state = words_read(texts["chunk"])
+    return shared | {word - 1 for word in later}, own | {word - carry for word in state}
 
 
 def _keys_read(structure: Structure, read: tuple[set[int], set[int]]) -> tuple[str, ...]:
@@ -284,6 +283,6 @@ def _keys_read(structure: Structure, read: tuple[set[int], set[int]]) -> tuple[s
         names[k]
         for names, words in zip((structure.keys, structure.dispersed), read, strict=True)
         for k in words
-        if k < len(names)
+        if 0 <= k < len(names)
     }
     return tuple(key for key in structure.keys if key in keys)

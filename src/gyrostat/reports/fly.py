@@ -2,13 +2,14 @@
 
 import base64
 import gzip
+import json
 import math
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from gyrostat.campaigns.draws import draw, noise_keys, values_at
+from gyrostat.campaigns.draws import check_draws, draw, noise_keys, values_at
 from gyrostat.campaigns.web_program import WebProgram, web_program
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
@@ -84,7 +85,7 @@ def fly_content(
     keys = noise_keys(seed, np.array([number for number, _ in runs.values()]))
     own = program.own_words(scenario, rows.reshape(len(runs), len(nominal)), keys)
     cloud = np.zeros((0, len(nominal) + 1), np.uint64)
-    if scenario.dispersions:
+    if scenario.dispersions and _are_possible(scenario, seed, say):
         values, cloud_keys = draw(scenario, seed, np.arange(CLOUD))
         cloud = np.column_stack([np.ascontiguousarray(values).view(np.uint64), cloud_keys])
     words = np.concatenate([program.shared, own.ravel(), cloud.ravel()])
@@ -107,7 +108,7 @@ def fly_content(
         "scenario": scenario.text(),
     }
     return {
-        "about": about,
+        "about": _packed(json.dumps(about, ensure_ascii=False, allow_nan=False).encode()),
         "module": _packed(program.module),
         "words": _packed(words.tobytes()),
         "runs": [*runs],
@@ -115,6 +116,16 @@ def fly_content(
         "groups": _groups(scenario, sliders(scenario, program, rows)),
         "left_out": len(scenario.requirements),
     }
+
+
+def _are_possible(scenario: Scenario, seed: int, say: Callable[[str], None]) -> bool:
+    """Whether the draws of all runs of the cloud are allowed values."""
+    try:
+        check_draws(scenario, seed, CLOUD)
+    except InputError as error:
+        say(f"warning: the page has no {CLOUD} runs: {error}")
+        return False
+    return True
 
 
 def _packed(content: bytes) -> str:

@@ -3,7 +3,7 @@
 import json
 import math
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -34,11 +34,12 @@ class RunFile(NamedTuple):
     run: int | None
 
 
-def read_run(path: str | os.PathLike[str]) -> RunFile:
+def read_run(path: str | os.PathLike[str], say: Callable[[str], None]) -> RunFile:
     """Read the file of a run.
 
     Args:
         path: Path of the file.
+        say: Called with a line before Python files in it are executed.
 
     Raises:
         InputError: The file cannot be read, is not that of a run, or has a value that is not
@@ -60,6 +61,9 @@ def read_run(path: str | os.PathLike[str]) -> RunFile:
             scenario = Scenario.from_text(text)
         except (TypeError, AttributeError, ValueError) as error:
             raise InputError(f"key scenario: found {error}, expected a scenario") from None
+        if scenario.sources:
+            names = ", ".join(source.path for source in scenario.sources)
+            say(f"{path} has Python files in it, which are executed: {names}")
         validated(scenario)
         seed, run = content.get("seed", 0), content.get("run")
         if type(seed) is not int or not (run is None or (type(run) is int and run >= 0)):

@@ -102,7 +102,7 @@ def simulated(
     from gyrostat.runs.keep_out_times import flown_violations
     from gyrostat.runs.user.trial import say_bad_commands
 
-    run = _run_file(scenario, seed, path, fly=fly, changes=changes or {})
+    run = _run_file(scenario, seed, path, fly=fly, changes=changes or {}, say=say)
     definition = run.scenario if run else scenario_of(scenario, force=force, changes=changes or {})
     say_unlikely(definition, say)
     say_momentum(replace(definition, dispersions=()), say)
@@ -142,6 +142,7 @@ def _run_file(
     *,
     fly: bool,
     changes: Mapping[str, Any],
+    say: Say,
 ) -> "RunFile | None":
     """Content of a file of one run; None of a scenario.
 
@@ -159,7 +160,7 @@ def _run_file(
     given = [name for name, value in options.items() if value]
     if given:
         raise InputError(f"{scenario}: found {given[0]}, which the file of a run cannot have")
-    return read_run(scenario)
+    return read_run(scenario, say)
 
 
 def replay(
@@ -229,6 +230,8 @@ def _replayed_in(path: Path, run: int, *, fly: bool, say: Say, command: str) -> 
 
     store = Store(path, say)
     campaign = store.known()
+    if fly and campaign.search is not None:
+        raise InputError(f"--fly: found a search in {path}, expected a campaign")
     if campaign.search is not None and BUDGET in campaign.search:
         raise InputError(
             f"{path}: found an error budget, expected a campaign: its runs differ by sources"

@@ -51,10 +51,10 @@ class Flight {
         counts[signal][lane] = count;
       }));
       for (const name of wanted) {
-        const [memory, start, size] = about.signals[name];
+        const [memory, start, size, whole] = about.signals[name];
         runs.forEach((_, lane) => {
           const values = signals[lane][name];
-          for (let k = 0; k < rows * size; ++k) values[first * size + k] = real[memory][(start + k) * L + lane];
+          for (let k = 0; k < rows * size; ++k) { const at = (start + k) * L + lane; values[first * size + k] = whole ? Number(word[memory][at]) : real[memory][at]; }
         });
       }
     }

@@ -2,14 +2,14 @@
 // Flies the run of the page again when a slider moves.
 (async () => {
 const panel = document.querySelector(".fly"), $ = name => panel.querySelector(name), text = id => document.getElementById(id).textContent;
-const about = JSON.parse(text("fly-about")), keys = about.keys, width = about.words.own, spread = about.dispersed;
 const fail = error => { panel.dataset.state = "failed"; $(".fault").hidden = false; $(".fault").textContent = `This page cannot fly: ${error.message ?? error}`; };
 addEventListener("unhandledrejection", event => fail(event.reason));
 const unpacked = async id => {
   const packed = Uint8Array.from(atob(text(id)), c => c.charCodeAt(0));
   return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
 };
-const [module, buffer] = await Promise.all(["fly-module", "fly-words"].map(unpacked));
+const [packed, module, buffer] = await Promise.all(["fly-about", "fly-module", "fly-words"].map(unpacked));
+const about = JSON.parse(new TextDecoder().decode(packed)), keys = about.keys, width = about.words.own, spread = about.dispersed;
 const words = new BigInt64Array(buffer), shared = words.subarray(0, about.words.shared);
 const nominal = new Float64Array(buffer, 0, keys.length);
 const runAt = k => words.slice(shared.length + k * width, shared.length + (k + 1) * width);
