@@ -1,6 +1,7 @@
 """The documentation: MyST pages whose examples run while it is built, and nothing fetched."""
 
 import os
+import shutil
 import sys
 from pathlib import Path
 
@@ -77,7 +78,20 @@ def _absolute(app, what, name, thing, options, lines):
     lines[:] = [line if "`" in line else line.replace("|", r"\|") for line in lines]
 
 
+def _notebook(app, page, template, context, doctree):
+    """Offer a page with code as the notebook that was executed for it."""
+    executed = Path(app.outdir).parent / "jupyter_execute" / f"{page}.ipynb"
+    if "kernelspec" in app.env.metadata.get(page, {}) and executed.is_file():
+        shown = Path(app.outdir) / "_notebooks" / f"{page}.ipynb"
+        shown.parent.mkdir(parents=True, exist_ok=True)
+        shutil.copyfile(executed, shown)
+        address = context["pathto"](f"_notebooks/{page}.ipynb", 1)
+        link = f'<a href="{address}" download>This page as a notebook</a>'
+        context["body"] += f"<p>{link}, for the folder <code>docs</code> of the repository.</p>"
+
+
 def setup(app):
     """Write equations as MathML, which browsers show without a script and without a network."""
     app.add_html_math_renderer("mathml", (_inline, None), (_block, None))
     app.connect("autodoc-process-docstring", _absolute)
+    app.connect("html-page-context", _notebook)
