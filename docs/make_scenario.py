@@ -410,6 +410,12 @@ with the known attitude; by default `estimated_attitude` of the controller if it
 the measured `attitude`. The numbers of a requirement cannot be dispersed."""
 
 
+AROUND_TEXT = (
+    " `keep_out`, a name or a list: the `[[keep_out]]` that "
+    "[the slew to it leads around](references.md#slews-around-a-cone)."
+)
+
+
 def entry(name, key):
     """A row of a table of keys."""
     # a default that is not allowed stands for a limit that is not given
@@ -586,7 +592,9 @@ def page():
             kind: getattr(part, "user", None) or part
             for kind, part in PARTS[name].items()
         }
-        lines += [f"## [[{name}]]", "", "Each has a unique `name`.", "", *kinds(shown_kinds)]
+        text = "" if name == "reference.transition" else AROUND_TEXT
+        unique = f"Each has a unique `name`.{text}"
+        lines += [f"## [[{name}]]", "", unique, "", *kinds(shown_kinds)]
     for text, section_name in (
         (BANDS_TEXT, "controller.band"),
         (PLAN_TEXT, "controller.plan"),

@@ -8,7 +8,13 @@ from typing import Any
 import numpy as np
 from jaxtyping import Array, Bool, Float
 
-from gyrostat.control.guidance import ModeChange, Reference, Sunlight, WheelEnvelope
+from gyrostat.control.guidance import (
+    ModeChange,
+    PlannedTurns,
+    Reference,
+    Sunlight,
+    WheelEnvelope,
+)
 from gyrostat.core.errors import InputError, placed
 from gyrostat.core.jax64 import jnp
 from gyrostat.runs.build_parts import named_parts
@@ -17,6 +23,7 @@ from gyrostat.scenario.kinds.events import kind_of
 from gyrostat.scenario.kinds.orbits import shared_span
 from gyrostat.scenario.kinds.registry import KINDS, PARTS, chosen
 from gyrostat.scenario.reference_kind import (
+    AROUND,
     ERROR,
     POSITION_ERROR,
     ModePart,
@@ -73,7 +80,15 @@ def planned_reference(
         for text in scenario.texts
         if text.path.startswith("reference")
     }
-    return PlannedReference(envelope, tables)
+    return PlannedReference(envelope, tables, turns=_turns(scenario, component))
+
+
+def _turns(scenario: Scenario, kind: Any) -> PlannedTurns | None:
+    """Place for the plans of the slews around cones; None without such slews."""
+    names = [part for part in scenario.parts if part.section == kind.tables]
+    if not any(part.linked(AROUND) for part in names):
+        return None
+    return PlannedTurns.none(len(names) ** 2 if kind.tables == "reference.mode" else len(names))
 
 
 def _tabulated(scenario: Scenario, component: Any, text: Source) -> Any:
@@ -108,6 +123,28 @@ def reference_of(
     """
     if plans.reference is None:
         return None
+    kind, case = reference_case(structure, values, plans, start, starts, orbit)
+    return kind.reference(case)
+
+
+def reference_case(
+    structure: Structure,
+    values: Values,
+    plans: Any,
+    start: Any,
+    starts: Float[Array, " phases"],
+    orbit: OrbitEnvironment | None,
+) -> tuple[Any, ReferenceCase]:
+    """Kind of the reference with its values, and what the reference is made of.
+
+    Args:
+        structure: Structure of the scenario.
+        values: Values of the run.
+        plans: Plans of the scenario, with that of the reference.
+        start: State at time 0.
+        starts: Start time of each phase of the controller, (phases,), s.
+        orbit: Orbit of the run.
+    """
     kind = chosen(structure, "reference")
     instance = kind.of(arrays_of(values, "reference", kind.keys()))
     envelope = plans.reference.envelope
@@ -131,7 +168,7 @@ def reference_of(
     attitude = jnp.asarray(plans.attitude)
     changes = _changes(structure, values, modes, context)
     case = ReferenceCase(plan, attitude, [*modes.values()], [*slews.values()], changes)
-    return instance.reference(case)
+    return instance, case
 
 
 def _changes(

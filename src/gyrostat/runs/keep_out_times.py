@@ -9,11 +9,11 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.text import shortened
 from gyrostat.runs.build_parts import named_parts
 from gyrostat.runs.reference_path import ReferencePath, flown_path, reference_path
-from gyrostat.runs.tracker_forecast import CAUSES
 from gyrostat.scenario.component import Context
 from gyrostat.scenario.kinds.orbits import nominal_orbit
 from gyrostat.scenario.scenario import KEEP_OUT, Scenario
 from gyrostat.scenario.structure import structure_of
+from gyrostat.spacecraft.sensors.keep_out import BODIES
 from gyrostat.telemetry.signals import runs
 
 MOST_LISTED = 6
@@ -85,7 +85,7 @@ def _lines(found: list[Violation], where: str) -> list[str]:
         own = [each for each in found if (each.instrument, each.body) == key]
         texts = [f"{each.begin:.1f} s to {each.end:.1f} s" for each in own]
         lines.append(
-            f"warning: keep_out {key[0]}: found {CAUSES[key[1]]} too near to its boresight "
+            f"warning: keep_out {key[0]}: found {BODIES[key[1]]} too near to its boresight "
             f"{where}, {shortened(texts, MOST_LISTED)}; expected never"
         )
     return lines

@@ -16,6 +16,7 @@ from gyrostat.runs.build import Setup, build
 from gyrostat.runs.designs import Plans, plan
 from gyrostat.runs.fingerprint import FLAGS, engine_record
 from gyrostat.runs.mode_inputs import check_conditions
+from gyrostat.runs.planned_slews import with_planned_slews
 from gyrostat.runs.user.trial import check_first_sample, first_sample
 from gyrostat.scenario.kinds.registry import is_shipped
 from gyrostat.scenario.scenario import Scenario
@@ -64,6 +65,7 @@ def plans_of(scenario: Scenario) -> Plans:
     check_parts(setup.plant, setup.controller, setup.sensor, *setup.metrics.values())
     setup.plant.check_state(setup.start)
     check_period(scenario.values["run.control_period"], setup.controller)
+    plans = with_planned_slews(scenario, plans, setup)
     plans = jax.tree.map(np.asarray, plans)
     if cache is not None:
         cache.write(name, pickle.dumps(plans))

@@ -14,6 +14,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Vector
 from gyrostat.runs.build import Setup
+from gyrostat.runs.followed import follow
 from gyrostat.runs.metrics.windows import WindowObserver
 from gyrostat.runs.plans import plans_of, setup_of
 from gyrostat.scenario.scenario import Scenario
@@ -42,14 +43,6 @@ class ReferencePath(NamedTuple):
     attitude: Float[np.ndarray, "rows 4"]
     rate: Float[np.ndarray, "rows 3"]
     windows: dict[str, Bool[np.ndarray, " rows"]]
-
-
-class _Followed(NamedTuple):
-    """Measurement of a spacecraft that follows its reference."""
-
-    attitude: Quaternion
-    rate: Vector3
-    wheel_speed: PerWheel
 
 
 class _Row(NamedTuple):
@@ -186,8 +179,7 @@ def _moving(
     """Rows of a reference that is followed, with a mode that is updated in each control period."""
 
     def entered(mode: Mode, k: Any) -> Mode:
-        at = reference.at(mode, k * period)
-        return reference.step(mode, _Followed(at.attitude, at.rate, speed), k * period)
+        return follow(reference, mode, speed, k * period)[0]
 
     def row(mode: Mode, k: Any) -> tuple[Mode, _Row]:
         mode = entered(mode, k)

@@ -19,13 +19,14 @@ from gyrostat.runs.reference_path import (
 from gyrostat.scenario.metrics.tracker_view import HEADS, LEAST, heads_of
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.spacecraft import BodyMotion
+from gyrostat.spacecraft.sensors.keep_out import BODIES
 from gyrostat.spacecraft.sensors.star_tracker_heads import (
     Blinding,
     StarTrackerHead,
     StarTrackerHeads,
 )
 
-CAUSES = {"sun": "the Sun", "earth": "the Earth", "moon": "the Moon", "rate": "the body rate"}
+CAUSES = {**BODIES, "rate": "the body rate"}
 """Field of `Blinding` -> its name in a sentence."""
 
 

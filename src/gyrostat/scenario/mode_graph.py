@@ -7,7 +7,8 @@ from typing import NamedTuple
 
 from gyrostat.core.errors import InputError
 from gyrostat.scenario.mode_kind import UNTIL
-from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.reference_kind import AROUND
+from gyrostat.scenario.scenario import Part, Scenario
 from gyrostat.scenario.timeline import TRANSITION, modes
 from gyrostat.scenario.transition_kind import CONDITIONS
 
@@ -44,6 +45,29 @@ class GraphEdge(NamedTuple):
 def edges(scenario: Scenario) -> list[GraphEdge]:
     """Changes between the modes of a scenario, one for each pair of modes."""
     return [*_transitions(scenario), *_ends(scenario)]
+
+
+def pairs_around(scenario: Scenario) -> dict[tuple[int, int], Part]:
+    """Numbers of both modes of each slew around keep-out cones -> the mode to which it leads.
+
+    Raises:
+        InputError: No slew leads to a mode that names instruments.
+    """
+    names = modes(scenario.parts)
+    parts = {part.name: part for part in scenario.parts if part.section == "reference.mode"}
+    around = {name: part for name, part in parts.items() if part.linked(AROUND)}
+    pairs = {
+        (names.index(edge.start), names.index(edge.to)): around[edge.to]
+        for edge in (edges(scenario) if around else [])
+        if edge.to in around and not edge.why
+    }
+    for name, part in around.items():
+        if part not in pairs.values():
+            raise InputError(
+                f"key reference.mode.{name}.{AROUND}: found it in a mode to which no slew leads, "
+                "expected a mode that follows another one"
+            )
+    return pairs
 
 
 def _transitions(scenario: Scenario) -> Iterator[GraphEdge]:

@@ -10,7 +10,8 @@ from gyrostat.control.guidance import NEVER, Condition
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.scenario.component import Context, Need, Options
-from gyrostat.scenario.reference_kind import ModePart
+from gyrostat.scenario.reference_kind import AROUND, ModePart
+from gyrostat.scenario.scenario import KEEP_OUT
 from gyrostat.scenario.schema import Key, positive, size
 
 UNSET = -1.0
@@ -50,7 +51,7 @@ class Mode:
 
     attitude: Any
     values: Options | None = None
-    links: ClassVar[Mapping[str, str]] = {"law": "controller.law"}
+    links: ClassVar[Mapping[str, str]] = {"law": "controller.law", AROUND: KEEP_OUT}
 
     def defaults(self, values: Mapping[str, float], delay: int) -> Mapping[str, float]:
         """See `Kind.defaults`."""

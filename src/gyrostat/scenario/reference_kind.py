@@ -11,6 +11,7 @@ from gyrostat.control.guidance import (
     Aim,
     Condition,
     ModeChange,
+    PlannedTurns,
     Pointing,
     Profile,
     Reference,
@@ -19,10 +20,12 @@ from gyrostat.control.guidance import (
 )
 from gyrostat.core.arrays import Quaternion, Scalar
 from gyrostat.scenario.component import Kind
-from gyrostat.scenario.schema import Key, positive
+from gyrostat.scenario.schema import Key, positive, size
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.orbit.time_scales import Epoch
 
+AROUND = "keep_out"
+"""Key of a mode or slew with the names of the [[keep_out]] that the slew to it leads around."""
 POSITION_ERROR = "reference.position_error"
 """Key of the error of the position that the reference of the controller is computed from."""
 ERROR = Key(
@@ -44,12 +47,15 @@ class PlannedReference(NamedTuple):
         tables: Place of a reference or mode with a file -> result of `ProfileKind.tabulated`.
         orbit: Orbit of the run; None without one.
         views: Views along the orbit that modes wait for; empty if none does.
+        turns: Slews that lead around cones, see `Reference.planned` and `Slews.to`; None: none is
+            to.
     """
 
     envelope: WheelEnvelope | None
     tables: Mapping[str, Any]
     orbit: OrbitEnvironment | None = None
     views: tuple[Callable[[Scalar], Scalar], ...] = ()
+    turns: PlannedTurns | None = None
 
     def pointing(self, aim: Aim, axis: Array, second: Array) -> Pointing:
         """Pointing of a body axis along the orbit."""
@@ -124,6 +130,14 @@ class Slewing(ReferenceKind):
     momentum_share: Annotated[
         Scalar,
         positive("1", 0.9, "Fraction of the wheels' momentum limits that slews may use.", most=1.0),
+    ]
+    keep_out_margin: Annotated[
+        Scalar,
+        size("angle", 0.01, "Angle that slews with `keep_out` keep beside that of [[keep_out]]."),
+    ]
+    crossing_time: Annotated[
+        Scalar,
+        size("time", 0.0, "Time that such a slew may lose to keep a wheel from passing zero."),
     ]
 
     @classmethod

@@ -11,6 +11,7 @@ from gyrostat.core.errors import InputError, placed
 from gyrostat.scenario.kinds.registry import PARTS, component
 from gyrostat.scenario.metrics.kinds import RUN_METRICS
 from gyrostat.scenario.mode_kind import Mode
+from gyrostat.scenario.reference_kind import AROUND
 from gyrostat.scenario.scenario import Part, Source
 from gyrostat.scenario.timeline import TRANSITION
 from gyrostat.scenario.transition_kind import Transition
@@ -19,8 +20,14 @@ from gyrostat.scenario_files.read_user_parts import USER_KEYS, user_kind
 from gyrostat.scenario_files.tables import Table
 from gyrostat.spacecraft import SpacecraftMeasurement, TrackerGyroMeasurement
 
-LINKS = {"reference.mode": Mode.links, TRANSITION: Transition.links}
+LINKS = {
+    "reference.mode": Mode.links,
+    TRANSITION: Transition.links,
+    "reference.slew": PARTS["reference.slew"]["slew"].links,
+}
 """Section -> key of a part that names other parts -> their section."""
+LISTS = ("from", AROUND)
+"""Keys that may name several parts."""
 _MEASURED = (*TrackerGyroMeasurement._fields, *SpacecraftMeasurement._fields, "time")
 TAKEN = {
     "sensor": (tuple(dict.fromkeys(_MEASURED)), ("attitude_", "wheel_")),
@@ -68,7 +75,7 @@ def _links(
         if value is None and key != "to":
             continue
         found = tuple(value) if isinstance(value, list) else (value,)
-        is_one = len(found) == 1 or (key == "from" and found)
+        is_one = len(found) == 1 or (key in LISTS and found)
         if not is_one or any(name not in names for name in found):
             expected = f"one of {', '.join(names)}" if names else f"a [[{section}]] with this name"
             raise row.refuse(key, value, expected)

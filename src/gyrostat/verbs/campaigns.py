@@ -18,7 +18,12 @@ from gyrostat.verbs.arguments import (
     to_stderr,
     whole_numbers,
 )
-from gyrostat.verbs.scenario_check import say_momentum, say_unlikely, scenario_of
+from gyrostat.verbs.scenario_check import (
+    say_momentum,
+    say_unlikely,
+    say_unplanned,
+    scenario_of,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -119,6 +124,7 @@ def campaign(
         raise InputError(f"{source}: key dispersion: found none, expected at least one dispersion")
     say_unlikely(definition, say)
     say_momentum(definition, say, seed, runs)
+    say_unplanned(definition, say)
     if plan:
         from gyrostat.verbs.campaign_plan import campaign_plan
 

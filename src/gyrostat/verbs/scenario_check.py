@@ -22,15 +22,17 @@ class CheckedScenario(dict[str, str]):
             an export to C.
         unlikely: Lines on numbers that are possible, but unlikely.
         warnings: Lines on a momentum at the start that the wheels cannot hold, on windows in which
-            the star tracker sees too rarely, and on times in which an instrument does not keep its
-            angles along the reference.
+            the star tracker sees too rarely, on slews with `keep_out` that have no plan, and on
+            times in which an instrument does not keep its angles along the reference.
         passes: Passes over ground stations and eclipses of the nominal run.
+        slews: Lines on the planned slews with `keep_out`.
     """
 
     parts: "dict[str, Support]"
     unlikely: list[str]
     warnings: list[str]
     passes: "list[Pass]"
+    slews: list[str]
 
 
 def check(
@@ -63,6 +65,7 @@ def check(
     from gyrostat.runs.passes import pass_lines, passes_of
     from gyrostat.runs.plans import designs_of
     from gyrostat.runs.reference_path import check_directions
+    from gyrostat.runs.slew_lines import slew_lines
     from gyrostat.runs.tracker_forecast import tracker_lines
     from gyrostat.runs.user.trial import supports_of
     from gyrostat.scenario.kinds.registry import kinds_of
@@ -99,10 +102,11 @@ def check(
     for line in pass_lines(definition, result.passes):
         say(line)
     lines, result.warnings = tracker_lines(definition)
-    result.warnings += reference_violations(definition)
+    result.slews, unplanned = slew_lines(definition)
+    result.warnings += [*unplanned, *reference_violations(definition)]
     momentum, beyond = momentum_lines(definition)
     lines, result.warnings = [*momentum, *lines], [*beyond, *result.warnings]
-    for line in (*lines, *result.warnings):
+    for line in (*result.slews, *lines, *result.warnings):
         say(line)
     return result
 
@@ -122,6 +126,14 @@ def say_momentum(scenario: "Scenario", say: Say, seed: int = 0, runs: int = 1) -
     from gyrostat.campaigns.start_momentum import momentum_lines
 
     for line in momentum_lines(scenario, seed, runs)[1]:
+        say(line)
+
+
+def say_unplanned(scenario: "Scenario", say: Say) -> None:
+    """Report the slews with `keep_out` that have no plan."""
+    from gyrostat.runs.slew_lines import slew_lines
+
+    for line in slew_lines(scenario).warnings:
         say(line)
 
 

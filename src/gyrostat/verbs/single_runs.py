@@ -9,7 +9,12 @@ from typing import TYPE_CHECKING, Any
 from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Say, check_device, silent
-from gyrostat.verbs.scenario_check import say_momentum, say_unlikely, scenario_of
+from gyrostat.verbs.scenario_check import (
+    say_momentum,
+    say_unlikely,
+    say_unplanned,
+    scenario_of,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -106,6 +111,7 @@ def simulated(
     definition = run.scenario if run else scenario_of(scenario, force=force, changes=changes or {})
     say_unlikely(definition, say)
     say_momentum(replace(definition, dispersions=()), say)
+    say_unplanned(definition, say)
     say(f"simulating {definition.name}: {definition.duration:g} s")
     engine = chosen_engine(engine, definition, device, say, verify=verify)
     if run is None:

@@ -17,6 +17,8 @@ from gyrostat.control.guidance.mode_laws import ModeLaws as ModeLaws
 from gyrostat.control.guidance.patterns import Mosaic as Mosaic
 from gyrostat.control.guidance.patterns import Raster as Raster
 from gyrostat.control.guidance.patterns import Scanned as Scanned
+from gyrostat.control.guidance.planned_turns import PlannedTurns as PlannedTurns
+from gyrostat.control.guidance.planned_turns import Turn as Turn
 from gyrostat.control.guidance.pointing import Aim as Aim
 from gyrostat.control.guidance.pointing import GroundTarget as GroundTarget
 from gyrostat.control.guidance.pointing import Pointing as Pointing

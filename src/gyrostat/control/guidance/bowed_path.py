@@ -4,6 +4,7 @@ from typing import NamedTuple, Self
 
 from jaxtyping import Array, Float
 
+from gyrostat.control.guidance.attitude_reference import AttitudeReference
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.jax64 import jnp
@@ -77,6 +78,12 @@ class BowedPath(NamedTuple):
         second_bow = 10.0 * s * rest * (rest - s) * self.twist
         return (s - 0.5) * self.turn + 4.0 * s * rest * self.bow + second_bow
 
+    def slopes(self, progress: Scalar) -> tuple[Vector3, Vector3]:
+        """First and second derivative of `vector` by the progress, each (3,), rad."""
+        s, bow, twist = progress, self.bow, self.twist
+        first = 4.0 * (1.0 - 2.0 * s) * bow + 10.0 * (1.0 - 6.0 * s + 6.0 * s**2) * twist
+        return self.turn + first, -8.0 * bow + 60.0 * (2.0 * s - 1.0) * twist
+
     def sampled(self, samples: int) -> PathSamples:
         """Path at equidistant shares of its progress.
 
@@ -84,11 +91,20 @@ class BowedPath(NamedTuple):
             samples: Number of samples, both ends included.
         """
         s = jnp.linspace(0.0, 1.0, samples)[:, None]
-        turn, bow, twist = self.turn, self.bow, self.twist
-        vector = self.vector(s)
-        first = turn + 4.0 * (1.0 - 2.0 * s) * bow + 10.0 * (1.0 - 6.0 * s + 6.0 * s**2) * twist
-        second = -8.0 * bow + 60.0 * (2.0 * s - 1.0) * twist
-        return PathSamples(vector, first, second, *_rates(vector, first, second))
+        vectors = self.vector(s), *self.slopes(s)
+        return PathSamples(*vectors, *_rates(*vectors))
+
+    def motion(self, progress: Scalar, speed: Scalar, change: Scalar) -> AttitudeReference:
+        """Attitude, rate and acceleration, in closed form.
+
+        Args:
+            progress: Progress from 0 to 1.
+            speed: Its time derivative, 1/s.
+            change: Its second time derivative, 1/s².
+        """
+        rate, slope = _rates(self.vector(progress), *self.slopes(progress))
+        acceleration = slope * speed**2 + rate * change
+        return AttitudeReference(self(progress), rate * speed, acceleration)
 
 
 def _coefficients(vector: Float[Array, "samples 3"]) -> tuple[Array, ...]:

@@ -1,6 +1,7 @@
 """Reference of one or several modes, which change by conditions."""
 
 from collections.abc import Callable, Sequence
+from functools import partial
 from typing import Any, NamedTuple, Self
 
 import equinox as eqx
@@ -13,6 +14,7 @@ from gyrostat.control.guidance.attitude_reference import (
 )
 from gyrostat.control.guidance.condition import Condition, ModeChange
 from gyrostat.control.guidance.mode_changes import Changes, Lasted, Watch
+from gyrostat.control.guidance.planned_turns import PlannedTurns
 from gyrostat.control.guidance.slew import SlewLimits, Transition
 from gyrostat.control.guidance.traced_once import traced_once
 from gyrostat.core.arrays import Scalar
@@ -52,11 +54,14 @@ class Reference(Checked):
         modes: Attitude over time of each mode, a `Profile`.
         limits: Limits of the rotation from mode to mode; None for one mode.
         changes: Changes from mode to mode.
+        planned: Planned rotation from each mode to each other one, with the number (mode before) *
+            modes + (mode after); None: there are no plans.
     """
 
     modes: tuple[Callable[..., Any], ...]
     limits: SlewLimits | None = None
     changes: Changes = Changes.of([], 1)
+    planned: PlannedTurns | None = None
 
     @classmethod
     def of(cls, profile: Profile) -> Self:
@@ -104,6 +109,7 @@ class Reference(Checked):
         limits: SlewLimits | None = None,
         spacecraft: Spacecraft | None = None,
         views: Sequence[Callable[[Scalar], Scalar]] = (),
+        planned: PlannedTurns | None = None,
     ) -> Self:
         """Reference of modes with changes from any mode to any other.
 
@@ -114,6 +120,7 @@ class Reference(Checked):
             limits: Limits of the rotation from mode to mode; required for several modes.
             spacecraft: Spacecraft model; required for conditions on the momentum.
             views: Views along the orbit, for conditions on them.
+            planned: Planned rotation from each mode to each other one, see the attributes.
 
         Raises:
             InputError: There is no mode, or `limits` or `spacecraft` is required and None.
@@ -126,7 +133,7 @@ class Reference(Checked):
                 "rotation from mode to mode"
             )
         every = Changes.of(changes, len(modes), dwell, spacecraft, views)
-        return cls(tuple(modes), limits, every)
+        return cls(tuple(modes), limits, every, planned)
 
     def start(self, *, watched: bool = True) -> Mode:
         """Mode before the first sample: the first mode, from time 0.
@@ -138,7 +145,7 @@ class Reference(Checked):
         if self.limits is None:
             return Mode(number, zero)
         watch = self.changes.start() if watched else None
-        return Mode(number, zero, Transition.none(), watch)
+        return Mode(number, zero, Transition.none(bowed=self.planned is not None), watch)
 
     def entered(self, mode: Mode, number: Int[Array, ""], start: Scalar) -> Mode:
         """Active mode; the rotation to it is computed if it is another one.
@@ -165,18 +172,25 @@ class Reference(Checked):
         assert mode.transition is not None
         transition = jax.lax.cond(
             changes,
-            lambda: self._transition(before(), number, start),
+            lambda: self._transition(before(), mode.number, number, start),
             lambda: jax.tree.map(jnp.asarray, mode.transition),
         )
         return mode._replace(number=number, start=start, transition=transition)
 
     @traced_once
     def _transition(
-        self, before: AttitudeReference, number: Int[Array, ""], start: Scalar
+        self,
+        before: AttitudeReference,
+        origin: Int[Array, ""],
+        number: Int[Array, ""],
+        start: Scalar,
     ) -> Transition:
-        """Rotation to a mode from the motion at its start."""
+        """Rotation from one mode to another, from the motion at its start."""
         assert self.limits is not None
-        return Transition.of(before, self.motion(number, start), start, self.limits)
+        fitted = None
+        if self.planned is not None:
+            fitted = partial(self.planned.fitted, origin * len(self.modes) + number)
+        return Transition.of(before, self.motion(number, start), start, self.limits, fitted)
 
     def bound(self, mode: Mode) -> "BoundReference":
         """Reference in a mode, as a function of time.

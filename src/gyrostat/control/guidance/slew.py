@@ -1,5 +1,6 @@
 """Slews: limits, a list of slews, and the rotation from one moving reference to another."""
 
+from collections.abc import Callable
 from typing import Annotated, NamedTuple, Self
 
 import numpy as np
@@ -7,6 +8,8 @@ from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
 
 from gyrostat.control.guidance.attitude_reference import AttitudeReference
+from gyrostat.control.guidance.bowed_path import BowedPath
+from gyrostat.control.guidance.planned_turns import PlannedTurns, Turn
 from gyrostat.control.guidance.profiles import is_unit
 from gyrostat.control.guidance.slew_profile import SlewProfile
 from gyrostat.control.guidance.wheel_envelope import WheelEnvelope, WheelRoom
@@ -75,24 +78,32 @@ class Slews(Checked):
     """Eigenaxis slews between fixed attitudes, each from its start time.
 
     q(t) = q_0 exp(s_1(t) p_1) exp(s_2(t) p_2) ..., with the rotation vector p_i of slew i and its
-    progress s_i from 0 to 1. A slew that starts before the last one has ended is added to it: the
-    motion stays smooth and ends at the right attitude, but its limits are those of each slew alone.
+    progress s_i from 0 to 1; a slew around cones follows a `BowedPath` instead. A slew that starts
+    before the last one has ended is added to it: the motion stays smooth and ends at the right
+    attitude, but its limits are those of each slew alone.
 
     Attributes:
         attitude: Attitude before the first slew, a unit quaternion, (4,).
         times: Start times, (slews,), increasing, s.
         turns: Rotation vectors, each in body axes before its slew, (slews, 3), rad.
         profiles: Profiles of all slews, with a leading axis of slews.
+        bows: Both bows of each slew, (slews, 2, 3), rad; None: all turn about their eigenaxis.
     """
 
     attitude: Annotated[Quaternion, is_unit]
     times: Float[Array, " slews"]
     turns: Float[Array, "slews 3"]
     profiles: SlewProfile
+    bows: Float[Array, "slews 2 3"] | None = None
 
     @classmethod
     def to(
-        cls, attitude: ArrayLike, times: ArrayLike, attitudes: ArrayLike, limits: SlewLimits
+        cls,
+        attitude: ArrayLike,
+        times: ArrayLike,
+        attitudes: ArrayLike,
+        limits: SlewLimits,
+        planned: PlannedTurns | None = None,
     ) -> Self:
         """Create the slews; can be traced by JAX.
 
@@ -101,6 +112,7 @@ class Slews(Checked):
             times: Start times, (slews,), s.
             attitudes: Attitude after each slew, (slews, 4).
             limits: Limits of every slew.
+            planned: Planned rotation of each slew; None: no plans.
         """
         ends = jnp.concatenate([jnp.asarray(attitude, dtype=float)[None], jnp.asarray(attitudes)])
         starts = jnp.asarray(times, dtype=float)
@@ -108,7 +120,11 @@ class Slews(Checked):
             ends[:-1], ends[1:]
         )
         profiles = jax.vmap(limits.profile)(turns, ends[:-1], starts)
-        return cls(ends[0], starts, turns, profiles)
+        if planned is None:
+            return cls(ends[0], starts, turns, profiles)
+        rows = jnp.arange(len(starts))
+        each = jax.vmap(planned.fitted)(rows, turns, profiles)
+        return cls(ends[0], starts, each.turn, each.profile, each.bows)
 
     def ends(self) -> Float[Array, " slews"]:
         """End times of the slews, (slews,), s."""
@@ -118,7 +134,10 @@ class Slews(Checked):
         """Attitude at a time, s."""
         since = time - jnp.asarray(self.times)
         progress = jnp.asarray(jax.vmap(_progress)(self.profiles, since))
-        parts = jax.vmap(rotations.from_rotation_vector)(progress[:, None] * self.turns)
+        if self.bows is None:
+            parts = jax.vmap(rotations.from_rotation_vector)(progress[:, None] * self.turns)
+        else:
+            parts = jax.vmap(_bowed)(progress, self.turns, self.bows)
         attitude = jnp.asarray(self.attitude, dtype=float)
         for part in parts:
             attitude = rotations.product(attitude, part)
@@ -135,30 +154,42 @@ class Transition(NamedTuple):
     h = D² x² (1 - x)³ / 2 have the derivatives g' = 1 and h'' = 1 at the start; all others up to
     the second are zero there and at the end. Attitude, rate and acceleration are therefore
     continuous where those of the profile are. Between attitudes at rest the motion is an eigenaxis
-    slew.
+    slew. With bows, a `BowedPath` from the rotation p to none replaces exp((1 - s) p).
 
     Attributes:
         turn: Rotation vector p, (3,), rad.
         profile: Profile of the progress.
         rate: Rate c, (3,), rad/s.
         acceleration: Acceleration a, (3,), rad/s².
+        bows: Both bows of the path, (2, 3), rad; None: there are none.
     """
 
     turn: Vector3
     profile: SlewProfile
     rate: Vector3
     acceleration: Vector3
+    bows: Float[Array, "2 3"] | None = None
 
     @classmethod
-    def none(cls) -> Self:
-        """Rotation by nothing, which is complete at its start."""
+    def none(cls, *, bowed: bool = False) -> Self:
+        """Rotation by nothing, which is complete at its start.
+
+        Args:
+            bowed: Whether it has bows, which are zero.
+        """
         zero = jnp.zeros(())
         still = SlewProfile(zero, zero, zero, zero, zero)
-        return cls(jnp.zeros(3), still, jnp.zeros(3), jnp.zeros(3))
+        bows = jnp.zeros((2, 3)) if bowed else None
+        return cls(jnp.zeros(3), still, jnp.zeros(3), jnp.zeros(3), bows)
 
     @classmethod
     def of(
-        cls, before: AttitudeReference, after: AttitudeReference, start: Scalar, limits: SlewLimits
+        cls,
+        before: AttitudeReference,
+        after: AttitudeReference,
+        start: Scalar,
+        limits: SlewLimits,
+        fitted: Callable[[Vector3, SlewProfile], Turn] | None = None,
     ) -> Self:
         """Create the transition.
 
@@ -167,6 +198,8 @@ class Transition(NamedTuple):
             after: Motion of the reference after the end, at the start.
             start: Time of the start, s.
             limits: Limits of the rotation relative to the attitude after the end.
+            fitted: Planned rotation for the rotation vector and the profile of the eigenaxis slew,
+                see `PlannedTurns.fitted`; None: there are no plans.
         """
         offset = rotations.error(before.attitude, after.attitude)
         carried, gained = (rotations.to_body(offset, each) for each in after[1:])
@@ -175,7 +208,10 @@ class Transition(NamedTuple):
         turn = rotations.rotation_vector(offset)
         # the slew turns back along p, which has the same components in both frames
         profile = limits.profile(-turn, before.attitude, start, jnp.sqrt(rate @ rate))
-        return cls(turn, profile, rate, acceleration)
+        if fitted is None:
+            return cls(turn, profile, rate, acceleration)
+        planned = fitted(-turn, profile)
+        return cls(-planned.turn, planned.profile, rate, acceleration, planned.bows)
 
     @property
     def duration(self) -> Scalar:
@@ -205,11 +241,26 @@ class Transition(NamedTuple):
 
         since = jnp.asarray(since, dtype=float)
         (now, slope), (_, bend) = jax.jvp(changing, (since,), (jnp.ones_like(since),))
-        turn = rotations.from_rotation_vector(now[0] * self.turn)
-        turning = AttitudeReference(turn, slope[0] * self.turn, bend[0] * self.turn)
+        if self.bows is None:
+            turn = rotations.from_rotation_vector(now[0] * self.turn)
+            turning = AttitudeReference(turn, slope[0] * self.turn, bend[0] * self.turn)
+        else:
+            path = _path(-self.turn, self.bows, rotations.from_rotation_vector(self.turn))
+            turning = path.motion(1.0 - now[0], -slope[0], -bend[0])
         half = 0.5 * jnp.stack([self.rate, self.acceleration])
         moving = _by_rodrigues(*(each[1:] @ half for each in (now, slope, bend)))
         return after.turned(turning).turned(moving)
+
+
+def _path(turn: Vector3, bows: Float[Array, "2 3"], start: Quaternion) -> BowedPath:
+    """Path from an attitude, with bows."""
+    eigenaxis = BowedPath.eigenaxis(start, turn)
+    return eigenaxis._replace(bow=bows[0], twist=bows[1])
+
+
+def _bowed(progress: Scalar, turn: Vector3, bows: Float[Array, "2 3"]) -> Quaternion:
+    """Rotation from the start of a path at a progress, (4,)."""
+    return _path(turn, bows, jnp.array([1.0, 0.0, 0.0, 0.0]))(progress)
 
 
 def _by_rodrigues(vector: Vector3, slope: Vector3, bend: Vector3) -> AttitudeReference:

@@ -21,6 +21,24 @@ class Near(NamedTuple):
     moon: Bool[Array, ""]
 
 
+BODIES = {"sun": "the Sun", "earth": "the Earth", "moon": "the Moon"}
+"""Field of `Near` -> name of the body in a sentence."""
+
+
+class Sight(NamedTuple):
+    """Body as the spacecraft sees it.
+
+    Attributes:
+        direction: Direction to its centre, GCRS, (3,), of any length.
+        radius: Angle from its centre to the part that counts, rad.
+        is_visible: Whether it is not behind the Earth.
+    """
+
+    direction: Vector3
+    radius: Scalar
+    is_visible: Bool[Array, ""]
+
+
 class KeepOut(Checked):
     """Angles that a boresight keeps. Sun and Moon behind the Earth are not too near.
 
@@ -45,19 +63,30 @@ class KeepOut(Checked):
             attitude: Attitude of the body, (4,), scalar first.
             time: Time, s.
         """
-        position, sun = self.orbit.position(time), self.orbit.sun(time)
         boresight = to_inertial(attitude, jnp.asarray(self.boresight))
-        dark = sunlight(position, sun) <= 0.0
-        from_sun = angle_between(boresight, sun - position)
+        near = []
+        for sight, angle in zip(self.sights(time), self.angles, strict=True):
+            distance = angle_between(boresight, sight.direction) - sight.radius
+            near.append(sight.is_visible & (distance < angle))
+        return Near(*near)
+
+    @property
+    def angles(self) -> tuple[Scalar, Scalar, Scalar]:
+        """Smallest angles to Sun, Earth and Moon, rad."""
+        return self.sun, self.earth, self.moon
+
+    def sights(self, time: Scalar) -> tuple[Sight, Sight, Sight]:
+        """Sun, Earth and Moon at a time, s; without tables of the Moon, it is not visible."""
+        position, sun = self.orbit.position(time), self.orbit.sun(time)
+        lit = jnp.asarray(sunlight(position, sun) > 0.0)
         earth = jnp.arcsin(EARTH_RADIUS / jnp.sqrt(position @ position))
-        from_limb = angle_between(boresight, -position) - earth
-        near_moon = jnp.array(False)
+        moon, is_up = -position, jnp.array(False)
         if self.orbit.has_moon:
             moon = self.orbit.moon(time) - position
-            near_moon = angle_between(boresight, moon) < self.moon
-            near_moon &= angle_between(moon, -position) > earth
-        near_sun = jnp.logical_not(dark) & (from_sun < self.sun)
-        return Near(near_sun, from_limb < self.earth, near_moon)
+            is_up = angle_between(moon, -position) > earth
+        none = jnp.zeros(())
+        ground = Sight(-position, earth, jnp.array(True))
+        return Sight(sun - position, none, lit), ground, Sight(moon, none, is_up)
 
     def violated(self, attitude: Quaternion, time: Scalar) -> Near:
         """Which bodies are nearer than an angle above 0: those with 0 may be in view.
@@ -67,5 +96,5 @@ class KeepOut(Checked):
             time: Time, s.
         """
         near = self(attitude, time)
-        angles = self.sun, self.earth, self.moon
-        return Near(*(is_near & (angle > 0.0) for is_near, angle in zip(near, angles, strict=True)))
+        pairs = zip(near, self.angles, strict=True)
+        return Near(*(is_near & (angle > 0.0) for is_near, angle in pairs))

@@ -28,4 +28,5 @@ class Sequence(Slewing):
             limits=self.limits(case),
             spacecraft=None if envelope is None else envelope.spacecraft,
             views=case.planned.views,
+            planned=case.planned.turns,
         )

@@ -22,4 +22,5 @@ class SlewsKind(Slewing):
         """See `ReferenceKind.reference`."""
         times = jnp.stack([jnp.asarray(slew.time) for slew in case.slews])
         targets = jnp.stack([normalised(slew.target) for slew in case.slews])
-        return Reference.of(Slews.to(case.attitude, times, targets, self.limits(case)))
+        limits, turns = self.limits(case), case.planned.turns
+        return Reference.of(Slews.to(case.attitude, times, targets, limits, turns))

@@ -1,0 +1,64 @@
+"""Lines on the slews of a scenario around keep-out cones."""
+
+from collections.abc import Iterator
+from typing import NamedTuple
+
+import numpy as np
+
+from gyrostat.core.jax64 import jax
+from gyrostat.runs.plans import plans_of
+from gyrostat.scenario.mode_graph import pairs_around
+from gyrostat.scenario.reference_kind import AROUND
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.timeline import modes
+
+
+class SlewLines(NamedTuple):
+    """Lines on slews around cones.
+
+    Attributes:
+        planned: Line on each planned slew.
+        warnings: Line on each slew that has no plan.
+    """
+
+    planned: list[str]
+    warnings: list[str]
+
+
+def slew_lines(scenario: Scenario) -> SlewLines:
+    """Lines on the slews of a scenario around cones; without such slews, there are none."""
+    lines = SlewLines([], [])
+    reference = plans_of(scenario).reference
+    turns = None if reference is None else reference.turns
+    if turns is None:
+        return lines
+    for row, place, origin, names in _slews(scenario):
+        cones = " and ".join(names)
+        if turns.is_planned[row] > 0.0:
+            turn = jax.tree.map(lambda each, row=row: each[row], turns.turns)
+            is_bowed = np.any(turn.bows) or np.linalg.norm(turn.turn) > np.pi
+            way = "leads around" if is_bowed else "is an eigenaxis slew outside of"
+            lines.planned.append(
+                f"{place}: the slew from {origin} {way} the cones of {cones}, "
+                f"{float(turn.profile.duration):.1f} s"
+            )
+        else:
+            lines.warnings.append(
+                f"warning: {place}.{AROUND}: found a slew from {origin} whose start is not known "
+                f"before the run, expected a known one: it turns about its eigenaxis, and "
+                "keep_out_time is the time in which a body is too near"
+            )
+    return lines
+
+
+def _slews(scenario: Scenario) -> Iterator[tuple[int, str, str, tuple[str, ...]]]:
+    """Number, place, origin and instruments of each slew around cones."""
+    names = modes(scenario.parts)
+    for (origin, to), part in pairs_around(scenario).items():
+        place = f"reference.mode.{part.name}"
+        yield origin * len(names) + to, place, names[origin], part.linked(AROUND)
+    slews = [part for part in scenario.parts if part.section == "reference.slew"]
+    for row, part in enumerate(slews):
+        if part.linked(AROUND):
+            before = slews[row - 1].name if row else "the initial attitude"
+            yield row, f"reference.slew.{part.name}", before, part.linked(AROUND)

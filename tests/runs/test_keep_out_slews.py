@@ -1,0 +1,289 @@
+"""Slews of a scenario around keep-out cones: against bodies and attitudes from other sources."""
+
+import json
+import re
+import shutil
+import subprocess
+from dataclasses import replace
+from pathlib import Path
+
+import numpy as np
+import pytest
+from scipy.spatial.transform import Rotation
+
+import gyrostat as gs
+from gyrostat.control.guidance import PlannedTurns, reference_at
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.runs.followed import taken_changes
+from gyrostat.runs.reference_path import nominal_setup
+from gyrostat.runs.slew_lines import slew_lines
+from gyrostat.scenario_files.scenario_file import read_scenario
+from gyrostat.spacecraft.orbit import CircularElements
+from gyrostat.spacecraft.orbit.sun import sun_position
+from gyrostat.spacecraft.orbit.time_scales import Epoch
+
+pytest.importorskip("erfa", reason="the libraries of the extra orbit are not installed")
+
+EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
+EPOCH = Epoch.of("2026-11-22T10:00:00Z")
+ORBIT = CircularElements(500e3, np.radians(97.4), np.radians(148.0))
+HEAD = """
+[run]
+duration = "700 s"
+control_period = "1 s"
+[spacecraft]
+file = "cubesat.toml"
+[controller]
+kind = "three_axis"
+torque_time = "none"
+[orbit]
+kind = "circular"
+epoch = "2026-11-22T10:00:00Z"
+altitude = "500 km"
+inclination = "97.4 deg"
+ascending_node = "148 deg"
+[[keep_out]]
+name = "camera"
+boresight = [0, 0, 1]
+sun = "35 deg"
+[[keep_out]]
+name = "tracker"
+boresight = [0, 2, -1]
+sun = "60 deg"
+earth = "20 deg"
+[reference]
+"""
+
+
+def attitude(along, across, turned=0.0):
+    """Attitude whose z axis is at two angles from the Sun, deg, as text."""
+    sun = sun_position(EPOCH, np.zeros(1))[0]
+    first = sun / np.linalg.norm(sun)
+    second = np.cross([0.0, 0.0, 1.0], first)
+    second /= np.linalg.norm(second)
+    axes = np.stack([second, np.cross(first, second), first], axis=1)  # z to the Sun
+    local = Rotation.from_euler("YXZ", [along, across, turned], degrees=True)
+    quaternion = (Rotation.from_matrix(axes) * local).as_quat(scalar_first=True)
+    return str(quaternion.tolist())
+
+
+LEFT, RIGHT = attitude(-60.0, 5.0), attitude(60.0, 5.0)
+SLEWS = f"""kind = "slews"
+rate = "1 deg/s"
+[[reference.slew]]
+name = "first"
+time = "0 s"
+target = {LEFT}
+[[reference.slew]]
+name = "across"
+time = "250 s"
+target = {RIGHT}
+keep_out = "camera"
+"""
+MODES = f"""kind = "sequence"
+rate = "1 deg/s"
+keep_out_margin = 0
+[[reference.mode]]
+name = "left"
+kind = "fixed"
+target = {LEFT}
+until_time = "3 s"
+[[reference.mode]]
+name = "right"
+kind = "fixed"
+target = {RIGHT}
+keep_out = "camera"
+until_time = "250 s"
+[[reference.mode]]
+name = "down"
+kind = "nadir"
+along = [0, -1, 0]
+keep_out = ["camera", "tracker"]
+[[reference.mode]]
+name = "safe"
+kind = "fixed"
+target = {LEFT}
+keep_out = "camera"
+[[reference.transition]]
+to = "safe"
+rate_above = "5 deg/s"
+"""
+
+
+@pytest.fixture
+def scenario(tmp_path):
+    for name in ("cubesat.toml", "cubesat_wheel.toml"):
+        shutil.copy(EXAMPLES / name, tmp_path)
+
+    def write(text, changes=()):
+        text = HEAD + text
+        for was, now in dict(changes).items():
+            assert was in text
+            text = text.replace(was, now, 1)
+        path = tmp_path / "scenario.toml"
+        path.write_text(text)
+        return path
+
+    return write
+
+
+def commanded(path, times, *, planned=True):
+    """Attitude of the nominal reference at times between the samples, and its changes."""
+    definition = read_scenario(path)
+    setup = nominal_setup(definition)
+    speed, reference = jnp.asarray(setup.start.wheel_speed), setup.reference
+    if not planned:
+        reference = replace(reference, planned=PlannedTurns.none(len(reference.modes) ** 2))
+    mode = reference.start(watched=False)
+    changes = taken_changes(reference, speed, 1.0, definition.count) if reference.changes.to else []
+    begins = [0.0, *(each.start for each in changes), np.inf]
+    enter = jax.jit(lambda mode, to, begin: reference.entered(mode, to, begin))
+    follow = jax.jit(jax.vmap(lambda mode, time: reference.at(mode, time), (None, 0)))
+    rows = []
+    for k, begin in enumerate(begins[:-1]):
+        if k:
+            mode = enter(mode, jnp.asarray(changes[k - 1].to), jnp.asarray(begin))
+        rows.append(follow(mode, times).attitude[(times >= begin) & (times < begins[k + 1])])
+    return Rotation.from_quat(np.concatenate(rows), scalar_first=True), changes
+
+
+def distances(turned, boresight, times):
+    """Angles of a boresight from the Sun and from the limb of the Earth, deg."""
+    place = ORBIT.trajectory(EPOCH, 800.0).states(times).position
+    sight = turned.apply(boresight / np.linalg.norm(boresight))
+    angles = []
+    for toward in (sun_position(EPOCH, times) - place, -place):
+        cosine = np.sum(sight * toward, axis=1) / np.linalg.norm(toward, axis=1)
+        angles.append(np.degrees(np.arccos(np.clip(cosine, -1.0, 1.0))))
+    return angles[0], angles[1] - np.degrees(np.arcsin(6378137.0 / np.linalg.norm(place, axis=1)))
+
+
+def test_commanded_attitude_is_outside_of_all_cones_between_samples(scenario):
+    """The second slew ends at a target that turns, which moves the cones by several degrees."""
+    times = np.arange(0.0, 640.0, 0.125)
+    nearest = []
+    path = scenario(MODES)
+    for planned in (True, False):
+        turned, changes = commanded(path, times, planned=planned)
+        assert [each.pair for each in changes] == [(0, 1), (1, 2)]
+        assert [each.start for each in changes] == [3.0, 253.0]
+        sun, _ = distances(turned, np.array([0.0, 0.0, 1.0]), times)
+        tracker_sun, earth = distances(turned, np.array([0.0, 2.0, -1.0]), times)
+        down = times >= 253.0
+        nearest.append((np.min(sun), np.min(tracker_sun[down]), np.min(earth[down])))
+    around, alone = nearest
+    assert around[0] == pytest.approx(35.0, abs=0.5)
+    assert np.all(np.array(around) >= [35.0, 60.0, 20.0])
+    # about the eigenaxes, both slews pass through a cone
+    assert alone[0] < 10.0
+    assert alone[1] < 50.0
+
+
+def test_slews_of_a_list_lead_around_a_cone(scenario):
+    path = scenario(SLEWS)
+    times = np.arange(0.0, 600.0, 0.125)
+    turned, _ = commanded(path, times)
+    sun, _ = distances(turned, np.array([0.0, 0.0, 1.0]), times)
+    # a margin of 0.01 rad is the default
+    assert 35.0 + np.degrees(0.01) <= np.min(sun[times >= 250.0]) < 35.7
+    end = Rotation.from_quat(json.loads(RIGHT), scalar_first=True)
+    assert (turned[-1].inv() * end).magnitude() < 1e-7
+    (line,) = slew_lines(read_scenario(path)).planned
+    assert "slew.across: the slew from first leads around the cones of camera, 16" in line
+
+
+def loads(path):
+    """Rate, and torque and momentum of the wheels, by Euler's equation along a planned slew."""
+    setup = nominal_setup(read_scenario(path))
+    slews, craft = setup.reference.modes[0], setup.plant.spacecraft
+    times = np.linspace(250.0, float(slews.ends()[1]), 2000)
+    motion = jax.jit(jax.vmap(lambda time: reference_at(slews, time)))(times)
+    assert np.linalg.norm(setup.start.momentum) < 1e-12
+    rate, change = np.asarray(motion.rate), np.asarray(motion.acceleration)
+    axes = np.asarray(craft.wheels.axes)
+    share, held = np.linalg.pinv(axes), np.asarray(craft.wheels.inertia * setup.start.wheel_speed)
+    torque = share @ (change @ np.asarray(craft.inertia)).T
+    momentum = -share @ (rate @ np.asarray(craft.inertia_locked())).T
+    return craft.wheels, rate, torque, momentum + (held - share @ axes @ held)[:, None]
+
+
+def test_wheels_have_the_torque_and_momentum_of_a_planned_slew(scenario):
+    wheels, rate, torque, momentum = loads(scenario(SLEWS))
+    assert np.max(np.abs(torque)) <= 0.8 * np.min(wheels.torque_limit) * 1.001
+    assert np.max(np.abs(momentum)) <= 0.9 * np.min(wheels.momentum_limit) * 1.001
+    assert np.max(np.linalg.norm(rate, axis=1)) <= np.radians(1.0) * 1.001
+
+
+def test_a_slew_loses_time_to_keep_wheels_from_passing_zero(scenario):
+    spun = {"[reference]\n": "[start]\nwheel_speed = [40, -40, 40, -40]\n[reference]\n"}
+    crossings = []
+    for text in (SLEWS, SLEWS.replace("rate =", 'crossing_time = "1000 s"\nrate =')):
+        *_, momentum = loads(scenario(text, spun))
+        crossings.append(np.count_nonzero(np.any(momentum * momentum[:, :1] < 0.0, axis=1)))
+    assert crossings[0] > 0
+    assert crossings[1] == 0
+
+
+FLOWN = {
+    'until_time = "3 s"': 'until_time = "2 s"',
+    '"700 s"': '"40 s"',
+    "[reference]\n": f"[start]\nattitude = {LEFT}\n[reference]\n",
+}
+"""The slew starts within the samples that an export tests."""
+
+
+def test_both_engines_fly_the_same_slew(scenario):
+    path = scenario(MODES.partition('[[reference.mode]]\nname = "safe"')[0], FLOWN)
+    runs = [gs.simulate(path, engine=engine) for engine in ("native", "jax")]
+    for name in ("attitude", "rate", "torque", "wheel_speed", "target", "mode", "mode_start"):
+        one, other = (np.asarray(run[name]) for run in runs)
+        np.testing.assert_allclose(one, other, rtol=1e-10, atol=1e-10, err_msg=name)
+    turned, _ = commanded(path, np.arange(0.0, 40.0))
+    flown = Rotation.from_quat(np.asarray(runs[0]["target"]), scalar_first=True)
+    assert np.max((turned[:40].inv() * flown[:40]).magnitude()) < 1e-9
+    assert np.asarray(runs[0]["mode"])[-1] == 1.0
+
+
+def test_exported_c_follows_the_same_slew(scenario, tmp_path, tools):
+    out = tmp_path / "flight"
+    said = []
+    gs.export(read_scenario(scenario(MODES, FLOWN)), out, to="c", say=said.append)
+    assert any("reference.mode.safe.keep_out: found a slew from down" in line for line in said)
+    tools.build(out, "-c", "controller.c")
+    tools.build(out, "controller.o", "controller_test.c", "-lm", "-o", "program")
+    done = subprocess.run([out / "program"], capture_output=True, text=True)
+    assert done.returncode == 0, done.stdout
+    for name in ("command.target[3]", "transition.bows[1][2]"):
+        assert f"{name}: as in Python" in done.stdout
+
+
+RING = {
+    'sun = "35 deg"': 'sun = "55 deg"',
+    "[0, 2, -1]": "[0, 0, -1]",
+    'sun = "60 deg"\nearth = "20 deg"': 'sun = "118 deg"',
+    'keep_out = "camera"': 'keep_out = ["camera", "tracker"]',
+}
+"""The boresight is between 55 and 62 deg from the Sun, on both sides of it."""
+
+
+@pytest.mark.parametrize(
+    ("text", "changes", "message"),
+    [
+        (MODES, {'sun = "35 deg"': 'sun = "62 deg"'}, "right.keep_out: found the start of the"),
+        (SLEWS, {'sun = "35 deg"': 'sun = "62 deg"'}, "across.keep_out: found the start of the"),
+        (SLEWS, {'time = "250 s"': 'time = "30 s"'}, "across.time: found 30 s, expected the end"),
+        (
+            MODES,
+            {'name = "left"': 'name = "left"\nkeep_out = "camera"'},
+            "left.keep_out: found it in a mode to which no slew leads",
+        ),
+        (SLEWS, RING, "across.keep_out: found no way for the slew from first at 250 s around"),
+        (SLEWS, {'keep_out = "camera"': 'keep_out = "kamera"'}, "expected one of camera, tracker"),
+        (SLEWS, {'keep_out = "camera"': "keep_out = []"}, "expected one of camera, tracker"),
+    ],
+)
+def test_a_slew_that_cannot_be_planned_is_one_line(scenario, run, text, changes, message):
+    code, _, said = run("check", scenario(text, changes))
+    assert code == 2
+    (line,) = said.splitlines()
+    assert re.search(re.escape(message), line)
