@@ -1,11 +1,11 @@
 """Plans of wheel speeds for random missions: answers, flights by both engines, certificates.
 
-    python benchmarks/speed_plans.py [--missions 200] [--seed 4] [--runs 64] [--dispersed 20]
+    python benchmarks/speed_plans.py [--missions 200] [--seed 6] [--runs 64] [--dispersed 20]
 
 Each mission has the windows of examples/scenarios/science_windows.toml, with random wheel speeds at
 the start, external torques, actuator and band. A certificate is checked in rational arithmetic, and
 against the flight of the present law, which must not keep the clearance if none can. The planner
-was tuned on the missions of seeds 1 to 3.
+was tuned on the missions of seeds 1 to 4.
 """
 
 import argparse
@@ -66,7 +66,7 @@ def main():
     parser.add_argument("--runs", type=int, default=64)
     parser.add_argument("--dispersed", type=int, default=20)
     parser.add_argument("--jax", type=int, default=10)
-    parser.add_argument("--seed", type=int, default=4)
+    parser.add_argument("--seed", type=int, default=6)
     options = parser.parse_args()
     answers, before, after, seconds = Counter(), Counter(), Counter(), []
     shares, exact, contradictions, both = [], 0, 0, Counter()
