@@ -73,10 +73,9 @@ def _add(block: Block, controls: tuple[Operand, ...], graph: Graph) -> None:
     for statement in block:
         match statement:
             case Assign():
-                found = needs(statement.target)
-                found += statement.operands
+                needs(statement.target).extend(statement.operands)
                 if statement.table is not None:
-                    found.append(statement.table)
+                    needs(statement.target).append(statement.table)
             case Store():
                 needs(statement.table).extend((*statement.indices, statement.value, *controls))
             case Fill():

@@ -215,15 +215,15 @@ def inner_blocks(statement: Statement) -> list[Block]:
 
 def statements(block: Block) -> Iterator[Statement]:
     """Statements of a block, each followed by the statements inside it."""
-    found: Block = []
-    _collect(block, found)
-    return iter(found)
+    collected: Block = []
+    _collect(block, collected)
+    return iter(collected)
 
 
-def _collect(block: Block, found: Block) -> None:
+def _collect(block: Block, collected: Block) -> None:
     # programs have 100 000 statements: generators inside generators take several times as long
     for statement in block:
-        found.append(statement)
+        collected.append(statement)
         if isinstance(statement, _WITH_BLOCKS):
             for inner in inner_blocks(statement):
-                _collect(inner, found)
+                _collect(inner, collected)

@@ -2,16 +2,10 @@
 
 from typing import Any
 
-import numpy as np
-
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.delay_line import empty_line, pushed
-from gyrostat.core.jax64 import Tracer, dce_jaxpr, jax, jnp
+from gyrostat.core.jax64 import dce_jaxpr, jax, jnp
 
-MOST_KNOWN = 64
-"""Number of plants whose commands are kept."""
-_known: dict[Any, list[bool]] = {}
-"""Tree of a plant, its state and command, and identities of the leaves -> result of `_moves`."""
 DelayLine = tuple[Any, ...]
 """Last values of each leaf of a command, (delay, ...), the oldest first; None: not delayed. Empty
 if no leaf is."""
@@ -46,31 +40,8 @@ def _moves(plant: Any, state: Any, command: Any, period: Scalar) -> list[bool]:
     It is determined from the traced plant, so that plants and controllers need not declare it. A
     leaf that is passed unused through a `jax.lax.while_loop` counts as used.
     """
-    leaves, tree = jax.tree.flatten((plant, state, command, period))
-    key = tree, tuple(map(_identity, leaves))
-    try:
-        known = _known.get(key)
-    except TypeError:  # a static field cannot be hashed
-        known, key = None, None
-    if known is not None:
-        return known
     traced = jax.make_jaxpr(lambda value: plant(state, value, jnp.zeros(()), period))(command)
-    moves = dce_jaxpr(traced.jaxpr, [True] * len(traced.jaxpr.outvars))[1]
-    if key is not None and None not in key[1]:
-        if len(_known) >= MOST_KNOWN:
-            _known.clear()
-        _known[key] = moves
-    return moves
-
-
-def _identity(leaf: Any) -> Any:
-    """What a trace depends on in a leaf of its arguments; None where that is not known."""
-    if isinstance(leaf, Tracer | jax.ShapeDtypeStruct):
-        return leaf.shape, leaf.dtype
-    if isinstance(leaf, np.ndarray | np.generic | float | int):
-        array = np.asarray(leaf)
-        return array.shape, array.dtype, array.tobytes()
-    return None
+    return dce_jaxpr(traced.jaxpr, [True] * len(traced.jaxpr.outvars))[1]
 
 
 def delayed(line: DelayLine, command: Any) -> tuple[DelayLine, Any]:
