@@ -13,10 +13,10 @@ _PACKAGE = __name__.partition(".")[0]
 def traced_once(function: Function) -> Function:
     """Function whose operations are traced once, and repeated wherever a program uses it.
 
-    The program is the same as without; it is made in less time. The function must depend on its
-    arguments only, arrays all of them.
+    The operations are the same as without, and so is generated C; it is made in less time. The
+    function must depend on its arguments only, arrays all of them.
     """
-    compiled = jax.jit(function, inline=True)
+    compiled = _compiled(function)
 
     @wraps(function)
     def call(*arguments: Any) -> Any:
@@ -31,7 +31,7 @@ def method_traced_once(method: Function) -> Function:
     It is traced anew for an object with a part that is not of this package: a user's part may
     change without notice, and its trial counts its traces.
     """
-    compiled = jax.jit(method, inline=True)
+    compiled = _compiled(method)
 
     @wraps(method)
     def call(self: Any, *arguments: Any) -> Any:
@@ -40,6 +40,19 @@ def method_traced_once(method: Function) -> Function:
         return (compiled if traced and _is_shipped(tree) else method)(self, *arguments)
 
     return cast(Function, call)
+
+
+def _compiled(function: Callable[..., Any]) -> Any:
+    """Compiled function, which is no function of its own in generated C: its name is none there.
+
+    Inlined by JAX, its operations would have the line of the call as their source.
+    """
+
+    def traced(*arguments: Any) -> Any:
+        return function(*arguments)
+
+    traced.__name__ = f"<{function.__name__}>"
+    return jax.jit(traced)
 
 
 @lru_cache(maxsize=256)
