@@ -57,12 +57,13 @@ def public_names(room: str) -> list[str]:
         for name, thing in vars(module).items()
         if name[0] != "_" and getattr(thing, "__module__", None) == module.__name__
     ]
-    documented = {name for _, name in ModuleAnalyzer.for_module(module.__name__).find_attr_docs()}
+    commented = ModuleAnalyzer.for_module(module.__name__).find_attr_docs()
+    documented = {name for scope, name in commented if not scope}
     for name in getattr(module, "__all__", of_module):
         thing = getattr(module, name)
         if (inspect.isclass(thing) or inspect.isroutine(thing)) and thing.__doc__:
             documented.add(name)
-    names = getattr(module, "__all__", [*of_module, *documented])
+    names = getattr(module, "__all__", [*of_module, *sorted(documented)])
     kept = documented - ELSEWHERE.get(room, set())
     return [*dict.fromkeys(name for name in names if name in kept), *INNER.get(room, ())]
 
