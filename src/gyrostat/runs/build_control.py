@@ -9,7 +9,7 @@ from gyrostat.control.guidance import Guided, ModeLaws, Reference
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.runs.assembly import Assembly, context_of
 from gyrostat.runs.build_parts import named_kinds, named_parts
-from gyrostat.runs.build_reference import navigated, reference_of
+from gyrostat.runs.build_reference import navigated, reference_case
 from gyrostat.runs.designs import LAW, phase_starts
 from gyrostat.runs.phases import Phases, in_orbit
 from gyrostat.scenario.build_spacecraft import has_section, of_wheels
@@ -64,7 +64,12 @@ def add_reference(run: Assembly) -> dict[str, Any]:
     """Reference attitude at the true position, and as the controller computes it."""
 
     def reference(orbit: Any) -> Reference | None:
-        return reference_of(run.structure, run.values, run.plans, run.start, run.starts, orbit)
+        if run.plans.reference is None:
+            return None
+        kind, case = reference_case(
+            run.structure, run.values, run.plans, run.start, run.starts, orbit
+        )
+        return kind.reference(case)
 
     true = guide = reference(run.orbit)
     navigation = navigated(run.values, run.orbit)

@@ -11,7 +11,6 @@ from jaxtyping import Array, Bool, Float
 from gyrostat.control.guidance import (
     ModeChange,
     PlannedTurns,
-    Reference,
     Sunlight,
     WheelEnvelope,
 )
@@ -101,30 +100,6 @@ def _tabulated(scenario: Scenario, component: Any, text: Source) -> Any:
     with placed(f"key {text.path}"):
         content = kind.read_file("file", text.text)
         return kind.tabulated(content, partial(shared_span, scenario))
-
-
-def reference_of(
-    structure: Structure,
-    values: Values,
-    plans: Any,
-    start: Any,
-    starts: Float[Array, " phases"],
-    orbit: OrbitEnvironment | None,
-) -> Reference | None:
-    """Reference of a run; None for fixed targets.
-
-    Args:
-        structure: Structure of the scenario.
-        values: Values of the run.
-        plans: Plans of the scenario.
-        start: State at time 0.
-        starts: Start time of each phase of the controller, (phases,), s.
-        orbit: Orbit of the run.
-    """
-    if plans.reference is None:
-        return None
-    kind, case = reference_case(structure, values, plans, start, starts, orbit)
-    return kind.reference(case)
 
 
 def reference_case(
