@@ -16,7 +16,8 @@ def traced_once(function: Function) -> Function:
 
     A reference is evaluated in many places of a program: this halves the time that a program with a
     sequence of modes takes to be made, and in exported C it is one function. A first argument that
-    is not made of numbers only may change without notice: then it is traced in each place.
+    is not made of arrays only is traced in each place: it may change without notice, and Python may
+    need its numbers, for a range or an `if`.
 
     Args:
         function: Function without side effects, or method.
@@ -25,7 +26,7 @@ def traced_once(function: Function) -> Function:
 
     @wraps(function)
     def call(first: Any, *arguments: Any) -> Any:
-        of_numbers = all(map(eqx.is_array_like, jax.tree.leaves(first)))
-        return (traced if of_numbers else function)(first, *arguments)
+        of_arrays = all(map(eqx.is_array, jax.tree.leaves(first)))
+        return (traced if of_arrays else function)(first, *arguments)
 
     return cast(Function, call)
