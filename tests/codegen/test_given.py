@@ -57,3 +57,40 @@ def test_calls_with_the_same_table_are_of_one_function(tools, tmp_path):
     # the arguments of the entry as they are, and the numbers that differ from call to call
     assert heads[0][1].startswith("const double other[100], const double gains[20], double place")
     assert heads[1][1].startswith("const double table[100], const double gains[20], double place")
+
+
+@jax.jit
+def spread(values, factor):
+    return jnp.sum(values * factor)
+
+
+def repeated(gain, factor):
+    values = jnp.broadcast_to(gain, 20)
+    return spread(values, factor) - spread(values, -2.0 * factor)
+
+
+def summed(table, factor):
+    return spread(table, factor) - spread(table, -2.0 * factor)
+
+
+def test_entries_give_arguments_of_one_name_with_their_own_types(tools, tmp_path):
+    cases = {
+        "real": (repeated, {"gain": np.zeros(())}),
+        "whole": (repeated, {"gain": np.zeros((), np.int64)}),
+        "short": (summed, {"table": np.zeros(100)}),
+        "long": (summed, {"table": np.zeros(200)}),
+    }
+    entries = [
+        Entry(f"of_{name}", function, {**example, "factor": np.zeros(())}, ("value",))
+        for name, (function, example) in cases.items()
+    ]
+    compiled = tools.Compiled(emit("types", entries), tmp_path)
+    random = np.random.default_rng(4)
+    for entry in entries:
+        arguments = {
+            name: random.uniform(-9.0, 9.0, (RUNS, *x.shape)).astype(x.dtype)
+            for name, x in entry.arguments.items()
+        }
+        _, found = compiled(entry.name, arguments)
+        expected = jax.vmap(entry.function)(*arguments.values())
+        np.testing.assert_allclose(found["value"][0], expected, rtol=1e-12, atol=1e-11)

@@ -104,6 +104,18 @@ def arguments_read(function: Function) -> set[str]:
     return {name for name in read if name is not None}
 
 
+def functions_called(function: Function) -> set[Function]:
+    """Functions that a function calls, also through others."""
+    called: set[Function] = set()
+    waiting = [function]
+    while waiting:
+        body = statements(waiting.pop().body)
+        found = {each.function for each in body if isinstance(each, Call)} - called
+        called |= found
+        waiting += found
+    return called
+
+
 def _arguments(array: Array, unchanged: Collection[str]) -> set[str] | None:
     """Arguments of the entry that an array is from; None if it is from anything else."""
     items: list[Any]

@@ -14,13 +14,12 @@ from gyrostat.codegen.flight.expressions import COPIES, Dialect
 from gyrostat.codegen.flight.header import header, parameter, prototype, wrapped
 from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
 from gyrostat.codegen.flight.inlining import may_stop_early
-from gyrostat.codegen.flight.module import Entry, Module, Port, Precision
+from gyrostat.codegen.flight.module import Entry, Module, Port, Precision, ports_read
 from gyrostat.codegen.flight.moves import moves
 from gyrostat.codegen.flight.structs import Leaf, Struct, Structs, arrays_of
 from gyrostat.codegen.flight.tested_sums import rewrite_tested_sums
 from gyrostat.codegen.flight.write import Writer
 from gyrostat.codegen.fold_ranges import fold_ranges
-from gyrostat.codegen.given import arguments_read
 from gyrostat.codegen.lower import Lowering
 from gyrostat.codegen.memo import Memo
 from gyrostat.codegen.primitives import Scalars
@@ -77,11 +76,11 @@ def emit(
         reserved.add(function.name)
     for function in (*inner, *tops):
         share_tables(function)
-    ports = {port.name: port for root in roots for port in root.ports if not port.set}
+    ports = ports_read((root.function, root.ports) for root in roots)
     for function in inner:
-        function.given = [name for name in ports if name in arguments_read(function)]
+        function.given = [port.name for port in ports[function]]
     helpers: set[str] = set()
-    texts = [_inner(function, ports, dialect, reserved, helpers) for function in inner]
+    texts = [_inner(function, ports[function], dialect, reserved, helpers) for function in inner]
     texts += [_entry(root, dialect, reserved, helpers) for root in roots]
     helper_texts = dict.fromkeys(dialect.helper(each) for each in sorted(helpers))
     made_from = "".join(
@@ -227,7 +226,7 @@ def _arrays(
 
 def _inner(
     function: Function,
-    ports: Mapping[str, Port],
+    ports: Sequence[Port],
     dialect: Dialect,
     reserved: set[str],
     helpers: set[str],
@@ -235,7 +234,7 @@ def _inner(
     """C text of an internal function of the module."""
     writer = Writer(dialect, {*reserved, *function.given})
     stops = may_stop_early(function)
-    parameters = [parameter(ports[name], dialect) for name in function.given]
+    parameters = [parameter(port, dialect) for port in ports]
     parameters += [
         f"{dialect.type_of(p.kind)} {writer.name(p, p.hint)}" for p in function.parameters
     ]

@@ -1,10 +1,11 @@
 """Inputs and output of the C emitter: entry points, ports and the module."""
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 from typing import Any, Literal
 
 from gyrostat.codegen.flight.structs import Leaf, Struct
+from gyrostat.codegen.given import arguments_read, functions_called
 from gyrostat.codegen.program import Function
 
 Precision = Literal["double", "float"]
@@ -74,6 +75,26 @@ class Module:
 def ports_of(module: Module) -> dict[str, Port]:
     """Arguments of all functions of a module, by name, in the order of the header."""
     return {port.name: port for ports in module.ports.values() for port in ports}
+
+
+def ports_read(
+    entries: Iterable[tuple[Function, Sequence[Port]]],
+) -> dict[Function, list[Port]]:
+    """Arguments of the entry that each function called by it reads.
+
+    Entries may have arguments of the same name and of different types.
+
+    Args:
+        entries: Function and arguments of each entry.
+    """
+    ports: dict[Function, list[Port]] = {}
+    for entry, arguments in entries:
+        for function in functions_called(entry):
+            names = arguments_read(function)
+            read = [port for port in arguments if port.name in names]
+            # entries share a function only if these arguments are of the same types
+            assert {*ports.setdefault(function, read)} == {*read}
+    return ports
 
 
 def by_address(port: Port) -> bool:
