@@ -94,3 +94,27 @@ def test_entries_give_arguments_of_one_name_with_their_own_types(tools, tmp_path
         _, found = compiled(entry.name, arguments)
         expected = jax.vmap(entry.function)(*arguments.values())
         np.testing.assert_allclose(found["value"][0], expected, rtol=1e-12, atol=1e-11)
+
+
+@jax.jit
+def table(place):
+    return jnp.sin(place) * place
+
+
+@jax.jit
+def with_table(values, place):
+    return values[3] * table(place) + table(place + 1.0) + jnp.sum(values)
+
+
+def around(values, place):
+    return with_table(values, place) + with_table(values, place + 1.0) + table(place + 2.0)
+
+
+def test_a_function_may_have_the_name_of_an_argument(tools, tmp_path):
+    entry = Entry("around", around, {"table": np.zeros(20), "place": np.zeros(())}, ("value",))
+    compiled = tools.Compiled(emit("names", [entry]), tmp_path)
+    random = np.random.default_rng(5)
+    arguments = {"table": random.uniform(size=(RUNS, 20)), "place": random.uniform(size=RUNS)}
+    _, found = compiled("around", arguments)
+    expected = jax.vmap(around)(*arguments.values())
+    np.testing.assert_allclose(found["value"][0], expected, rtol=1e-12)

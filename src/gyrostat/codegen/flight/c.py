@@ -71,8 +71,10 @@ def emit(
     roots, inner, structs = smallest(lambda scope: _lowered(traced, scope), FLIGHT)
     tops = [root.function for root in roots]
     reserved = {identifier(struct.name) for struct in structs.every} | {f.name for f in tops}
+    # a parameter hides a function of its name
+    hidden = {port.name for root in roots for port in root.ports}
     for function in inner:
-        function.name = free_name(identifier(function.name), reserved)
+        function.name = free_name(identifier(function.name), reserved | hidden)
         reserved.add(function.name)
     for function in (*inner, *tops):
         share_tables(function)
