@@ -412,6 +412,21 @@ def test_a_profile_of_numbers_is_traced_once_in_a_program():
     np.testing.assert_allclose(rates(0.2), 0.2, rtol=1e-12)
 
 
+class Powers(eqx.Module):
+    terms: int
+    is_negative: bool
+
+    def __call__(self, time):
+        angle = sum(1e-3 * time**k for k in range(self.terms))
+        return from_rotation_vector(jnp.array([-angle if self.is_negative else angle, 0.0, 0.0]))
+
+
+def test_python_may_use_the_numbers_of_a_profile():
+    reference = Reference.of(Powers(3, True))
+    rate = reference.at(reference.start(), 5.0).rate
+    np.testing.assert_allclose(rate, [-1e-3 * (1.0 + 2.0 * 5.0), 0.0, 0.0], rtol=1e-12)
+
+
 @pytest.mark.parametrize(("sine", "parallel"), [(0.8e-6, True), (1.25e-6, False)])
 def test_axes_are_parallel_below_a_millionth(sine, parallel):
     second = jnp.array([np.sqrt(1.0 - sine**2), sine, 0.0])
