@@ -10,7 +10,7 @@ import pytest
 
 import gyrostat as gs
 from gyrostat.core.errors import InputError
-from gyrostat.scenario.mode_graph import check_modes, edges
+from gyrostat.scenario.mode_graph import check_modes, edges, late_changes
 from gyrostat.scenario_files.scenario_file import read_scenario
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
@@ -194,10 +194,6 @@ def test_conditions_that_can_never_hold_are_refused(scenario, run, key, message)
         ('law = "soft"', 'law = "hard"', "found 'hard', expected one of soft"),
         ('at = "30 s"', "", "to_safe: found no condition"),
         ('at = "30 s"', 'when = "eclipse"', "found it without [orbit]"),
-        ('at = "30 s"', 'at = "90 s"', "found at 90 s in a run of 60 s"),
-        ('at = "30 s"', 'time_in_mode = "90 s"', "found time_in_mode 90 s in a run of 60 s"),
-        ('dwell = "5 s"', 'dwell = "90 s"', "found minimum_dwell of safe 90 s in a run of 60 s"),
-        ('law = "soft"', 'until_time = "90 s"', "reference.mode.safe: found until_time 90 s in a"),
         ('at = "30 s"', 'rate_above = "-0.1 deg/s"', "'-0.1 deg/s', expected 0 or more, in rad/s"),
         ('at = "30 s"', "momentum_above = -0.5", "found -0.5, expected 0 or more, in N·m·s"),
         ('at = "30 s"', 'at = "-0.5 s"', "found '-0.5 s', expected 0 or more, in s"),
@@ -213,6 +209,30 @@ def test_mistakes_are_one_line(scenario, old, new, message):
         return
     with pytest.raises(InputError, match=re.escape(message)):
         read_scenario(scenario({old: new}))
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "place", "time"),
+    [
+        ('at = "30 s"', 'at = "90 s"', "reference.transition.to_safe", "at"),
+        ('at = "30 s"', 'time_in_mode = "90 s"', "reference.transition.to_safe", "time_in_mode"),
+        ('dwell = "5 s"', 'dwell = "90 s"', "reference.transition.to_science", "minimum_dwell of"),
+        ('law = "soft"', 'until_time = "90 s"', "reference.mode.safe", "until_time"),
+    ],
+)
+def test_a_change_after_the_end_of_the_run_is_a_warning(scenario, old, new, place, time):
+    """A short run of a mission is flown, such as one of 60 s of which a mode lasts 90 s."""
+    late = read_scenario(scenario({old: new}))
+    assert "modes: 2" in check_modes(late)
+    (line,) = late_changes(late)
+    assert line.startswith(f"warning: {place}: found {time} ")
+    assert "90 s in a run of 60 s" in line
+    assert late_changes(late.replace(**{"run.duration": 90.0})) == []
+
+
+def test_check_says_which_changes_come_after_the_end_of_the_run():
+    lines = gs.check(EXAMPLES / "nadir_and_slew.toml", **{"run.duration": 100.0}).warnings
+    assert any("found until_time 170 s in a run of 100 s" in line for line in lines)
 
 
 def test_more_lost_wheels_than_there_are_is_a_mistake(scenario):

@@ -13,7 +13,7 @@ from gyrostat.scenario.timeline import TRANSITION, modes
 from gyrostat.scenario.transition_kind import CONDITIONS
 
 TIMES = ("time_in_mode", "at", "tracker_lost", "held")
-"""Conditions that cannot hold in a run that is shorter."""
+"""Conditions that do not hold in a run that is shorter."""
 _PAIRS = ("error", "rate", "momentum", "wheel_momentum")
 
 
@@ -30,6 +30,7 @@ class GraphEdge(NamedTuple):
         once: Whether it is taken once in a run at most.
         limits: Lower and upper limit of each of `_PAIRS`.
         view: View that it waits for, see `Condition.view`.
+        late: Condition that does not hold before the end of the run; empty: there is none.
     """
 
     name: str
@@ -40,6 +41,7 @@ class GraphEdge(NamedTuple):
     once: bool = False
     limits: tuple[tuple[float, float], ...] = ((-1.0, inf),) * len(_PAIRS)
     view: float = 0.0
+    late: str = ""
 
 
 def edges(scenario: Scenario) -> list[GraphEdge]:
@@ -81,13 +83,12 @@ def _transitions(scenario: Scenario) -> Iterator[GraphEdge]:
         for start in part.linked("from") or [name for name in names if name != to]:
             dwell = scenario.values[f"reference.mode.{start}.minimum_dwell"]
             time = max(values["time_in_mode"], values["held"], dwell)
-            why = _contradiction(values, len(scenario.wheels)) or _too_late(
-                {**{key: values[key] for key in TIMES}, f"minimum_dwell of {start}": dwell},
-                scenario.duration,
-            )
+            times = {**{key: values[key] for key in TIMES}, f"minimum_dwell of {start}": dwell}
+            why = _contradiction(values, len(scenario.wheels))
             limits = tuple((values[f"{n}_above"], values[f"{n}_below"]) for n in _PAIRS)
             once, view = values["at"] >= 0.0, values["when"]
-            yield GraphEdge(part.name, start, to, time, why, once, limits, view)
+            late = _too_late(times, scenario.duration)
+            yield GraphEdge(part.name, start, to, time, why, once, limits, view, late)
 
 
 def _ends(scenario: Scenario) -> Iterator[GraphEdge]:
@@ -102,12 +103,12 @@ def _ends(scenario: Scenario) -> Iterator[GraphEdge]:
                 for n in _PAIRS
             )
             edge = GraphEdge(f"until_{start}", start, to, max(times.values()))
-            why = _too_late(times, scenario.duration)
-            yield edge._replace(why=why, limits=limits, view=values["until"])
+            late = _too_late(times, scenario.duration)
+            yield edge._replace(limits=limits, view=values["until"], late=late)
 
 
 def _too_late(times: Mapping[str, float], duration: float) -> str:
-    """Why conditions cannot hold before the end of the run; empty: they can."""
+    """First of the times that is after the end of the run; empty: there is none."""
     late = [f"{name} {time:g} s" for name, time in times.items() if time > duration]
     return f"{late[0]} in a run of {duration:g} s" if late else ""
 
@@ -129,18 +130,16 @@ def check_modes(scenario: Scenario) -> str:
     Conditions are taken as free signals: this is no proof that the spacecraft reaches a mode.
 
     Raises:
-        InputError: Conditions contradict each other, or take longer than the run; a mode has no
-            path from the first one; or a cycle of modes can take no time.
+        InputError: Conditions contradict each other; a mode has no path from the first one; or a
+            cycle of modes can take no time.
     """
     names, every = modes(scenario.parts), edges(scenario)
     if len(names) < 2 and not every:
         return ""
     for edge in every:
         if edge.why:
-            is_end = edge.name == f"until_{edge.start}"
-            place = f"reference.mode.{edge.start}" if is_end else f"{TRANSITION}.{edge.name}"
             raise InputError(
-                f"key {place}: found {edge.why}, expected conditions that can hold together"
+                f"key {_place(edge)}: found {edge.why}, expected conditions that can hold together"
             )
     reached = _reached(names[0], every)
     for name in names:
@@ -164,6 +163,21 @@ def check_modes(scenario: Scenario) -> str:
         "no time (on the graph, with conditions as free signals; this does not say that the "
         "spacecraft reaches them)"
     )
+
+
+def late_changes(scenario: Scenario) -> list[str]:
+    """Lines on the changes of mode that are not taken before the end of the nominal run."""
+    late = dict.fromkeys((_place(edge), edge.late) for edge in edges(scenario) if edge.late)
+    return [
+        f"warning: {place}: found {time}, expected less: not taken in the nominal run"
+        for place, time in late
+    ]
+
+
+def _place(edge: GraphEdge) -> str:
+    """Section of a change in the scenario file."""
+    is_end = edge.name == f"until_{edge.start}"
+    return f"reference.mode.{edge.start}" if is_end else f"{TRANSITION}.{edge.name}"
 
 
 def _reached(start: str, every: Sequence[GraphEdge]) -> set[str]:

@@ -69,7 +69,7 @@ def check(
     from gyrostat.runs.tracker_forecast import tracker_lines
     from gyrostat.runs.user.trial import supports_of
     from gyrostat.scenario.kinds.registry import kinds_of
-    from gyrostat.scenario.mode_graph import check_modes
+    from gyrostat.scenario.mode_graph import check_modes, late_changes
     from gyrostat.scenario_files.scenario_file import validated
 
     definition = scenario_of(scenario, force=force, changes=changes)
@@ -103,7 +103,7 @@ def check(
         say(line)
     lines, result.warnings = tracker_lines(definition)
     result.slews, unplanned = slew_lines(definition)
-    result.warnings += [*unplanned, *reference_violations(definition)]
+    result.warnings += [*late_changes(definition), *unplanned, *reference_violations(definition)]
     momentum, beyond = momentum_lines(definition)
     lines, result.warnings = [*momentum, *lines], [*beyond, *result.warnings]
     for line in (*result.slews, *lines, *result.warnings):
