@@ -78,7 +78,8 @@ def main():
     options = parser.parse_args()
     scenario = case(options.case)
     momentum = start_momentum(scenario, options.seed, options.runs)
-    print("rooms:", [(room.lost, round(1e3 * room.every, 2)) for room in momentum_rooms(scenario)])
+    rooms = momentum_rooms(scenario, options.seed, options.runs)
+    print("rooms:", [(room.lost, round(1e3 * float(room.every.min()), 2)) for room in rooms])
     print(f"momentum: {1e3 * momentum.min():.3g} to {1e3 * momentum.max():.4g} mN·m·s")
     folder = tempfile.mkdtemp(prefix="safe-mode-")
     runs = gs.campaign(

@@ -1,6 +1,6 @@
 """Momentum at the start of the runs against what the wheels can hold at rest."""
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from math import inf, isfinite
 from typing import NamedTuple
 
@@ -9,9 +9,9 @@ import numpy as np
 from gyrostat.campaigns.draws import draw
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.text import plain
-from gyrostat.core.types import Vector
+from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.user_modules import is_user_kind
-from gyrostat.failures.momentum_envelope import MomentumSet
+from gyrostat.failures.momentum_envelope import MOST_WHEELS, MomentumSet, largest
 from gyrostat.scenario.kinds.events import kind_of
 from gyrostat.scenario.kinds.orbits import nominal_orbit
 from gyrostat.scenario.numbers import inertia_of
@@ -28,13 +28,19 @@ class MomentumRoom(NamedTuple):
 
     Attributes:
         lost: Names of the wheels that do not work.
-        every: Largest momentum that they hold in each attitude, N·m·s.
-        best: Largest momentum that they hold in the attitude that is best for it, N·m·s.
+        every: Largest momentum that they hold in each attitude, in each draw, (draws,), N·m·s.
+        axes: Unit axes of the working wheels, (3, wheels).
+        limits: Momentum limits of the working wheels in each draw, (draws, wheels), N·m·s.
     """
 
     lost: tuple[str, ...]
-    every: float
-    best: float
+    every: Vector
+    axes: Matrix
+    limits: Matrix
+
+    def best(self, draw: int) -> float:
+        """Largest momentum that they hold in the attitude that is best for it, N·m·s."""
+        return largest(self.axes, self.limits[draw], np.zeros(3))
 
 
 def start_momentum(scenario: Scenario, seed: int = 0, runs: int = MOST_DRAWS) -> Vector:
@@ -45,10 +51,18 @@ def start_momentum(scenario: Scenario, seed: int = 0, runs: int = MOST_DRAWS) ->
         seed: Seed of the draws.
         runs: Number of draws, of which the first `MOST_DRAWS` are used.
     """
+    return _momenta(scenario, _draws(scenario, seed, runs))
+
+
+def _draws(scenario: Scenario, seed: int, runs: int) -> list[dict[str, float]]:
+    """Values of each draw, nominal ones without dispersions."""
     rows = np.zeros((1, 0))
     if scenario.dispersions:
         rows = draw(scenario, seed, np.arange(min(runs, MOST_DRAWS)))[0]
-    draws = [{**scenario.values, **dict(zip(scenario.dispersed, row, strict=True))} for row in rows]
+    return [{**scenario.values, **dict(zip(scenario.dispersed, row, strict=True))} for row in rows]
+
+
+def _momenta(scenario: Scenario, draws: Sequence[Mapping[str, float]]) -> Vector:
     return np.array([float(np.linalg.norm(_momentum(scenario, values))) for values in draws])
 
 
@@ -64,20 +78,37 @@ def _momentum(scenario: Scenario, values: Mapping[str, float]) -> Vector:
     return locked @ rate + axes @ (inertia * speed)
 
 
-def momentum_rooms(scenario: Scenario) -> list[MomentumRoom]:
-    """Room of all wheels, and of those that work after all events; empty if they span no space."""
+def momentum_rooms(scenario: Scenario, seed: int = 0, runs: int = MOST_DRAWS) -> list[MomentumRoom]:
+    """Room of all wheels, and of those that work after all events.
+
+    It is empty if the wheels span no space, or if there are more than `MOST_WHEELS`.
+
+    Args:
+        scenario: Scenario.
+        seed: Seed of the draws.
+        runs: Number of draws, of which the first `MOST_DRAWS` are used.
+    """
+    return _rooms(scenario, _draws(scenario, seed, runs))
+
+
+def _rooms(scenario: Scenario, draws: Sequence[Mapping[str, float]]) -> list[MomentumRoom]:
+    wheels = scenario.wheels
+    if len(wheels) > MOST_WHEELS:
+        return []
     lost = [e.wheel for e in scenario.events if e.wheel is not None and kind_of(e).loses_wheel]
     axes = np.array(scenario.axes).T
-    limits = np.array([scenario.values[f"wheel.{w}.momentum_limit"] for w in scenario.wheels])
+    limits = np.array([[values[f"wheel.{w}.momentum_limit"] for w in wheels] for values in draws])
     rooms = []
     for gone in dict.fromkeys(((), tuple(sorted({*lost})))):
-        works = np.array([wheel not in gone for wheel in range(len(limits))])
-        held = MomentumSet.of(axes[:, works], limits[works], np.zeros(3))
+        works = np.array([wheel not in gone for wheel in range(len(wheels))])
+        held = MomentumSet.of(axes[:, works], limits[0, works], np.zeros(3))
         if held.rank < 3 and not gone:
             return []
-        every = float(np.min(held.supports)) if held.rank == 3 else 0.0
-        best = held.most if np.all(np.isfinite(limits[works])) else inf
-        rooms.append(MomentumRoom(tuple(scenario.wheels[k] for k in gone), every, best))
+        every = np.zeros(len(limits))
+        if held.rank == 3:
+            every = np.min(held.supports_with(limits[:, works]), axis=-1)
+        names = tuple(wheels[k] for k in gone)
+        rooms.append(MomentumRoom(names, every, axes[:, works], limits[:, works]))
     return rooms
 
 
@@ -127,27 +158,36 @@ def momentum_lines(
         seed: Seed of the draws.
         runs: Number of draws.
     """
-    rooms = momentum_rooms(scenario)
-    if not rooms or not isfinite(rooms[0].every):
+    draws = _draws(scenario, seed, runs)
+    rooms = _rooms(scenario, draws)
+    if not rooms or not np.all(np.isfinite(rooms[0].every)):
         return [], []
-    momentum = start_momentum(scenario, seed, runs)
-    largest, count = float(np.max(momentum)), len(momentum)
-    size = f"{'' if count == 1 else 'up to '}{plain(largest)} N·m·s"
+    momentum = _momenta(scenario, draws)
+    count = len(momentum)
+    size = f"{'' if count == 1 else 'up to '}{plain(float(np.max(momentum)))} N·m·s"
     drawn = "" if count == 1 else f" in {count} draws"
-    is_above = any(largest > room.every for room in rooms)
+    is_above = any(np.any(momentum > room.every) for room in rooms)
     name, torque = largest_torque(scenario) if is_above else ("", 0.0)
     holds, warnings = [], []
     for room in rooms:
+        is_drawn = bool(np.ptp(room.every) > 0.0)
         without = f" without wheel {', '.join(room.lost)}" if room.lost else ""
-        holds.append(f"{plain(room.every)} N·m·s{without}")
-        if largest <= room.every:
+        least = "at least " if is_drawn else ""
+        holds.append(f"{least}{plain(float(np.min(room.every)))} N·m·s{without}")
+        missing = momentum - room.every
+        worst = int(np.argmax(missing))
+        if missing[worst] <= 0.0:
             continue
-        above = np.sum(momentum > room.every)
-        share = "" if count == 1 else f" ({plain(100.0 * above / count, 3)} % above)"
+        share = (
+            "" if count == 1 else f" ({plain(100.0 * float(np.mean(missing > 0.0)), 3)} % above)"
+        )
         found = f"momentum at the start: found {size}{drawn}{share}"
-        attitude = "any attitude" if largest > room.best else "every attitude"
-        cannot = f"the wheels{without} cannot hold it in {attitude}, only {plain(room.every)} N·m·s"
-        time = (largest - room.every) / torque if torque > 0.0 else inf
+        every, best = float(room.every[worst]), room.best(worst)
+        is_any = momentum[worst] > best
+        attitude = "any attitude" if is_any else "every attitude"
+        most = f"{plain(best if is_any else every)} N·m·s{' in the worst draw' if is_drawn else ''}"
+        cannot = f"the wheels{without} cannot hold it in {attitude}, only {most}"
+        time = float(missing[worst]) / torque if torque > 0.0 else inf
         if not name:
             text = "nothing takes it off them; expected less, or torque rods or thrusters"
         elif time > scenario.duration:

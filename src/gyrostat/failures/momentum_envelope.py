@@ -17,6 +17,7 @@ TOLERANCE = 1e-9
 SMALL = 1e-8
 """Relative weight of the solution's norm against its residual: square root of rounding error."""
 MOST_WHEELS = 16
+"""Largest number of working wheels whose set is computed."""
 
 
 @dataclass(frozen=True)
@@ -71,6 +72,10 @@ class MomentumSet:
     def support(self, direction: Vector) -> float:
         """Largest component of the set along a direction (3,), N·m·s."""
         return float(direction @ self.frozen + _support(direction @ self.axes, self.limits))
+
+    def supports_with(self, limits: NDArray[np.float64]) -> NDArray[np.float64]:
+        """Field `supports` with other limits of the wheels, (..., N) -> (..., F), N·m·s."""
+        return _support(self.facets @ self.axes, limits[..., None, :])
 
     def load(self, momentum: NDArray[np.float64]) -> NDArray[np.float64]:
         """Smallest possible load of the most loaded wheel, relative to its limit, for a momentum.
