@@ -27,6 +27,7 @@ CHANGES = [
     ModeChange(1, Condition(after=3.0, reached=0.0), (2,)),
     ModeChange(3, Condition(tracker_lost=1.5, reached=0.0), (1, 2)),
     ModeChange(0, Condition(after=2.0, error_below=0.3, reached=0.0), (3,)),
+    ModeChange(0, Condition(after=1.75, reached=0.0), (0,)),
 ]
 DWELL = np.array([1.0, 0.0, 0.5, 0.0])
 MODES = Reference.branching(
@@ -149,6 +150,27 @@ def test_a_condition_watched_from_several_modes_holds_on_across_their_changes(or
         fast = SpacecraftMeasurement(REST, rate, np.zeros(4), np.ones(4, bool))
         mode = reference.step(mode, fast, jnp.asarray(k * PERIOD))
     assert mode.number == number
+
+
+@pytest.mark.parametrize("unrelated", [(), (ModeChange(2, Condition(rate_above=1e6), (0, 1)),)])
+def test_a_condition_holds_on_across_a_change_of_its_mode_to_itself(unrelated):
+    """Fast from 1.25 s on, and the mode begins anew at 2 s; 2 s of it are needed."""
+    reference = Reference.branching(
+        [Fixed(REST)] * 3,
+        [
+            ModeChange(0, Condition(at=2.0, reached=0.0), (0,)),
+            ModeChange(1, Condition(rate_above=0.5, held=2.0, reached=0.0), (0,)),
+            *unrelated,
+        ],
+        limits=LIMITS,
+    )
+    mode, numbers = reference.start(), []
+    for k in range(16):
+        rate = np.array([1.0 if k > 4 else 0.0, 0.0, 0.0])
+        fast = SpacecraftMeasurement(REST, rate, np.zeros(4), np.ones(4, bool))
+        mode = reference.step(mode, fast, jnp.asarray(k * PERIOD))
+        numbers.append(int(mode.number))
+    assert numbers == [*(13 * [0]), *(3 * [1])]
 
 
 HYSTERESIS = Reference.branching(
