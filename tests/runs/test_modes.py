@@ -200,6 +200,7 @@ def test_conditions_that_can_never_hold_are_refused(scenario, run, key, message)
         ('at = "30 s"', 'at = "0 s"', "found at 0 s, before which no mode can begin"),
         ('held = "2 s"', 'rate_above = "0.4 deg/s"', "expected conditions that can hold together"),
         ('to = "safe"', 'from = "safe"\nto = "safe"', ""),
+        ('to = "safe"', 'name = "until_safe"\nto = "safe"', "that does not begin with until_"),
         ('to = "science"', 'to = "safe"', "found no path to it from the first mode, safe"),
     ],
 )

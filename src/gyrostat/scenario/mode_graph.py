@@ -9,7 +9,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.scenario.mode_kind import UNTIL
 from gyrostat.scenario.reference_kind import AROUND
 from gyrostat.scenario.scenario import Part, Scenario
-from gyrostat.scenario.timeline import TRANSITION, modes
+from gyrostat.scenario.timeline import END_OF_MODE, TRANSITION, modes
 from gyrostat.scenario.transition_kind import CONDITIONS
 
 TIMES = ("time_in_mode", "at", "tracker_lost", "held")
@@ -21,7 +21,7 @@ class GraphEdge(NamedTuple):
     """Change from one mode to another.
 
     Attributes:
-        name: Name of the transition; `until_MODE` for the end of a mode.
+        name: Name of the change, see `change_names`.
         start: Mode from which it leads.
         to: Mode to which it leads.
         time: Least time that a cycle with it takes, s: of a stay in the mode, or from the time at
@@ -102,7 +102,7 @@ def _ends(scenario: Scenario) -> Iterator[GraphEdge]:
                 (values.get(f"until_{n}_above", -1.0), values.get(f"until_{n}_below", inf))
                 for n in _PAIRS
             )
-            edge = GraphEdge(f"until_{start}", start, to, max(times.values()))
+            edge = GraphEdge(f"{END_OF_MODE}{start}", start, to, max(times.values()))
             late = _too_late(times, scenario.duration)
             yield edge._replace(limits=limits, view=values["until"], late=late)
 
@@ -176,7 +176,7 @@ def late_changes(scenario: Scenario) -> list[str]:
 
 def _place(edge: GraphEdge) -> str:
     """Section of a change in the scenario file."""
-    is_end = edge.name == f"until_{edge.start}"
+    is_end = edge.name.startswith(END_OF_MODE)
     return f"reference.mode.{edge.start}" if is_end else f"{TRANSITION}.{edge.name}"
 
 

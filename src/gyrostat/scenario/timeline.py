@@ -8,6 +8,8 @@ from gyrostat.scenario.scenario import Components, Event, Part, Scenario
 
 TRANSITION = "reference.transition"
 """Section of the transitions from mode to mode."""
+END_OF_MODE = "until_"
+"""Start of the name of a change of mode by the end of a mode."""
 
 
 def modes(parts: Iterable[Part]) -> list[str]:
@@ -24,7 +26,7 @@ def change_names(parts: Iterable[Part]) -> list[str]:
     """Names of the changes of mode, in the order of their numbers: transitions, then ends."""
     every = list(parts)
     transitions = [part.name for part in every if part.section == TRANSITION]
-    return [*transitions, *(f"until_{mode}" for mode in modes(every)[:-1])]
+    return [*transitions, *(f"{END_OF_MODE}{mode}" for mode in modes(every)[:-1])]
 
 
 def mode_names(scenario: Components) -> tuple[list[str], list[str]]:

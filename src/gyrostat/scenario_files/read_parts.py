@@ -13,7 +13,7 @@ from gyrostat.scenario.metrics.kinds import RUN_METRICS
 from gyrostat.scenario.mode_kind import Mode
 from gyrostat.scenario.reference_kind import AROUND
 from gyrostat.scenario.scenario import Part, Source
-from gyrostat.scenario.timeline import TRANSITION
+from gyrostat.scenario.timeline import END_OF_MODE, TRANSITION
 from gyrostat.scenario.transition_kind import Transition
 from gyrostat.scenario.user.kinds import USER_KINDS
 from gyrostat.scenario_files.read_user_parts import USER_KEYS, user_kind
@@ -37,6 +37,7 @@ TAKEN = {
         (),
     ),
     "station": (("eclipse", "sunlight"), ()),
+    TRANSITION: ((), (END_OF_MODE,)),
 }
 """Section -> names of fields that exist already, and beginnings of names that belong to others."""
 
@@ -188,11 +189,8 @@ def part_name(section: str, row: Table, kind: str, others: Collection[str]) -> s
         raise row.refuse("name", name, f"none of {', '.join(fields)}, which exist already")
     for beginning in beginnings:
         if name.startswith(beginning):
-            raise row.refuse(
-                "name",
-                name,
-                f"a name that does not begin with {beginning}, as fields of {beginning}measured do",
-            )
+            expected = f"a name that does not begin with {beginning}, as built-in names do"
+            raise row.refuse("name", name, expected)
     return name
 
 
