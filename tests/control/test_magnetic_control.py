@@ -219,3 +219,26 @@ def test_unloading_in_modes_adds_to_the_rods_of_a_law(mode):
     both = RodUnloading(InMode(mode), WHEELS, 0.1, in_modes=acts)(memory, measurement)[1]
     np.testing.assert_allclose(both.torque_rods, alone + acts[mode] * unloading, rtol=1e-12)
     assert np.any(unloading != 0.0)
+
+
+@pytest.mark.parametrize("mode", [0, 1])
+def test_the_sum_of_the_law_and_the_unloading_is_within_the_limit(mode):
+    """One rod of the law is beyond it; the wheels compensate what the unloading changes in it."""
+    limit = 0.1
+    measurement = WithField(
+        rate=np.array([0.0, -0.05, 0.04]), wheel_speed=np.array([9e2, -9e2, 4e2])
+    )
+    memory = BCross(TWELVE_UNITS, 1e-4).start(1.0)
+    law = BCross(TWELVE_UNITS, 1e-4)(memory, measurement)[1]
+    acts = np.array([0.0, 1.0])
+    both = RodUnloading(InMode(mode), WHEELS, limit, in_modes=acts, compensation=1.0)
+    command = both(memory, measurement)[1]
+    alone, total = np.asarray(law.torque_rods), np.asarray(command.torque_rods)
+    assert np.max(np.abs(alone)) > limit
+    assert np.all(np.abs(total) <= limit) if mode else np.all(total == alone)
+    # the rods give no more than the limit, with and without the unloading
+    changed = np.clip(total, -limit, limit) - np.clip(alone, -limit, limit)
+    assert np.any(changed != 0.0) == bool(mode)
+    rods = np.cross(changed, measurement.magnetometer)
+    wheels = np.asarray(WHEELS.axes) @ np.asarray(command.torque - law.torque)
+    np.testing.assert_allclose(wheels, rods, atol=1e-18)

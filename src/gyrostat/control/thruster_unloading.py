@@ -112,10 +112,16 @@ class ThrusterUnloading(Checked):
         on_time = pairs.on_time(
             jnp.maximum(levers @ impulse, 0.0) / (2.0 * self.arm**2 * self.force)
         )
-        torque = (self.force * on_time / memory.period) @ levers
-        arguments = (command, _Thrust(on_time), torque, self.compensation)
-        in_modes = self.in_modes is not None
-        command = with_unloading(self.wheels, *arguments, name="thrusters", adds=in_modes)
+        command = with_unloading(
+            self.wheels,
+            command,
+            _Thrust(on_time),
+            lambda added: (self.force * added / memory.period) @ levers,
+            self.compensation,
+            limit=memory.period,
+            name="thrusters",
+            in_modes=self.in_modes,
+        )
         return memory._replace(controller=inner, unloads=unloads), command
 
     def check_own(self) -> None:

@@ -41,7 +41,7 @@ class RodUnloading(Checked):
         controller: Any controller that commands wheel torques.
         wheels: Wheels as the controller knows them.
         limit: Largest commanded dipole moment along each body axis, (3,), or one value for all,
-            A·m².
+            A·m²; in modes whose law commands rods too, of the sum.
         gain: Gain k, 1/s; slow compared with the attitude loop.
         momentum: Target h_t of the wheels' momentum in body axes, (3,), N·m·s.
         duty: Share s of each control period in which the rods are on.
@@ -92,7 +92,13 @@ class RodUnloading(Checked):
         excess = excess * acting(self.in_modes, command)
         demand = self.gain / self.duty * rod_dipole(excess, field)
         dipole = jnp.clip(demand, -self.limit, self.limit)
-        torque = self.duty * jnp.cross(dipole, field)
-        arguments = (command, _Rods(dipole), torque, self.compensation)
-        in_modes = self.in_modes is not None
-        return memory, with_unloading(self.wheels, *arguments, name="rods", adds=in_modes)
+        return memory, with_unloading(
+            self.wheels,
+            command,
+            _Rods(dipole),
+            lambda added: self.duty * jnp.cross(added, field),
+            self.compensation,
+            limit=self.limit,
+            name="rods",
+            in_modes=self.in_modes,
+        )
