@@ -144,6 +144,8 @@ class _Facts:
                 return made.operands[0]
         if operation == "sub" and repr(operands[1]) == repr(ZERO):
             return operands[0]
+        if operation == "add" and FIRST in operands:
+            return operands[1] if operands[0] == FIRST else operands[0]
         if operation in UNCHANGED and within(self._range(operands[0]), UNCHANGED[operation]):
             return operands[0]
         if operation == "select" and isinstance(operands[0], Number):

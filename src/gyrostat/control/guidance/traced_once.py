@@ -16,8 +16,8 @@ def traced_once(function: Function) -> Function:
 
     A reference is evaluated in many places of a program: this halves the time that a program with a
     sequence of modes takes to be made, and in exported C it is one function. A first argument that
-    is not made of arrays only is traced in each place: it may change without notice, and Python may
-    need its numbers, for a range or an `if`.
+    is not made of arrays and floats only is traced in each place: it may change without notice, and
+    Python may need its integers and flags, for a range or an `if`.
 
     Args:
         function: Function without side effects, or method.
@@ -26,7 +26,8 @@ def traced_once(function: Function) -> Function:
 
     @wraps(function)
     def call(first: Any, *arguments: Any) -> Any:
-        of_arrays = all(map(eqx.is_array, jax.tree.leaves(first)))
-        return (traced if of_arrays else function)(first, *arguments)
+        leaves = jax.tree.leaves(first)
+        of_reals = all(eqx.is_array(leaf) or isinstance(leaf, float) for leaf in leaves)
+        return (traced if of_reals else function)(first, *arguments)
 
     return cast(Function, call)
