@@ -40,6 +40,7 @@ def test_rows_of_modes_have_the_times_of_their_stays():
 def test_one_mode_or_none_has_no_chart():
     assert mode_chart(["safe"], {"time": np.arange(3.0), "mode": np.zeros(3)}) is None
     assert mode_chart(NAMES, {"time": np.arange(3.0)}) is None
+    assert mode_chart(NAMES, {"time": np.zeros(1), "mode": np.zeros(1)}) is None
 
 
 @pytest.mark.parametrize(

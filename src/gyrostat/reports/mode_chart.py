@@ -16,13 +16,13 @@ ROW = 29
 
 
 def mode_chart(names: Sequence[str], history: Mapping[Any, Any]) -> Chart | None:
-    """Chart with a row for each mode, with its stays and its time; None without two.
+    """Chart with a row for each mode, its stays and its time; None without two, or two samples.
 
     Args:
         names: Names of the modes.
         history: Histories of the run, with `mode`.
     """
-    if len(names) < 2 or "mode" not in history:
+    if len(names) < 2 or "mode" not in history or len(history["time"]) < 2:
         return None
     time, mode = (np.asarray(history[name], dtype=float) for name in ("time", "mode"))
     period = time[1] - time[0]
