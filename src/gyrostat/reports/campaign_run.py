@@ -89,7 +89,7 @@ def run_page(
         verdict=run_verdict(values),
         fine=values["status"] == 0,
         rows=metric_rows(scenario, values),
-        drawn=[(key, f"{values[key]:.9g}") for key in scenario.dispersed],
+        drawn=[(key, f"{values[key]:.9g}") for key in scenario.values if key in values],
         charts=run_charts(scenario, values, history),
         motion=replay_data(scenario, values, history, planned_orbit(scenario)),
         command=command,

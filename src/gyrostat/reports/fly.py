@@ -24,10 +24,10 @@ from gyrostat.scenario.metrics.results import metrics_of
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.schema import Key
 from gyrostat.scenario.structure import structure_of
+from gyrostat.scenario_files.run_file import FIXED
 
 CLOUD = 64
 """Number of runs of the cloud: the first ones of the campaign."""
-_FIXED = ("run.", "metrics.", "window.")
 _TAIL = 1e-4
 """Share of the dispersed values beyond each end of a slider."""
 
@@ -164,7 +164,7 @@ def sliders(scenario: Scenario, program: WebProgram, rows: Matrix) -> list[Slide
     spread = dict(zip(scenario.dispersed, dispersed.T, strict=True))
     for key in program.read:
         entry, value = entries[key], scenario.values[key]
-        if key.startswith(_FIXED) or not math.isfinite(value):
+        if key.startswith(FIXED) or not math.isfinite(value):
             continue
         if key in spread:
             low, high = float(spread[key].min()), float(spread[key].max())

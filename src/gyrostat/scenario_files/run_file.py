@@ -9,13 +9,18 @@ from pathlib import Path
 from typing import Any, NamedTuple
 
 from gyrostat.core.errors import InputError, placed
-from gyrostat.core.validation import check_seed
+from gyrostat.core.text import shortened
+from gyrostat.core.validation import LARGEST_SEED, check_seed
 from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario_files.scenario_file import validated
 
 KIND = "run"
 """Value of the key "gyrostat" of such a file."""
+FIXED = ("run.", "metrics.", "window.")
+"""Starts of the keys that the compiled program has as they are in the scenario."""
+_MOST_LISTED = 12
+_LONGEST = 40
 
 
 class RunFile(NamedTuple):
@@ -32,6 +37,19 @@ class RunFile(NamedTuple):
     values: Mapping[str, float]
     seed: int
     run: int | None
+
+    @property
+    def flown(self) -> Scenario:
+        """Scenario with the values of the run; its designs are not those that are flown."""
+        return replace(self.scenario, values={**self.scenario.values, **self.values})
+
+    def line(self) -> str:
+        """What distinguishes the run from the nominal run of the scenario."""
+        nominal = self.scenario.values
+        texts = [f"{k} = {v:.9g}" for k, v in self.values.items() if v != nominal[k]]
+        changed = shortened(texts, _MOST_LISTED) if texts else "those of the scenario"
+        noise = "" if self.run is None else f"; noise of run {self.run}"
+        return f"values of the run, SI: {changed}{noise}"
 
 
 def read_run(path: str | os.PathLike[str], say: Callable[[str], None]) -> RunFile:
@@ -56,9 +74,16 @@ def read_run(path: str | os.PathLike[str], say: Callable[[str], None]) -> RunFil
             "flies a scenario gives"
         )
     with placed(str(path)):
-        text = json.dumps(content.get("scenario"), ensure_ascii=False)
+        fields = content.get("scenario")
+        numbers = fields.get("values") if isinstance(fields, dict) else None
+        if not isinstance(numbers, dict):
+            raise InputError("key scenario: found none, expected a scenario with its values")
+        for key, value in numbers.items():
+            if math.isnan(_number(value)):
+                found = repr(value)[:_LONGEST]
+                raise InputError(f"key scenario.values.{key}: found {found}, expected a number")
         try:
-            scenario = Scenario.from_text(text)
+            scenario = Scenario.from_text(json.dumps(fields, ensure_ascii=False))
         except (TypeError, AttributeError, ValueError) as error:
             raise InputError(f"key scenario: found {error}, expected a scenario") from None
         if scenario.sources:
@@ -69,21 +94,38 @@ def read_run(path: str | os.PathLike[str], say: Callable[[str], None]) -> RunFil
         if type(seed) is not int or not (run is None or (type(run) is int and run >= 0)):
             raise InputError(f"found seed {seed!r} and run {run!r}, expected whole numbers")
         check_seed(seed)
-        values = _values(scenario, content.get("values", {}))
+        if run is not None and run > LARGEST_SEED:
+            raise InputError(f"key run: found {run}, expected 0 to {LARGEST_SEED}")
+        file = RunFile(scenario, _values(scenario, content.get("values", {})), seed, run)
         # what a scenario with these values may not be, such as an inertia of no body
-        validated(replace(scenario, values={**scenario.values, **values}))
-    return RunFile(scenario, values, seed, run)
+        validated(file.flown)
+    return file
+
+
+def _number(value: Any) -> float:
+    """Number of a file; NaN for anything else, also for what no float can be."""
+    if not isinstance(value, int | float) or isinstance(value, bool):
+        return math.nan
+    try:
+        return float(value)
+    except OverflowError:
+        return math.nan
 
 
 def _values(scenario: Scenario, values: Any) -> dict[str, float]:
     if not isinstance(values, dict):
         raise InputError(f"key values: found {values!r}, expected keys with numbers")
-    entries = numbers_of(scenario)
+    entries, numbers = numbers_of(scenario), {k: _number(v) for k, v in values.items()}
     for key, value in values.items():
         if key not in scenario.values:
             raise InputError(f"key values.{key}: found no such key, expected one of the scenario")
-        is_number = isinstance(value, int | float) and not isinstance(value, bool)
-        if not is_number or not math.isfinite(value) or not entries[key].allows(value):
-            expected = entries[key].range(value if is_number else math.nan)
-            raise InputError(f"key values.{key}: found {value!r}, expected {expected}")
-    return {key: float(value) for key, value in values.items()}
+        if key.startswith(FIXED) and key not in scenario.dispersed:
+            raise InputError(
+                f"key values.{key}: found a value of the run, expected none: change it in the "
+                "scenario, whose program is compiled for it"
+            )
+        number = numbers[key]
+        if not math.isfinite(number) or not entries[key].allows(number):
+            found, expected = repr(value)[:_LONGEST], entries[key].range(number)
+            raise InputError(f"key values.{key}: found {found}, expected {expected}")
+    return numbers

@@ -109,10 +109,13 @@ def simulated(
 
     run = _run_file(scenario, seed, path, fly=fly, changes=changes or {}, say=say)
     definition = run.scenario if run else scenario_of(scenario, force=force, changes=changes or {})
-    say_unlikely(definition, say)
-    say_momentum(replace(definition, dispersions=()), say)
+    flown = run.flown if run else definition
+    say_unlikely(flown, say)
+    say_momentum(replace(flown, dispersions=()), say)
     say_unplanned(definition, say)
     say(f"simulating {definition.name}: {definition.duration:g} s")
+    if run:
+        say(run.line())
     engine = chosen_engine(engine, definition, device, say, verify=verify)
     if run is None:
         results = fly_runs(definition, seed, None, keep=[0], engine=engine)
@@ -123,20 +126,20 @@ def simulated(
         from gyrostat.reports.campaign_run import write_run
 
         assert results.histories is not None
-        flown = None
+        content = None
         if fly:
             from gyrostat.reports.fly import fly_content
 
             arrays = results.histories.of_run(0).arrays()
-            flown = fly_content(definition, seed, {"nominal": (0, None)}, arrays, say)
-        write_run(definition, results, path, command=command, say=say, force=force, fly=flown)
+            content = fly_content(definition, seed, {"nominal": (0, None)}, arrays, say)
+        write_run(flown, results, path, command=command, say=say, force=force, fly=content)
     assert results.histories is not None
     names = ("ended", *metrics_of(definition))
     values = {name: results.columns[name][0].item() for name in names}
-    for line in blind_windows(definition, values):
+    for line in blind_windows(flown, values):
         say(f"warning: {line}")
     history = results.histories.of_run(0)
-    for line in flown_violations(definition, history.arrays()):
+    for line in flown_violations(flown, history.arrays()):
         say(line)
     return replace(history, attributes={"scenario": definition.name, **values})
 
