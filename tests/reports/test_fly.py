@@ -207,6 +207,35 @@ def test_the_file_of_a_run_is_flown_by_simulate(scenario, browser, page, tmp_pat
             verbs.simulate(path)
 
 
+@pytest.mark.parametrize(
+    ("key", "value", "expected"),
+    [
+        ("wheel.a.inertia", "-1", "expected above 0"),
+        ("wheel.a.torque_limit", "0", "expected above 0"),
+        ("body.inertia.xx", "100", "found that of no body"),
+        ("event.loss.time", "1000", "before the end of the run, 20 s"),
+    ],
+)
+def test_a_value_that_simulate_refuses_is_not_flown(
+    scenario, browser, page, tmp_path, key, value, expected
+):
+    first = show(browser, page)
+    label = f"document.querySelector('.slider[data-key=\"{key}\"]')"
+    box, fault = f"{label}.querySelector('[type=number]')", "document.querySelector('.fault')"
+    browser.ask(f"({box}.value = '{value}', {box}.onchange(), 0)")
+    assert expected in browser.ask(f"{fault}.textContent")
+    assert not browser.ask(f"{fault}.hidden")
+    assert float(browser.ask(f"{box}.value")) != float(value)
+    si = float(value) / float(browser.ask(f"{label}.dataset.factor"))
+    assert show(browser, page, f"#{key}={si!r}")["results"] == first["results"]
+    assert expected in browser.ask(f"{fault}.textContent")
+    path = tmp_path / "run.json"
+    content = json.loads(browser.ask("gyrostatRunFile()"))
+    path.write_text(json.dumps({**content, "values": {**content["values"], key: si}}))
+    with pytest.raises(InputError):
+        verbs.simulate(path)
+
+
 def test_the_cloud_is_the_first_runs_of_the_campaign(scenario, browser, page):
     show(browser, page)
     count = pictures(browser)

@@ -14,6 +14,7 @@ from gyrostat.campaigns.web_program import WebProgram, web_program
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.units import RPM
+from gyrostat.core.validation import LARGEST
 from gyrostat.reports.axis import scaled_unit
 from gyrostat.reports.campaign_run import shown_unit
 from gyrostat.reports.replay import MOST_FRAMES
@@ -24,6 +25,7 @@ from gyrostat.scenario.metrics.results import metrics_of
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.schema import Key
 from gyrostat.scenario.structure import structure_of
+from gyrostat.scenario.timeline import event_times
 from gyrostat.scenario_files.run_file import FIXED
 
 CLOUD = 64
@@ -44,6 +46,10 @@ class Slider(NamedTuple):
         high: Right end, SI.
         is_dispersed: Whether the scenario disperses the value.
         is_designed: Whether the design of the controller or its model depends on the value.
+        least: Smallest value that `simulate` takes, SI.
+        most: Largest one, SI.
+        above: Whether `least` itself is refused.
+        expected: Allowed values, for a message.
     """
 
     key: str
@@ -54,6 +60,10 @@ class Slider(NamedTuple):
     high: float
     is_dispersed: bool
     is_designed: bool
+    least: float
+    most: float
+    above: bool
+    expected: str
 
 
 def fly_content(
@@ -105,6 +115,7 @@ def fly_content(
         "frames": MOST_FRAMES,
         "modes": [part.name for part in scenario.parts if part.section == "reference.mode"],
         "name": scenario.name,
+        "axes": dict(zip(scenario.wheels, scenario.axes, strict=True)),
         "scenario": scenario.text(),
     }
     return {
@@ -175,8 +186,20 @@ def sliders(scenario: Scenario, program: WebProgram, rows: Matrix) -> list[Slide
             is_designed = key in program.designed
             label = key.split(".", _depth(key))[-1]
             flags = key in spread, is_designed
-            made.append(Slider(key, label, unit, factor, low, high, *flags))
+            limits = _limits(scenario, key, entry)
+            made.append(Slider(key, label, unit, factor, low, high, *flags, *limits))
     return made
+
+
+def _limits(scenario: Scenario, key: str, entry: Key) -> tuple[float, float, bool, str]:
+    """Smallest and largest allowed value, whether the first is refused, and a text on them."""
+    least, most, expected = max(entry.least, -LARGEST), min(entry.most, LARGEST), entry.range()
+    if key in event_times(scenario.events, scenario.parts).values():
+        most = math.nextafter(scenario.duration, 0.0)
+        expected += f", before the end of the run, {scenario.duration:g} s"
+    elif abs(entry.most) > LARGEST:
+        expected += f", of a size of {LARGEST:g} or less"
+    return least, most, entry.positive, expected
 
 
 def _range(scenario: Scenario, key: str, entry: Key) -> tuple[float, float]:

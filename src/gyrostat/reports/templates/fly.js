@@ -37,6 +37,33 @@ let shown = 0;
 const real = run => new Float64Array(run.buffer, run.byteOffset, width);
 const start = key => column.has(key) ? real(runAt(shown))[column.get(key)] : nominal[index.get(key)];
 const value = key => moved.get(key) ?? start(key);
+// --- values that simulate refuses, which are not flown
+const limits = new Map([...panel.querySelectorAll(".slider")].map(({ dataset }) => [dataset.key, dataset]));
+const warn = line => { $(".fault").hidden = !line; $(".fault").textContent = line; };
+function outside(key, v) {
+  const { least, most, above, expected } = limits.get(key);
+  return v >= +least && v <= +most && !(above === "1" && v === +least) ? "" : `${key}: found ${plain(v)}, expected ${expected}.`;
+}
+// second moments of mass of the body without its rotors, tr(J) / 2 - J - sum of I / 2 a a', are positive definite
+function isBody(of) {
+  const [xx, yy, zz, xy, xz, yz] = ["xx", "yy", "zz", "xy", "xz", "yz"].map(end => of(`body.inertia.${end}`)), half = (xx + yy + zz) / 2;
+  const s = [[half - xx, -xy, -xz], [-xy, half - yy, -yz], [-xz, -yz, half - zz]];
+  for (const [wheel, a] of Object.entries(about.axes)) s.forEach((row, j) => row.forEach((_, k) => { row[k] -= of(`wheel.${wheel}.inertia`) / 2 * a[j] * a[k]; }));
+  const [[a, b, c], [, d, e], [, , f]] = s, minor = a * d - b * b;
+  return a > 0 && minor > 0 && minor * f - a * e * e + 2 * b * c * e - d * c * c > 0;
+}
+function refusal(of) {
+  const line = [...moved.keys()].map(key => outside(key, of(key))).find(Boolean) ?? "";
+  return line || ([...moved.keys()].some(key => key.endsWith("inertia") || key.startsWith("body.inertia")) && !isBody(of) ? "body.inertia: found that of no body with these rotors, expected a possible one." : "");
+}
+// makes a change of the values, or undoes it and says why
+function tried(change, undo) {
+  change();
+  const line = refusal(value);
+  warn(line);
+  if (line) undo();
+  return !line;
+}
 function inputs() {
   const values = nominal.slice(), run = runAt(shown);
   for (const [key, v] of moved) if (column.has(key)) real(run)[column.get(key)] = v; else values[index.get(key)] = v;
@@ -44,12 +71,15 @@ function inputs() {
 }
 function many() {
   const { nominal: values, runs: [run] } = inputs();
-  return { nominal: values, cloud: [...Array(about.cloud).keys()].map(k => {
+  const every = [...Array(about.cloud).keys()].map(k => {
     const own = run.slice(), from = words.subarray(manyAt + k * short, manyAt + (k + 1) * short);
     own.set(from.subarray(0, spread.length)); own[width - 1] = from[spread.length];
     for (const [key, v] of moved) if (column.has(key)) real(own)[column.get(key)] += v - start(key);
     return own;
-  }) };
+  });
+  const lines = every.map(own => refusal(key => column.has(key) ? real(own)[column.get(key)] : values[index.get(key)])), refused = lines.filter(Boolean);
+  if (refused.length) warn(`${refused.length} of ${about.cloud} runs left out: ${refused[0]}`);
+  return { nominal: values, cloud: every.filter((_, k) => !lines[k]) };
 }
 // --- text
 function plain(v, digits = 4) {
@@ -192,7 +222,7 @@ async function fly() {
       Object.assign(panel.flown, { cloud: cloud.map(each => [...each.results]), many: performance.now() - whole });
     }
     const { picture, many: whole } = panel.flown;
-    $(".speed").textContent = `${picture.toFixed(0)} ms${whole ? `, ${about.cloud} runs ${whole.toFixed(0)} ms` : ""}`;
+    $(".speed").textContent = `${picture.toFixed(0)} ms${whole ? `, ${cloud.length} runs ${whole.toFixed(0)} ms` : ""}`;
     panel.dataset.picture = +panel.dataset.picture + 1;
   } while (again);
   busy = false;
@@ -206,12 +236,17 @@ const sliders = [...panel.querySelectorAll(".slider")].map(label => {
     box.value = +(factor * v).toPrecision(6);
     label.classList.toggle("moved", moved.has(key));
   };
-  const set = v => { moved.set(key, v); tell(); fly(); };
+  const put = v => { if (v === undefined) moved.delete(key); else moved.set(key, v); };
+  const set = v => {
+    const old = moved.get(key), done = tried(() => put(v), () => put(old));
+    tell();
+    if (done) fly();
+  };
   range.oninput = () => { set(+(factor * (low + (high - low) * range.value / 1000)).toPrecision(4) / factor); };
   box.onchange = () => { if (box.value !== "" && Number.isFinite(+box.value)) set(+box.value / factor); else tell(); };
   range.onchange = () => remember();
   box.addEventListener("change", () => remember());
-  range.ondblclick = () => { moved.delete(key); tell(); fly(); remember(); };
+  range.ondblclick = () => { set(undefined); remember(); };
   return { key, tell };
 });
 const known = new Set(sliders.map(each => each.key)), tell = () => sliders.forEach(each => each.tell());
@@ -230,10 +265,15 @@ function recall() {
     if (key === "cloud" && $(".cloud")) $(".cloud").checked = v === "1";
     if (known.has(key) && v !== "" && Number.isFinite(+v)) moved.set(key, +v);
   }
+  tried(() => {}, () => moved.clear());
 }
-$(".run").onchange = event => { shown = +event.target.value; tell(); fly(); remember(); };
-if ($(".cloud")) $(".cloud").onchange = () => { fly(); remember(); };
-$(".reset").onclick = () => { moved.clear(); shown = 0; $(".run").value = 0; tell(); fly(); remember(); };
+$(".run").onchange = event => {
+  const old = shown, done = tried(() => { shown = +event.target.value; }, () => { shown = old; event.target.value = old; });
+  tell(); remember();
+  if (done) fly();
+};
+if ($(".cloud")) $(".cloud").onchange = () => { warn(""); fly(); remember(); };
+$(".reset").onclick = () => { warn(""); moved.clear(); shown = 0; $(".run").value = 0; tell(); fly(); remember(); };
 $(".copy").onclick = async () => { remember(); try { await navigator.clipboard.writeText(location.href); $(".copy").textContent = "link copied"; } catch { prompt("Link with all values", location.href); } };
 // --- file of this run
 window.gyrostatRunFile = () => {
