@@ -266,9 +266,20 @@ RING = {
 """The boresight is between 55 and 62 deg from the Sun, on both sides of it."""
 
 
+def dispersed(key, low, high):
+    return f'[[dispersion]]\nkey = "{key}"\ndistribution = "uniform"\nlow = {low}\nhigh = {high}\n'
+
+
 @pytest.mark.parametrize(
     ("text", "changes", "message"),
     [
+        (SLEWS + dispersed("reference.rate", 0.01, 0.017), {}, "found reference.rate, expected no"),
+        (SLEWS + dispersed("reference.slew.first.time", 0, 9), {}, "found reference.slew.first.ti"),
+        (
+            MODES + dispersed("reference.mode.left.until_time", 2, 9),
+            {},
+            "found reference.mode.left",
+        ),
         (MODES, {'sun = "35 deg"': 'sun = "62 deg"'}, "right.keep_out: found the start of the"),
         (SLEWS, {'sun = "35 deg"': 'sun = "62 deg"'}, "across.keep_out: found the start of the"),
         (SLEWS, {'time = "250 s"': 'time = "30 s"'}, "across.time: found 30 s, expected the end"),

@@ -20,6 +20,8 @@ from gyrostat.reports.campaign_run import shown_unit
 from gyrostat.reports.replay import MOST_FRAMES
 from gyrostat.reports.run_charts import torque_unit
 from gyrostat.runs.designs import phases_of
+from gyrostat.runs.planned_slews import keys_of_plans
+from gyrostat.runs.plans import plans_of
 from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.metrics.results import metrics_of
 from gyrostat.scenario.scenario import Scenario
@@ -170,12 +172,13 @@ def sliders(scenario: Scenario, program: WebProgram, rows: Matrix) -> list[Slide
         rows: Dispersed values of the runs in the page, (runs, keys), which are within the ranges.
     """
     entries, made = numbers_of(scenario), []
+    planned = keys_of_plans(scenario, plans_of(scenario))
     shares = np.tile([[_TAIL], [1.0 - _TAIL]], len(scenario.dispersed))
     dispersed = np.concatenate([rows, values_at(scenario, shares)])
     spread = dict(zip(scenario.dispersed, dispersed.T, strict=True))
     for key in program.read:
         entry, value = entries[key], scenario.values[key]
-        if key.startswith(FIXED) or not math.isfinite(value):
+        if key.startswith(FIXED) or key in planned or not math.isfinite(value):
             continue
         if key in spread:
             low, high = float(spread[key].min()), float(spread[key].max())

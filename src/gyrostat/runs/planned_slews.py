@@ -32,13 +32,19 @@ from gyrostat.runs.slew_planner import TIMES, SlewPlanner, SlewToPlan
 from gyrostat.scenario.component import Context
 from gyrostat.scenario.kinds.orbits import nominal_orbit
 from gyrostat.scenario.mode_graph import pairs_around
-from gyrostat.scenario.reference_kind import AROUND
+from gyrostat.scenario.reference_kind import AROUND, Slewing
 from gyrostat.scenario.scenario import KEEP_OUT, Scenario
 from gyrostat.scenario.structure import structure_of
 from gyrostat.scenario.timeline import modes
 
 STEADY = 0.02
 """Largest change of target and rotation of a slew that may start at any time, rad."""
+_TIMES = {
+    "reference.slew": ("time",),
+    "reference.mode": ("until_time", "minimum_dwell"),
+    "reference.transition": ("at", "time_in_mode", "held"),
+}
+"""Keys of times that start a slew, or end the one before it."""
 
 
 def with_planned_slews(scenario: Scenario, plans: Plans, setup: Setup) -> Plans:
@@ -50,7 +56,7 @@ def with_planned_slews(scenario: Scenario, plans: Plans, setup: Setup) -> Plans:
         setup: Parts of the nominal run by these plans.
 
     Raises:
-        InputError: A slew cannot be planned.
+        InputError: A slew cannot be planned, or a key that plans are made from is dispersed.
     """
     if plans.reference is None or plans.reference.turns is None:
         return plans
@@ -65,7 +71,36 @@ def with_planned_slews(scenario: Scenario, plans: Plans, setup: Setup) -> Plans:
         turns = _plan_slews(scenario, planner, slews, case.slews)
     else:
         turns = _plan_modes(scenario, planner, setup.reference, setup.start.wheel_speed)
-    return plans._replace(reference=plans.reference._replace(turns=turns))
+    plans = plans._replace(reference=plans.reference._replace(turns=turns))
+    planned = keys_of_plans(scenario, plans)
+    for key in scenario.dispersed:
+        if key in planned:
+            raise InputError(
+                f"key dispersion: found {key}, expected no dispersion of it: slews with {AROUND} "
+                "are planned once, from nominal values"
+            )
+    return plans
+
+
+def keys_of_plans(scenario: Scenario, plans: Plans) -> frozenset[str]:
+    """Keys that must have their nominal values in each run; empty if no slew is planned.
+
+    These are the limits of slews and the times that start them. With other limits, a run would
+    still have the planned rate; at another time, a body can be in the way, or the slew before can
+    still turn.
+
+    Args:
+        scenario: Scenario.
+        plans: Its plans, with those of its slews around cones.
+    """
+    turns = None if plans.reference is None else plans.reference.turns
+    if turns is None or not np.any(turns.is_planned):
+        return frozenset()
+    names = [*map("reference.{}".format, Slewing.keys())]
+    for part in scenario.parts:
+        place = f"{part.section}.{part.name}"
+        names += [f"{place}.{name}" for name in _TIMES.get(part.section, ())]
+    return frozenset(names)
 
 
 def _plan_slews(

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gyrostat.core.jax64 import jax
+from gyrostat.core.types import Vector
 from gyrostat.runs.plans import plans_of
 from gyrostat.scenario.mode_graph import pairs_around
 from gyrostat.scenario.reference_kind import AROUND
@@ -49,6 +50,22 @@ def slew_lines(scenario: Scenario) -> SlewLines:
                 "keep_out_time is the time in which a body is too near"
             )
     return lines
+
+
+def blocked_runs(scenario: Scenario, times: Vector) -> list[str]:
+    """Line on the runs in which a body is too near; none without slews around cones.
+
+    Args:
+        scenario: Scenario.
+        times: `keep_out_time` of each run, (runs,), s.
+    """
+    blocked = times[times > 0.0]
+    if not len(blocked) or not any(part.linked(AROUND) for part in scenario.parts):
+        return []
+    return [
+        f"keep_out_time: a body is too near in {len(blocked)} of {len(times)} runs, for "
+        f"{np.max(blocked):g} s at most"
+    ]
 
 
 def _slews(scenario: Scenario) -> Iterator[tuple[int, str, str, tuple[str, ...]]]:

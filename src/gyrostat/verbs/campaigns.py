@@ -163,6 +163,7 @@ def campaign(
     from gyrostat.campaigns import campaign_runs, run_campaign
     from gyrostat.campaigns.pointing.text import requirement_lines
     from gyrostat.reports.campaign import write_campaign
+    from gyrostat.runs.slew_lines import blocked_runs
     from gyrostat.runs.user.trial import say_bad_commands
 
     refuse_given({"--within": within}, "campaign", "--worst-case")
@@ -191,6 +192,9 @@ def campaign(
         dataset = _read(campaign_runs(copy), folder)
     columns = {name: dataset[name] for name in ("run", "status", "ended")}
     say_bad_commands(definition, columns, say)
+    if "keep_out_time" in dataset:
+        for line in blocked_runs(definition, dataset["keep_out_time"].to_numpy()):
+            say(line)
     return dataset
 
 
