@@ -1,5 +1,6 @@
 """Slews around cones in campaigns, searches and pages that fly."""
 
+import json
 import shutil
 from types import SimpleNamespace
 
@@ -11,6 +12,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.reports.fly import sliders
 from gyrostat.runs.slew_lines import blocked_runs
 from gyrostat.scenario_files import read_scenario
+from gyrostat.scenario_files.run_file import read_run
 from tests.runs.test_keep_out_slews import EXAMPLES, HEAD, SLEWS, dispersed
 
 pytest.importorskip("erfa", reason="the libraries of the extra orbit are not installed")
@@ -55,3 +57,14 @@ def test_runs_inside_a_cone_are_counted(slews):
     assert "in 2 of 4 runs, for 66 s at most" in line
     assert not blocked_runs(slews[0], np.zeros(4))
     assert not blocked_runs(slews[1], times)
+
+
+def test_the_file_of_a_run_cannot_change_what_slews_are_planned_from(slews, tmp_path):
+    path = tmp_path / "run.json"
+    content = {"gyrostat": "run", "scenario": json.loads(slews[0].text())}
+    rate = slews[0].values["reference.rate"]
+    path.write_text(json.dumps({**content, "values": {"reference.rate": 0.5 * rate}}))
+    with pytest.raises(InputError, match=r"values\.reference\.rate: found 0\.0087.*planned"):
+        read_run(path, print)
+    path.write_text(json.dumps({**content, "values": {"reference.rate": rate}}))
+    assert read_run(path, print).values == {"reference.rate": rate}

@@ -11,6 +11,8 @@ from typing import Any, NamedTuple
 from gyrostat.core.errors import InputError, placed
 from gyrostat.core.text import shortened
 from gyrostat.core.validation import LARGEST_SEED, check_seed
+from gyrostat.runs.planned_slews import keys_of_plans
+from gyrostat.runs.plans import plans_of
 from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario_files.scenario_file import validated
@@ -96,10 +98,23 @@ def read_run(path: str | os.PathLike[str], say: Callable[[str], None]) -> RunFil
         check_seed(seed)
         if run is not None and run > LARGEST_SEED:
             raise InputError(f"key run: found {run}, expected 0 to {LARGEST_SEED}")
-        file = RunFile(scenario, _values(scenario, content.get("values", {})), seed, run)
+        values = _values(scenario, content.get("values", {}))
+        _check_plans(scenario, values)
+        file = RunFile(scenario, values, seed, run)
         # what a scenario with these values may not be, such as an inertia of no body
         validated(file.flown)
     return file
+
+
+def _check_plans(scenario: Scenario, values: dict[str, float]) -> None:
+    """Refuse other values of what slews around cones are planned from."""
+    planned = keys_of_plans(scenario, plans_of(scenario))
+    for key, value in values.items():
+        if key in planned and value != scenario.values[key]:
+            raise InputError(
+                f"key values.{key}: found {value:g}, expected {scenario.values[key]:g}, "
+                "from which the slews with keep_out are planned"
+            )
 
 
 def _number(value: Any) -> float:
