@@ -113,6 +113,8 @@ def test_universal_file_is_read_as_pyuff_writes_it(tmp_path, label, unit):
         ({"ordinate_axis_units_lab": "rad/lbf"}, "the unit 'lbf' of a load in direction 1"),
         ({"orddenom_axis_units_lab": "N"}, "the unit 'N' of a load in direction 4, expected N·m"),
         ({"ordinate_spec_data_type": 12}, "found responses of acceleration"),
+        ({"ordinate_spec_data_type": 9}, r"found responses of force \(data type 9\)"),
+        ({"ordinate_spec_data_type": 16}, r"found responses of another quantity \(data type 16\)"),
         ({"abscissa_axis_units_lab": "rpm"}, "found the unit label 'rpm' of the abscissa"),
     ],
 )

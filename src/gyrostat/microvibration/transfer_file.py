@@ -22,8 +22,10 @@ SIGHT = ("x", "y")
 UNIVERSAL, OP4, OP2, PUNCH = (".uff", ".unv"), (".op4",), (".op2",), (".pch", ".bdf", ".dat")
 FREQUENCY_RESPONSE = 4
 """Function type of UFF58."""
-_DISPLACEMENT, _RATES = 8, {11: "velocity", 12: "acceleration"}
-"""Data types of UFF58: displacement or angle, and its derivatives."""
+_ANGLES = (8, 0, 1)
+"""Data types of UFF58 of an angle: displacement, unknown and general."""
+_OTHERS = {2: "stress", 3: "strain", 9: "force", 11: "velocity", 12: "acceleration"}
+"""Names of other data types, for the error message."""
 _NASTRAN = "a file of NASTRAN"
 Transfer = FrequencyResponse | ModalModel
 
@@ -148,10 +150,11 @@ def _universal(path: Path, nodes: tuple[int, ...]) -> FrequencyResponse:
 def _factor(path: Path, dataset: dict[str, Any]) -> float:
     """SI value of the unit of a frequency response to the line of sight."""
     response = int(dataset["ordinate_spec_data_type"])
-    if response in _RATES:
+    if response not in _ANGLES:
+        name = _OTHERS.get(response, "another quantity")
         raise InputError(
-            f"{path}: found responses of {_RATES[response]} (data type {response}), expected "
-            f"angles of the line of sight (data type {_DISPLACEMENT}, or 0 or 1)"
+            f"{path}: found responses of {name} (data type {response}), expected "
+            "angles of the line of sight (data type 8, or 0 or 1)"
         )
     label, below = (unit_label(path, dataset, axis) for axis in ("ordinate", "orddenom"))
     if not below and "/" in label:
