@@ -94,6 +94,22 @@ def test_the_limit_holds_while_no_wheel_is_in_a_band():
     assert free.bands() == []
 
 
+def test_a_speed_outside_the_bands_is_known_to_keep_the_limit():
+    """The motion is above the limit at the lowest speed, which counts for those below it."""
+    speed = np.linspace(44.0, 60.0, 300) * HZ
+    free = line_of_sight([wheel((Harmonic(1.0, {"force": 1e-6}),))], MODEL, speed, 0.05)
+    for share in (0.5, 0.02):  # without and with the highest speed above the limit
+        result = replace(free, limit=share * float(free.rms()[0, 0]), most=2.0 * speed[-1])
+        bands = np.array(result.bands())
+        tried = np.concatenate([[0.1, 0.9 * speed[0]], speed, speed[-1] * np.array([1.01, 1.9])])
+        inside = np.any((tried[:, None] > bands[:, 0]) & (tried[:, None] < bands[:, 1]), axis=1)
+        outside = result.in_run(tried[~inside, None])
+        assert np.all(np.sqrt(outside) <= result.limit)
+        assert inside[[0, 1, -2, -1]].all()
+        assert (share == 0.5) == (not inside.all())
+        assert np.all(bands[1:, 0] > bands[:-1, 1])
+
+
 def test_limits_hold_in_both_senses_of_rotation():
     """A wheel that turns the other way is one with the opposite axis."""
     near = replace(MODEL, frequency=np.array([0.0, 45.0, 48.0]))

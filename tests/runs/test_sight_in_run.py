@@ -9,6 +9,7 @@ import pytest
 from gyrostat.core.errors import InputError
 from gyrostat.microvibration import Harmonic, ModalModel, MountedWheel, WheelDisturbance
 from gyrostat.microvibration.disturbance_file import Structure
+from gyrostat.runs.reference_path import nominal_setup
 from gyrostat.runs.sight_in_run import SightInRun
 from gyrostat.scenario_files.scenario_file import read_scenario
 from gyrostat.search.speed_plan import with_bands
@@ -45,6 +46,15 @@ def test_a_wheel_given_by_the_opposite_axis_turns_the_other_way():
     squares = both[0].sight.in_run(speed)
     assert first == pytest.approx(np.sqrt(np.mean(squares[inside])))
     assert np.isnan(both[0].rms(speed, np.zeros(20, bool)))
+
+
+def test_speeds_above_those_of_the_structure_are_avoided():
+    wheels = nominal_setup(SCENARIO).plant.spacecraft.wheels
+    most = float(np.max(np.asarray(wheels.momentum_limit) / np.asarray(wheels.inertia)))
+    sight = SightInRun.of(SCENARIO, STRUCTURE, 300).sight
+    low, high = sight.bands()[-1]
+    assert low <= 400.0 < most < high
+    assert np.isnan(sight.in_run(np.full((1, 4), 401.0))[0])
 
 
 def test_other_wheels_than_those_of_the_scenario_are_refused():

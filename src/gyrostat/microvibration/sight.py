@@ -87,6 +87,7 @@ class LineOfSight(Pictured):
         wheels: Motion by each wheel.
         reverse: Motion by each wheel when it turns the other way, which a structure may answer
             otherwise; empty: not computed.
+        most: Greatest speed that a wheel can have, rad/s; None: not known.
     """
 
     speed: Vector
@@ -94,6 +95,7 @@ class LineOfSight(Pictured):
     limit: float | None
     wheels: tuple[WheelMotion, ...]
     reverse: tuple[WheelMotion, ...] = ()
+    most: float | None = None
 
     def mean_squares(self, *measures: str) -> Any:
         """Mean square about both axes of measures together, by sense, (senses, wheels, S), rad².
@@ -150,18 +152,24 @@ class LineOfSight(Pictured):
         """Ranges of speeds at which a wheel may exceed its share of the limit, rad/s.
 
         The share of one of n wheels is the limit over √n: the limit holds while no wheel is in a
-        band. A band ends at the next speed outside it.
+        band. A band ends at the next speed outside it. Below the speeds computed, the motion counts
+        as that of the lowest one, so that a band there begins at 0. Above them it is not known:
+        speeds up to `most` are in a band, and none is if `most` is None.
         """
         if self.limit is None:
             return []
         above = np.any(self.rms() > self.limit / np.sqrt(len(self.wheels)), axis=0)
         ranges: list[tuple[float, float]] = []
         for start, end in runs(above):
-            low = float(self.speed[max(start - 1, 0)])
+            low = 0.0 if start == 0 else float(self.speed[start - 1])
             high = float(self.speed[min(end, len(self.speed) - 1)])
             if ranges and low <= ranges[-1][1]:
                 low = ranges.pop()[0]
             ranges.append((low, high))
+        last = float(self.speed[-1])
+        if self.most is not None and self.most > last:
+            low = ranges.pop()[0] if ranges and ranges[-1][1] == last else last
+            ranges.append((low, self.most))
         return ranges
 
     def mtf(self, detail: Vector, speeds: Vector, axis: int) -> Vector:

@@ -14,9 +14,11 @@ ARCSEC = np.pi / 180.0 / 3600.0
 def bands_text(result: LineOfSight) -> str:
     """Sections [[controller.band]] of a scenario with the speeds to avoid."""
     low, high = (plain(end / RPM) for end in result.speed[[0, -1]])
+    above = "in a band" if result.most is not None else "in no band"
     lines = [
         "# Wheel speeds at which the line of sight moves by more than the limit.",
-        f"# Computed for {low} to {high} rpm; nothing is known of other speeds.",
+        f"# Computed for {low} to {high} rpm. Slower wheels count as at {low} rpm;",
+        f"# nothing is known of faster ones, which are {above}.",
     ]
     for k, (low, high) in enumerate(result.bands(), 1):
         lines += ["", "[[controller.band]]", f'name = "jitter_{k}"']

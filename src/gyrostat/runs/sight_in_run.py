@@ -1,5 +1,6 @@
 """Motion of the line of sight in the windows of simulated runs, from their wheel speeds."""
 
+from dataclasses import replace
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -8,10 +9,13 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.microvibration.disturbance_file import Structure
 from gyrostat.microvibration.sight import LineOfSight, line_of_sight
+from gyrostat.runs.reference_path import nominal_setup
 from gyrostat.scenario.scenario import Scenario
 
 PARALLEL = 0.999
 """Least cosine between the axes of a wheel of the scenario and of the structure."""
+MARGIN = 1.1
+"""Factor on the greatest nominal speed of a wheel: dispersed wheels may be faster."""
 
 
 class SightInRun(NamedTuple):
@@ -56,7 +60,7 @@ class SightInRun(NamedTuple):
         motion = line_of_sight(
             structure.wheels, structure.transfer, speed, structure.exposure, structure.limit
         )
-        return cls(motion, np.sign(cosines))
+        return cls(replace(motion, most=_greatest_speed(scenario)), np.sign(cosines))
 
     def rms(self, speed: Matrix, inside: Any) -> float:
         """Root mean square of smear and jitter in exposures at some samples, rad.
@@ -69,3 +73,9 @@ class SightInRun(NamedTuple):
         """
         speed = np.asarray(speed)[np.asarray(inside)] * self.senses
         return float(np.sqrt(np.mean(self.sight.in_run(speed)))) if len(speed) else np.nan
+
+
+def _greatest_speed(scenario: Scenario) -> float:
+    """Greatest speed of any wheel by its momentum limit, with a margin, rad/s."""
+    wheels = nominal_setup(scenario).plant.spacecraft.wheels
+    return MARGIN * float(np.max(np.asarray(wheels.momentum_limit) / np.asarray(wheels.inertia)))
