@@ -4,12 +4,14 @@ import itertools
 import re
 from dataclasses import replace
 from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
 from scipy.stats import binomtest
 
 import gyrostat as gs
+from gyrostat.campaigns.engine import Flown
 from gyrostat.microvibration import (
     Harmonic,
     ModalModel,
@@ -23,6 +25,8 @@ from gyrostat.runs.speed_plan.demand import Limits, demand_of
 from gyrostat.runs.speed_plan.flight import crossings, distance
 from gyrostat.runs.speed_plan.problems import intervals
 from gyrostat.scenario_files.scenario_file import read_scenario
+from gyrostat.search import speed_plan
+from gyrostat.simulation import Status
 
 EXAMPLES = Path(__file__).parents[2] / "examples" / "scenarios"
 PYRAMID = np.array([[1.0, -1.0, -1.0, 1.0], [1.0, 1.0, -1.0, -1.0], [1.0, 1.0, 1.0, 1.0]]) / 3**0.5
@@ -115,6 +119,54 @@ def test_distance_is_that_of_the_worst_wheel_from_zero_bands_and_limits():
         assert distance(np.vstack([safe, [speed, *safe[0, 1:]]]), bands) == pytest.approx(expected)
 
 
+LATE = """
+[[event]]
+name = "late"
+kind = "slew"
+time = "100 s"
+target = [0.8660254, 0.0, 0.0, 0.5]
+
+[[dispersion]]
+key = "event.late.time"
+distribution = "uniform"
+low = "50 s"
+high = "399 s"
+"""
+
+
+class Histories(NamedTuple):
+    """Histories of runs with the same signals."""
+
+    signals: dict[str, Any]
+
+    def of_run(self, _number):
+        return self
+
+    def arrays(self):
+        return self.signals
+
+
+def test_a_dispersed_run_counts_in_its_own_windows_only(mission, monkeypatch):
+    """Wheels cross zero at 200 s; the window is from 10 s to 40 s after an event at `times`."""
+    from_event = '[{ name = "science", event = "late", from = "10 s", until = "40 s" }]'
+    text = MISSION.replace('[{ name = "science", from = "100 s" }]', from_event)
+    mission.write_text(text + LATE)
+    scenario = read_scenario(mission)
+    count = scenario.count + 1
+    speed = np.linspace(20.0, -20.0, count)[:, None] + np.zeros(4)
+    attitude = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
+    histories = Histories(
+        {"attitude": attitude, "rate": np.zeros((count, 3)), "wheel_speed": speed}
+    )
+    times = np.array([100.0, 180.0, 200.0, 395.0, 180.0])
+    status = np.array([*4 * [Status.COMPLETE], Status.DIVERGED])
+    columns = {"event.late.time": times, "status": status}
+    flown = Flown(columns, histories)
+    monkeypatch.setattr(speed_plan, "fly", lambda *_arguments, **_options: flown)
+    found = speed_plan._dispersed(scenario, ["science"], WHEELS, 5, 0, "jax", None)
+    assert [is_clean for is_clean, _ in found] == [True, False, True, None, False]
+
+
 MISSION = """name = "drift"
 [run]
 duration = "400 s"
@@ -164,6 +216,11 @@ def check_pages(result):
     assert content["probability"] == [share, low, high]
     assert content["probability_present"][:2] == [0.0, 0.0]
     assert "93.8 % (84.8 to 98.3 %) with the plan" in lines[-1]
+    partly = replace(counted, outside_before=64, outside_after=2)
+    assert lines_of(partly)[-1].endswith(": 64 by the present law, 2 with the plan")
+    assert "unknown by the present law, 96.8 % (" in lines_of(partly)[-2]
+    assert content_of(partly)["probability_present"] is None
+    assert content_of(partly)["probability"][0] == pytest.approx(60 / 62)
     page = page_of(counted, "command")
     charts = re.findall(r'<svg class="chart" .*?</svg></svg>|<svg class="chart".*?</svg>', page)
     assert "93.8 % (84.8 to 98.3 %)" in page

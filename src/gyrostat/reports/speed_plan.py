@@ -45,11 +45,16 @@ def lines_of(result: SpeedPlan) -> list[str]:
         if texts
     ]
     if result.runs:
-        present, planned = (_share(result, clean) for clean in _clean(result))
+        present, planned = _shares(result)
         lines.append(
             f"share of {result.runs} dispersed runs without a crossing: {present} by the present "
             f"law, {planned} with the plan (95 % intervals)"
         )
+        if result.outside_before or result.outside_after:
+            lines.append(
+                f"dispersed runs without any time in {names}, which are not in the shares: "
+                f"{result.outside_before} by the present law, {result.outside_after} with the plan"
+            )
     elif result.answer == FOUND:
         lines.append("no dispersed runs: --runs N estimates the probability of no crossing")
     return lines
@@ -62,25 +67,36 @@ def _sights(result: SpeedPlan) -> list[str]:
     flights = (result.present, *([] if result.planned is None else [result.planned]))
     texts = []
     runs = (result.sight_before, result.sight_after)
-    for flight, values in zip(flights, runs, strict=False):
+    outside = (result.outside_before, result.outside_after)
+    for flight, values, without in zip(flights, runs, outside, strict=False):
         text = "unknown: wheels above its speeds"
         if np.isfinite(flight.sight):
             text = f"{plain(flight.sight / ARCSEC)} arcsec"
         if values:
             within = int(np.sum(np.array(values) <= result.sight.limit))
             limit = plain(result.sight.limit / ARCSEC)
-            text += f" ({_share(result, within)} of the runs within {limit} arcsec)"
+            text += f" ({_share(result, within, without)} of the runs within {limit} arcsec)"
         texts.append(text)
     return texts
 
 
-def _clean(result: SpeedPlan) -> tuple[int, int]:
-    return result.clean_before, result.clean_after
+def _shares(result: SpeedPlan) -> list[str]:
+    """Share of the dispersed runs without a crossing by each law."""
+    return [
+        _share(result, result.clean_before, result.outside_before),
+        _share(result, result.clean_after, result.outside_after),
+    ]
 
 
-def _share(result: SpeedPlan, clean: int) -> str:
-    share, low, high = (100.0 * value for value in result.probability(clean))
+def _share(result: SpeedPlan, clean: int, outside: int) -> str:
+    if outside == result.runs:
+        return "unknown"
+    share, low, high = (100.0 * value for value in result.probability(clean, outside))
     return f"{share:.3g} % ({low:.3g} to {high:.3g} %)"
+
+
+def _probability(result: SpeedPlan, clean: int, outside: int) -> list[float] | None:
+    return [*result.probability(clean, outside)] if outside < result.runs else None
 
 
 def _flown(flight: Flight) -> str:
@@ -133,10 +149,10 @@ def content_of(result: SpeedPlan) -> dict[str, Any]:
         "runs": result.runs,
         "clean_present": result.clean_before,
         "clean_planned": result.clean_after,
-        "probability_present": (
-            [*result.probability(result.clean_before)] if result.runs else None
-        ),
-        "probability": [*result.probability()] if result.runs else None,
+        "outside_present": result.outside_before,
+        "outside_planned": result.outside_after,
+        "probability_present": _probability(result, result.clean_before, result.outside_before),
+        "probability": _probability(result, result.clean_after, result.outside_after),
         "line_of_sight": None if result.sight is None else _sight_content(result, result.sight),
     }
 
@@ -204,7 +220,10 @@ def page_of(result: SpeedPlan, command: str) -> str:
         rows.append(("line of sight in the windows, rms of smear and jitter", sights))
     if result.runs:
         name = f"share of {result.runs} dispersed runs without a crossing, with 95 % interval"
-        rows.append((name, [_share(result, clean) for clean in _clean(result)]))
+        rows.append((name, _shares(result)))
+        if result.outside_before or result.outside_after:
+            without = [result.outside_before, result.outside_after]
+            rows.append(("dispersed runs without time in the windows, not in the share", without))
     entries = [entry for _, entry in named_entries(result.plan)]
     torque, torque_unit = _scaled([entry.torque for entry in entries], "N·m")
     momentum, momentum_unit = _scaled(

@@ -57,9 +57,11 @@ def nominal_setup(scenario: Scenario) -> Setup:
     return setup_of(scenario, plans_of(scenario))
 
 
-def _observers(scenario: Scenario) -> tuple[WindowObserver, ...]:
-    structure = structure_of(scenario)
-    return tuple(WindowObserver.of(each, structure, scenario.values) for each in scenario.windows)
+def _observers(
+    scenario: Scenario, drawn: Mapping[str, float] | None = None
+) -> tuple[WindowObserver, ...]:
+    structure, values = structure_of(scenario), {**scenario.values, **(drawn or {})}
+    return tuple(WindowObserver.of(each, structure, values) for each in scenario.windows)
 
 
 def waits_for_measurement(setup: Setup) -> bool:
@@ -130,20 +132,24 @@ def _in_windows(observers: tuple[WindowObserver, ...], time: Scalar, mode: Mode)
     return {each.window.name: each.contains(time, mode)[1] for each in observers}
 
 
-def flown_path(scenario: Scenario, history: Mapping[str, Any]) -> ReferencePath:
+def flown_path(
+    scenario: Scenario, history: Mapping[str, Any], drawn: Mapping[str, float] | None = None
+) -> ReferencePath:
     """Path of a simulated run in place of the reference.
 
     Args:
         scenario: Scenario.
         history: Signals of the run by name, NumPy arrays: `attitude` (samples, 4), `rate`
             (samples, 3), and of a reference that moves `mode` and `mode_start`, (samples,).
+        drawn: Values of the run that are not the nominal ones, SI, by key: windows follow from
+            them. None: a nominal run.
     """
     attitude, rate = history["attitude"], history["rate"]
     period = scenario.values["run.control_period"]
     time: Any = period * np.arange(len(attitude))
     number, start = (history.get(name, np.zeros(len(time))) for name in ("mode", "mode_start"))
     rows = Mode(jnp.asarray(number, dtype=int), jnp.asarray(start))
-    found = jax.vmap(partial(_in_windows, _observers(scenario)))(time, rows)
+    found = jax.vmap(partial(_in_windows, _observers(scenario, drawn)))(time, rows)
     windows = jax.tree.map(np.asarray, found)
     return ReferencePath(period, time, np.asarray(attitude), np.asarray(rate), windows)
 

@@ -41,9 +41,12 @@ class SpeedPlan:
         runs: Number of dispersed runs.
         clean_before: Runs without any crossing in the windows by the present law.
         clean_after: The same with the plan.
+        outside_before: Complete runs without any time in the windows by the present law; they
+            count neither as clean nor as others.
+        outside_after: The same with the plan.
         sight: Motion of the line of sight, whose bands are avoided too; None: not given.
         sight_before: Its root mean square in the windows of each dispersed run by the present law,
-            (runs,), rad.
+            (runs,), rad; NaN if it is not known or the run has no time in them.
         sight_after: The same with the plan.
     """
 
@@ -58,6 +61,8 @@ class SpeedPlan:
     runs: int = 0
     clean_before: int = 0
     clean_after: int = 0
+    outside_before: int = 0
+    outside_after: int = 0
     sight: LineOfSight | None = None
     sight_before: tuple[float, ...] = ()
     sight_after: tuple[float, ...] = ()
@@ -72,14 +77,20 @@ class SpeedPlan:
         """The same with the plan; None without one."""
         return None if self.planned is None else self.planned.crossings
 
-    def probability(self, clean: int | None = None) -> tuple[float, float, float]:
+    def probability(
+        self, clean: int | None = None, outside: int | None = None
+    ) -> tuple[float, float, float]:
         """Share of dispersed runs without a crossing, and its 95 % interval (Clopper-Pearson).
+
+        It is a share of the runs with time in the windows; NaN if there is none.
 
         Args:
             clean: Number of runs without a crossing; None: that with the plan.
+            outside: Number of runs without time in the windows; None: that with the plan.
         """
         clean = self.clean_after if clean is None else clean
-        return clean / self.runs, *share_bounds(clean, self.runs)
+        counted = self.runs - (self.outside_after if outside is None else outside)
+        return clean / counted if counted else np.nan, *share_bounds(clean, counted)
 
 
 def search_plan(
@@ -145,16 +156,19 @@ def search_plan(
             plan = again
     if result.answer != FOUND or runs == 0:
         return result
-    clean, sights = [], []
+    clean, outside, sights = [], [], []
     for each, used in ((scenario, engine), (result.scenario, engine_with_plan)):
         flown = [*_dispersed(each, windows, limits, runs, seed, used, sight)]
-        clean.append(sum(is_clean for is_clean, _ in flown))
+        clean.append(sum(is_clean is True for is_clean, _ in flown))
+        outside.append(sum(is_clean is None for is_clean, _ in flown))
         sights.append(tuple(rms for _, rms in flown))
     return replace(
         result,
         runs=runs,
         clean_before=clean[0],
         clean_after=clean[1],
+        outside_before=outside[0],
+        outside_after=outside[1],
         sight_before=sights[0],
         sight_after=sights[1],
     )
@@ -217,15 +231,22 @@ def _dispersed(
     seed: int,
     engine: str,
     sight: SightInRun | None,
-) -> Iterator[tuple[bool, float]]:
-    """Whether each dispersed run is complete without a crossing, and its line of sight, rad."""
+) -> Iterator[tuple[bool | None, float]]:
+    """Whether each dispersed run is complete without a crossing, and its line of sight, rad.
+
+    None: it is complete, without any time in the windows.
+    """
     for start in range(0, runs, LANES):
         numbers = range(start, min(start + LANES, runs))
         flown = fly(scenario, seed, numbers, keep=numbers, engine=engine)
         assert flown.histories is not None
-        for number, status in zip(numbers, flown.columns["status"], strict=True):
+        for row, number in enumerate(numbers):
             history = flown.histories.of_run(number).arrays()
-            flight = flight_of(scenario, history, windows, limits, sight)
-            is_complete = int(status) == Status.COMPLETE
-            is_clean = is_complete and not any(flight.crossings.values())
-            yield is_clean, flight.sight if is_complete else np.nan
+            drawn = {key: float(flown.columns[key][row]) for key in scenario.dispersed}
+            flight = flight_of(scenario, history, windows, limits, sight, drawn)
+            if int(flown.columns["status"][row]) != Status.COMPLETE:
+                yield False, np.nan
+            elif np.any(flight.inside):
+                yield not any(flight.crossings.values()), flight.sight
+            else:
+                yield None, np.nan

@@ -41,6 +41,7 @@ def flight_of(
     windows: Sequence[str],
     limits: Limits,
     sight: SightInRun | None = None,
+    drawn: Mapping[str, float] | None = None,
 ) -> Flight:
     """Wheel speeds of a run.
 
@@ -50,8 +51,9 @@ def flight_of(
         windows: Names of the science windows.
         limits: Wheels.
         sight: Motion of the line of sight by the wheels; None: unknown.
+        drawn: Values of a dispersed run; see `flown_path`.
     """
-    path = flown_path(scenario, history)
+    path = flown_path(scenario, history, drawn)
     inside = np.any([path.windows[name] for name in windows], axis=0)
     speed = np.asarray(history["wheel_speed"], dtype=float)
     period = scenario.values["run.control_period"]
