@@ -19,8 +19,8 @@ from gyrostat.scenario_files.scenario_file import validated
 
 KIND = "run"
 """Value of the key "gyrostat" of such a file."""
-FIXED = ("run.", "metrics.", "window.")
-"""Starts of the keys that the compiled program has as they are in the scenario."""
+FIXED = ("run.", "metrics.", "window.", "orbit.")
+"""Starts of the keys that the compiled program, or its tables, have as they are in the scenario."""
 _MOST_LISTED = 12
 _LONGEST = 40
 
@@ -137,7 +137,7 @@ def _values(scenario: Scenario, values: Any) -> dict[str, float]:
         if key.startswith(FIXED) and key not in scenario.dispersed:
             raise InputError(
                 f"key values.{key}: found a value of the run, expected none: change it in the "
-                "scenario, whose program is compiled for it"
+                "scenario, for which the program and its tables are made"
             )
         number = numbers[key]
         if not math.isfinite(number) or not entries[key].allows(number):
