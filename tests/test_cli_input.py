@@ -150,7 +150,9 @@ def test_a_wheel_may_have_any_name_in_a_figure(name):
     )
     event = SimpleNamespace(name=name)
     values = {f"event.{name}.time": 0.5}
-    scenario = SimpleNamespace(wheels=(name,), events=(event,), values=values, requirements=())
+    scenario = SimpleNamespace(
+        wheels=(name,), events=(event,), values=values, requirements=(), parts=()
+    )
     charts = run_charts(scenario, {}, history)
     assert f'data-name="{escape(name)}"' in charts[2]
     assert f">{escape(name)}</text>" in charts[0]
