@@ -4,11 +4,12 @@ import equinox as eqx
 import numpy as np
 import pytest
 
+from gyrostat.codegen.flight import Entry, emit
 from gyrostat.core import traced_once as module
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import to_body, to_inertial
-from gyrostat.core.traced_once import method_traced_once, traced_once
+from gyrostat.core.traced_once import method_traced_once, one_function, traced_once
 from gyrostat.wheel import Wheel
 from gyrostat.wheel.friction import ViscousCoulomb
 
@@ -75,3 +76,26 @@ def test_numbers_that_a_program_knows_are_not_made_variables():
     traced = jax.make_jaxpr(lambda scale: value(Holder(2.0), scale))(3.0)
     plain = jax.make_jaxpr(lambda scale: Holder.value(Holder(2.0), scale))(3.0)
     assert str(traced) == str(plain)
+
+
+class Law(eqx.Module):
+    """Law whose torque is one function of C."""
+
+    gain: Scalar
+
+    @one_function
+    def torque(self, angle):
+        return jnp.sin(self.gain * angle)
+
+
+def test_a_call_in_c_has_the_line_that_calls_not_that_of_the_decorator():
+    def step(law, angle):
+        first = law.torque(angle)
+        return law.torque(first)
+
+    given = {"law": Law(np.ones(())), "angle": np.ones(())}
+    text = emit("law", [Entry("step", step, given, ("value",))]).source
+    assert text.count("static double torque(") == 1
+    assert "test_traced_once.py" in text
+    assert "first = law.torque(angle)" in text
+    assert "traced_once.py" not in text.replace("test_traced_once.py", "")

@@ -13,6 +13,7 @@ from typing import Any, NamedTuple
 import equinox
 import numpy as np
 
+from gyrostat.core import traced_once
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 
@@ -75,10 +76,10 @@ NOWHERE = Source("", 0, "", "")
 
 
 def source(equation: Any, otherwise: Source) -> Source:
-    """Innermost line of Python, outside libraries, that an equation comes from."""
+    """Innermost line of Python, outside libraries and decorators, that an equation comes from."""
     traceback = equation.source_info.traceback
     for frame in traceback.frames if traceback is not None else ():
-        if not in_library(frame.file_name):
+        if frame.file_name != traced_once.__file__ and not in_library(frame.file_name):
             return source_at(frame.file_name, frame.line_num)
     return otherwise
 

@@ -4,6 +4,8 @@ from collections.abc import Callable
 from functools import lru_cache, wraps
 from typing import Any, TypeVar, cast
 
+import equinox as eqx
+
 from gyrostat.core.jax64 import Tracer, jax
 
 Function = TypeVar("Function", bound=Callable[..., Any])
@@ -38,6 +40,27 @@ def method_traced_once(method: Function) -> Function:
         leaves, tree = jax.tree.flatten(self)
         traced = all(isinstance(leaf, Tracer) for leaf in leaves)
         return (compiled if traced and _is_shipped(tree) else method)(self, *arguments)
+
+    return cast(Function, call)
+
+
+def one_function(function: Function) -> Function:
+    """Function, or method, that is traced once in a program, and is one function in generated C.
+
+    A reference is evaluated in many places of a program. A first argument that is not made of
+    arrays and floats only is traced in each place: it may change without notice, and Python may
+    need its integers and flags, for a range or an `if`.
+
+    Args:
+        function: Function without side effects, or method.
+    """
+    traced = jax.jit(function)
+
+    @wraps(function)
+    def call(first: Any, *arguments: Any) -> Any:
+        leaves = jax.tree.leaves(first)
+        of_reals = all(eqx.is_array(leaf) or isinstance(leaf, float) for leaf in leaves)
+        return (traced if of_reals else function)(first, *arguments)
 
     return cast(Function, call)
 

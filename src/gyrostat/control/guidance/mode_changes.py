@@ -8,12 +8,12 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from gyrostat.control.guidance.condition import Condition, Measured, ModeChange, is_in_view
-from gyrostat.control.guidance.traced_once import traced_once
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar
 from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
+from gyrostat.core.traced_once import one_function
 from gyrostat.spacecraft import Spacecraft
 
 
@@ -142,7 +142,7 @@ class Changes(Checked):
         sampled = jnp.asarray(time, dtype=float)
         return changes, number, watch._replace(unmet=unmet, taken=taken, sampled=sampled)
 
-    @traced_once
+    @one_function
     def _taken(
         self,
         watch: Watch,

@@ -16,11 +16,11 @@ from gyrostat.control.guidance.condition import Condition, ModeChange
 from gyrostat.control.guidance.mode_changes import Changes, Lasted, Watch
 from gyrostat.control.guidance.planned_turns import PlannedTurns
 from gyrostat.control.guidance.slew import SlewLimits, Transition
-from gyrostat.control.guidance.traced_once import traced_once
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.traced_once import one_function
 from gyrostat.spacecraft import Spacecraft
 
 
@@ -40,7 +40,7 @@ class Mode(NamedTuple):
     watch: Watch | None = None
 
 
-_profile_motion = traced_once(reference_at)
+_profile_motion = one_function(reference_at)
 
 
 class Reference(Checked):
@@ -177,7 +177,7 @@ class Reference(Checked):
         )
         return mode._replace(number=number, start=start, transition=transition)
 
-    @traced_once
+    @one_function
     def _transition(
         self,
         before: AttitudeReference,
@@ -238,7 +238,7 @@ class Reference(Checked):
         later = self._entered(mode, number, start, changes, lambda: now)
         return later._replace(watch=watch), now
 
-    @traced_once
+    @one_function
     def _reference(
         self, number: Int[Array, ""], start: Scalar, transition: Transition, time: Scalar
     ) -> AttitudeReference:
@@ -250,7 +250,7 @@ class Reference(Checked):
             lambda: present,
         )
 
-    @traced_once
+    @one_function
     def motion(self, number: Int[Array, ""], time: Scalar) -> AttitudeReference:
         """Motion of a mode; those of the others are not computed.
 
