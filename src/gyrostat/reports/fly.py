@@ -27,7 +27,7 @@ from gyrostat.scenario.metrics.results import metrics_of
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.schema import Key
 from gyrostat.scenario.structure import structure_of
-from gyrostat.scenario.timeline import event_times
+from gyrostat.scenario.timeline import event_times, modes
 from gyrostat.scenario_files.run_file import FIXED
 
 CLOUD = 64
@@ -115,7 +115,7 @@ def fly_content(
         "events": [event.name for event in scenario.events],
         "phases": _phases(scenario),
         "frames": MOST_FRAMES,
-        "modes": [part.name for part in scenario.parts if part.section == "reference.mode"],
+        "modes": modes(scenario.parts),
         "name": scenario.name,
         "axes": dict(zip(scenario.wheels, scenario.axes, strict=True)),
         "scenario": scenario.text(),
