@@ -117,10 +117,12 @@ def on_workers(count: int, folder: Path, scenario: Path, runs: int) -> dict[str,
     return {**times, "scheduler": spent[0], "workers": working, "idle": idle / count}
 
 
-def pause(job: int) -> dict[str, np.ndarray]:
+def pause(job: int):
     """Job that takes no processor time, with a result of the size of 64 runs."""
+    from gyrostat.campaigns.flown import Flown
+
     time.sleep(PAUSE)
-    return {f"column {k}": np.full(64, float(job)) for k in range(45)}
+    return Flown({f"column {k}": np.full(64, float(job)) for k in range(45)}, None)
 
 
 def overhead(folder: Path, runs: int, count: int) -> tuple[int, float, float]:

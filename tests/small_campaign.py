@@ -249,7 +249,7 @@ def fake_flights(monkeypatch):
     from scipy.special import ndtri
 
     from gyrostat.campaigns import engine
-    from gyrostat.campaigns.engine import Flown
+    from gyrostat.campaigns.flown import Flown
     from gyrostat.core.threefry import threefry
     from gyrostat.scenario.metrics.results import metrics_of
     from gyrostat.search import execute

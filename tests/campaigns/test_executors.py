@@ -3,12 +3,15 @@
 import contextlib
 import multiprocessing.spawn
 import os
+import pickle
 import subprocess
 from concurrent.futures import BrokenExecutor
 
+import numpy as np
 import pytest
 
 from gyrostat.campaigns.executors import _Worker, kept_open
+from gyrostat.campaigns.flown import Flown
 
 
 @pytest.fixture
@@ -77,3 +80,21 @@ def test_a_worker_whose_parent_is_killed_before_it_sends_anything_is_silent(monk
     done = subprocess.run(commands[0], pass_fds=[read], capture_output=True, text=True)
     os.close(read)
     assert (done.stdout, done.stderr) == ("", "")
+
+
+def test_results_of_runs_arrive_as_they_were_sent():
+    """Arrays of several types and shapes, in their order, NaN among them."""
+    columns = {
+        "run": np.arange(3),
+        "a": np.array([1.0, np.nan, -0.0]),
+        "status": np.array([0, 1, 0], np.int8),
+        "axes": np.ones((3, 2)),
+        "b": np.array([5e-324, np.inf, 2.0]),
+    }
+    sent = Flown(columns, None)
+    arrived = pickle.loads(pickle.dumps(sent))
+    assert [*arrived.columns] == [*columns]
+    for name, column in columns.items():
+        assert arrived.columns[name].dtype == column.dtype
+        assert arrived.columns[name].tobytes() == column.tobytes()
+    assert arrived.histories is None

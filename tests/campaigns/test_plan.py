@@ -10,8 +10,8 @@ import gyrostat as gs
 from gyrostat.campaigns import Campaign, Store, campaign_runs
 from gyrostat.campaigns.blocks import list_parts
 from gyrostat.campaigns.draws import draw
-from gyrostat.campaigns.engine import Flown
 from gyrostat.campaigns.executors import threads
+from gyrostat.campaigns.flown import Flown
 from gyrostat.campaigns.imitation import imitated_runs, write_imitation
 from gyrostat.campaigns.pointing.campaign import ERROR_PROFILE, PROFILED
 from gyrostat.reports.campaign import write_campaign

@@ -11,7 +11,7 @@ import pytest
 from scipy.stats import binomtest
 
 import gyrostat as gs
-from gyrostat.campaigns.engine import Flown
+from gyrostat.campaigns.flown import Flown
 from gyrostat.microvibration import (
     Harmonic,
     ModalModel,

@@ -13,8 +13,8 @@ from typer.testing import CliRunner
 import gyrostat as gs
 from gyrostat.campaigns import engine, replay
 from gyrostat.campaigns.draws import draw, noise_keys, shares, values_at
-from gyrostat.campaigns.engine import Flown
 from gyrostat.campaigns.executors import threads
+from gyrostat.campaigns.flown import Flown
 from gyrostat.campaigns.noise import noise_of, parts_of
 from gyrostat.campaigns.store import Store
 from gyrostat.cli import app

@@ -8,7 +8,7 @@ from scipy.special import ndtr
 
 import gyrostat as gs
 from gyrostat.campaigns import engine
-from gyrostat.campaigns.engine import Flown
+from gyrostat.campaigns.flown import Flown
 from gyrostat.core.errors import InputError
 from gyrostat.reports.tuning import front, front_figure
 from gyrostat.scenario_files.scenario_file import read_scenario

@@ -22,10 +22,17 @@ class _Call:
     """
 
     def __init__(self, function: Callable[..., Any], arguments: tuple[Any, ...]):
-        self._call = function, arguments
+        self._arguments = function, *arguments
 
-    def __reduce__(self) -> tuple[Callable[..., Any], tuple[Any, ...]]:
-        return self._call
+    def __reduce__(self) -> tuple[Callable[..., bytes], tuple[Any, ...]]:
+        return _pickled, self._arguments
+
+
+def _pickled(function: Callable[..., Any], *arguments: Any) -> bytes:
+    """Result of a function as bytes: Dask sends each array in a message of its own."""
+    import cloudpickle  # pyright: ignore[reportMissingImports]
+
+    return cloudpickle.dumps(function(*arguments))  # of classes of `__main__` too
 
 
 class Connection:
@@ -76,7 +83,7 @@ class Connection:
 
         def fetch() -> None:
             try:
-                result: Result = call.result(timeout=FETCH), None
+                result: Result = pickle.loads(call.result(timeout=FETCH)), None
             except Exception as error:
                 result = None, error
             take(result)

@@ -11,13 +11,14 @@ has its own run; another device may give other bits.
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.campaigns.accelerated import AcceleratedProgram
 from gyrostat.campaigns.draws import draw, noise_keys
+from gyrostat.campaigns.flown import Flown
 from gyrostat.campaigns.pointing.campaign import PointingBudget
 from gyrostat.campaigns.ready import Ready, make_ready
 from gyrostat.core.engines import ACCELERATED
@@ -41,20 +42,6 @@ LANES = 64
 fewer runs."""
 ERROR_MEMORY = 500e6
 """Memory for the pointing errors of the runs that an accelerator computes together, bytes."""
-
-
-class Flown(NamedTuple):
-    """Results of simulated runs.
-
-    Attributes:
-        columns: Columns of the table, name -> (runs,): "run", the drawn values, "status", "ended"
-            and the metrics; (runs, numbers) for the lists of the pointing budget.
-        histories: Histories of the requested runs over `run` and `time`; None if none were
-            requested.
-    """
-
-    columns: dict[str, Vector]
-    histories: Labelled | None
 
 
 def fly(

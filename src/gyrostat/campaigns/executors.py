@@ -10,17 +10,11 @@ import signal
 import threading
 from collections import deque
 from collections.abc import Callable, Iterable, Iterator
-from concurrent.futures import (
-    FIRST_COMPLETED,
-    BrokenExecutor,
-    Executor,
-    ProcessPoolExecutor,
-    ThreadPoolExecutor,
-    wait,
-)
+from concurrent.futures import BrokenExecutor, Executor, ProcessPoolExecutor, ThreadPoolExecutor
 from multiprocessing import resource_tracker
 from multiprocessing.connection import wait as wait_for_end
 from multiprocessing.context import SpawnContext, SpawnProcess
+from queue import SimpleQueue
 from typing import Any
 
 from gyrostat.core.errors import InputError
@@ -207,27 +201,33 @@ def carry_out(
     upcoming, retries, barren = iter(jobs), deque(), 0
     while True:
         running: dict[Any, Any] = {}
+        ended: SimpleQueue[Any] = SimpleQueue()
 
-        def give(pool: Executor, running: dict[Any, Any] = running) -> None:
+        def give(
+            pool: Executor, running: dict[Any, Any] = running, ended: SimpleQueue[Any] = ended
+        ) -> None:
             job = retries.popleft() if retries else next(upcoming, None)
             if job is None:
                 return
             try:
-                running[pool.submit(work, job)] = job
+                future = pool.submit(work, job)
             except BrokenExecutor:
                 retries.append(job)
                 raise
+            running[future] = job
+            # to wait for any of thousands of futures takes a millisecond each time
+            future.add_done_callback(ended.put)
 
         try:
             with opener() as pool:
                 for _ in range(window):
                     give(pool)
                 while running:
-                    for future in wait(running, return_when=FIRST_COMPLETED).done:
-                        take(running[future], future.result())
-                        del running[future]
-                        barren = 0
-                        give(pool)
+                    future = ended.get()
+                    take(running[future], future.result())
+                    del running[future]
+                    barren = 0
+                    give(pool)
             return
         except BrokenExecutor as error:
             retries.extend(running.values())

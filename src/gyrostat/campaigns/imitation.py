@@ -33,7 +33,7 @@ def imitated_runs(
         scenario: Scenario.
         seed: Seed of the campaign.
         runs: Numbers of the runs, (n,).
-        columns: Columns of the simulated runs, see `gyrostat.campaigns.engine.Flown`.
+        columns: Columns of the simulated runs, see `gyrostat.campaigns.flown.Flown`.
     """
     random = np.random.default_rng(int(runs[0]))
     drawn = dict(zip(scenario.dispersed, draw(scenario, seed, runs)[0].T, strict=True))

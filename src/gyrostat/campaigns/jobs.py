@@ -43,7 +43,7 @@ _scenario = lru_cache(maxsize=8)(Scenario.from_text)
 
 
 def work(job: Job) -> Any:
-    """Simulate the runs of a job in a worker; returns `gyrostat.campaigns.engine.Flown`."""
+    """Simulate the runs of a job in a worker; returns `gyrostat.campaigns.flown.Flown`."""
     use_engine(job.campaign.engine)
     if job.block >= 0:  # a run that is replayed is compared with the table of runs
         from gyrostat.runs.user.packages import refuse_other_packages

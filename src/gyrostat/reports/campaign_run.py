@@ -19,7 +19,7 @@ from gyrostat.scenario.unlikely import unlikely_numbers
 from gyrostat.simulation import Status
 
 if TYPE_CHECKING:
-    from gyrostat.campaigns.engine import Flown
+    from gyrostat.campaigns.flown import Flown
 
 _IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 
