@@ -19,7 +19,7 @@ from gyrostat.control.guidance.slew import SlewLimits, Transition
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.jax64 import Tracer, jax, jnp
 from gyrostat.core.traced_once import one_function
 from gyrostat.spacecraft import Spacecraft
 
@@ -170,11 +170,16 @@ class Reference(Checked):
     ) -> Mode:
         """Active mode; `before` gives the reference at its start if it `changes`."""
         assert mode.transition is not None
-        transition = jax.lax.cond(
-            changes,
-            lambda: self._transition(before(), mode.number, number, start),
-            lambda: jax.tree.map(jnp.asarray, mode.transition),
-        )
+
+        def new() -> Transition:
+            return self._transition(before(), mode.number, number, start)
+
+        if isinstance(changes, Tracer):
+            transition = jax.lax.cond(
+                changes, new, lambda: jax.tree.map(jnp.asarray, mode.transition)
+            )
+        else:  # JAX would compile a `cond` anew in each call
+            transition = new() if changes else mode.transition
         return mode._replace(number=number, start=start, transition=transition)
 
     @one_function
