@@ -45,6 +45,12 @@ kind = "torque_lost"
 wheel = "c"
 time = "8 s"
 detected_after = "1 s"
+[[event]]
+name = "gap"
+kind = "sensor_dropout"
+sensor = "rate"
+time = "5 s"
+until = "5.5 s"
 [metrics]
 after = "2 s"
 crossing_window = "3 s"
@@ -207,33 +213,52 @@ def test_the_file_of_a_run_is_flown_by_simulate(scenario, browser, page, tmp_pat
             verbs.simulate(path)
 
 
-@pytest.mark.parametrize(
-    ("key", "value", "expected"),
-    [
-        ("wheel.a.inertia", "-1", "expected above 0"),
-        ("wheel.a.torque_limit", "0", "expected above 0"),
-        ("body.inertia.xx", "100", "found that of no body"),
-        ("event.loss.time", "1000", "before the end of the run, 20 s"),
-    ],
-)
-def test_a_value_that_simulate_refuses_is_not_flown(
-    scenario, browser, page, tmp_path, key, value, expected
-):
+REFUSED = [
+    ("wheel.a.inertia", "-1", "expected above 0"),
+    ("wheel.a.torque_limit", "0", "expected above 0"),
+    ("body.inertia.xx", "10", "found that of no body"),
+    ("wheel.a.speed", "5e4", "beyond its momentum limit"),
+    ("event.loss.time", "1000", "before the end of the run, 20 s"),
+    (
+        "event.loss.time",
+        "11",
+        "metrics.window[late].until: found 9.5 s after 11 s, expected at most",
+    ),
+    ("event.gap.until", "3", "found 3 s, expected a time after its start, 5 s"),
+]
+"""Key, typed value, and what the page says."""
+
+
+def test_a_value_that_simulate_refuses_is_not_flown(scenario, browser, page, tmp_path):
     first = show(browser, page)
-    label = f"document.querySelector('.slider[data-key=\"{key}\"]')"
-    box, fault = f"{label}.querySelector('[type=number]')", "document.querySelector('.fault')"
-    browser.ask(f"({box}.value = '{value}', {box}.onchange(), 0)")
-    assert expected in browser.ask(f"{fault}.textContent")
-    assert not browser.ask(f"{fault}.hidden")
-    assert float(browser.ask(f"{box}.value")) != float(value)
-    si = float(value) / float(browser.ask(f"{label}.dataset.factor"))
-    assert show(browser, page, f"#{key}={si!r}")["results"] == first["results"]
-    assert expected in browser.ask(f"{fault}.textContent")
-    path = tmp_path / "run.json"
     content = json.loads(browser.ask("gyrostatRunFile()"))
-    path.write_text(json.dumps({**content, "values": {**content["values"], key: si}}))
-    with pytest.raises(InputError):
-        verbs.simulate(path)
+    path = tmp_path / "run.json"
+    for key, value, expected in REFUSED:
+        label = f"document.querySelector('.slider[data-key=\"{key}\"]')"
+        box = f"{label}.querySelector('[type=number]')"
+        browser.ask(f"({box}.value = '{value}', {box}.onchange(), 0)")
+        assert expected in fault(browser)
+        assert float(browser.ask(f"{box}.value")) != float(value)
+        assert key not in dict(moved(browser))
+        si = float(value) / float(browser.ask(f"{label}.dataset.factor"))
+        path.write_text(json.dumps({**content, "values": {**content["values"], key: si}}))
+        with pytest.raises(InputError):
+            verbs.simulate(path)
+        browser.ask("(document.querySelector('.fault').textContent = '', 0)")
+    assert pictures(browser) == 1
+    assert show(browser, page, "#event.gap.until=3")["results"] == first["results"]
+    assert "expected a time after its start" in fault(browser)
+
+
+def fault(browser):
+    """Wait for the line with which the page refuses a value."""
+    for _ in range(200):
+        text = browser.ask("document.querySelector('.fault').textContent")
+        if text:
+            assert not browser.ask("document.querySelector('.fault').hidden")
+            return text
+        time.sleep(0.02)
+    return pytest.fail("nothing was refused")
 
 
 def test_the_cloud_is_the_first_runs_of_the_campaign(scenario, browser, page):

@@ -196,11 +196,19 @@ def test_another_spacecraft_from_a_file_is_followed(scenario, tmp_path):
     [
         ("pass of north", "pass of south", "'pass of south', expected .*pass of north"),
         ("pass of north", "dawn", "until: found 'dawn'"),
-        ("to_sun = [1, 0, 0]", "to_sun = [1, 0, 0]\nnormal = [0, 1, 0]", "to_sun and normal"),
+        (
+            "to_sun = [1, 0, 0]",
+            "to_sun = [1, 0, 0]\nnormal = [0, 1, 0]",
+            "found several second axes",
+        ),
         ("to_sun = [1, 0, 0]", "along = [0, 0, 0]", "found no second axis"),
         ("+38d47m01s", "+98d47m01s", "declination"),
         ('tangent_height = "60 km"', 'tangent_height = "-1 km"', "tangent_height"),
-        ('tile_width = "1 deg"', 'tile_width = "170 deg"', "reaches 85 deg from its target"),
+        (
+            'tile_width = "1 deg"',
+            'tile_width = "170 deg"',
+            "reaches more than 80 deg from its target",
+        ),
         ('latitude = "78d13m48s"', 'latitude = "139.7 deg"', "latitude"),
     ],
 )

@@ -8,23 +8,18 @@ independent.
 """
 
 import hashlib
-from collections.abc import Mapping
-from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.threefry import Words, threefry
-from gyrostat.core.types import Matrix, Vector
-from gyrostat.runs.designs import phase_starts
+from gyrostat.core.types import Matrix
+from gyrostat.runs.run_relations import run_relations
 from gyrostat.scenario.kinds.distributions import distributions_of
 from gyrostat.scenario.kinds.orbits import check_own_orbits, has_own_orbits
 from gyrostat.scenario.kinds.registry import numbers_of
-from gyrostat.scenario.scenario import INERTIA, Scenario
-from gyrostat.scenario.structure import measured_names, structure_of
-from gyrostat.spacecraft import check_inertia
-from gyrostat.wheel.array import LIMIT_TOLERANCE
+from gyrostat.scenario.scenario import Scenario
 
 AT_ONCE = 4096
 """Number of runs that are validated at a time, which bounds the memory."""
@@ -127,67 +122,16 @@ def check_values(scenario: Scenario, numbers: range, values: Matrix) -> None:
 
 def _check_combinations(scenario: Scenario, numbers: range, values: Matrix) -> None:
     columns = dict(zip(scenario.dispersed, values.T, strict=True))
-    _check_speeds(scenario, numbers, columns)
-    _check_sensing(scenario, numbers, columns)
     if has_own_orbits(scenario.dispersed):
         check_own_orbits(scenario, values)
-    if any(key.startswith("body.inertia.") for key in scenario.dispersed):
-        _check_inertias(scenario, numbers, columns)
-    if not any(key.startswith("event.") for key in scenario.dispersed):
-        return
-    structure = structure_of(scenario)
-    for number, row in zip(numbers, values.tolist(), strict=True):
-        of_run = {**scenario.values, **dict(zip(scenario.dispersed, row, strict=True))}
-        starts = phase_starts(structure, of_run)
-        if starts != sorted(starts):
+    every = {**scenario.values, **columns}
+    for relation in run_relations(scenario):
+        keys = [key for key in relation.keys if key in columns]
+        holds = relation.holds(every) if keys else True
+        if not np.all(holds):
+            row = int(np.argmin(np.broadcast_to(holds, len(numbers))))
+            of_run = {key: np.broadcast_to(every[key], len(numbers))[row] for key in relation.keys}
             raise InputError(
-                f"dispersion of event times: found events in another order in run {number}, "
-                "expected times that do not overlap"
+                f"dispersion of {', '.join(keys)}: in run {numbers[row]}, "
+                f"{relation.message(of_run)}: use less spread"
             )
-
-
-def _check_inertias(scenario: Scenario, numbers: range, columns: Mapping[str, Vector]) -> None:
-    """Validate the inertia of the body in all runs at once; raises `InputError`."""
-    keys = [f"body.inertia.{end}" for end in INERTIA]
-    values = [columns.get(key, scenario.values[key]) for key in keys]
-    xx, yy, zz, xy, xz, yz = np.broadcast_arrays(*values)
-    matrices = np.stack([xx, xy, xz, xy, yy, yz, xz, yz, zz], axis=-1).reshape(-1, 3, 3)
-    try:
-        check_inertia(matrices)
-    except InputError:  # find the run
-        for number, matrix in zip(numbers, matrices, strict=True):
-            try:
-                check_inertia(matrix)
-            except InputError as error:
-                raise InputError(f"dispersion of body.inertia in run {number}: {error}") from None
-
-
-def _check_speeds(scenario: Scenario, numbers: range, columns: Mapping[str, Vector]) -> None:
-    """Validate that no wheel starts above its momentum limit; raises `InputError`."""
-    for wheel in scenario.wheels:
-        speed, inertia, limit = (
-            columns.get(key, scenario.values[key])
-            for key in (f"wheel.{wheel}.{n}" for n in ("speed", "inertia", "momentum_limit"))
-        )
-        beyond = np.abs(inertia * speed) > limit * (1.0 + LIMIT_TOLERANCE)
-        _refuse(beyond, numbers, f"wheel.{wheel}", "a start beyond its momentum limit")
-
-
-def _check_sensing(scenario: Scenario, numbers: range, columns: Mapping[str, Vector]) -> None:
-    """Validate the times of sensor faults and the limits of the guard; raises `InputError`."""
-    faults = [f"event.{event.name}" for event in scenario.events if event.sensor is not None]
-    pairs = {key: (f"{key}.time", f"{key}.until", "an end before the start") for key in faults}
-    if scenario.guard is not None:
-        for name in measured_names(scenario):
-            key = f"guard.{name}"
-            pairs[key] = (f"{key}_lower", f"{key}_upper", "an upper limit below the lower one")
-    for key, (low, high, fault) in pairs.items():
-        least, most = (columns.get(end, scenario.values[end]) for end in (low, high))
-        _refuse(least >= most, numbers, key, fault)
-
-
-def _refuse(is_wrong: Any, numbers: range, key: str, fault: str) -> None:
-    """Raise `InputError` for the first run in which a dispersion is wrong, if there is one."""
-    if np.any(is_wrong):
-        run = numbers[int(np.argmax(np.broadcast_to(is_wrong, len(numbers))))]
-        raise InputError(f"dispersion of {key}: found {fault} in run {run}, expected less spread")

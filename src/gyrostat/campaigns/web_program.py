@@ -1,14 +1,15 @@
 """Program of a scenario as WebAssembly, with what a page needs to call it.
 
-The program is that of the native engine, from the same text, and a third function that computes the
-metrics of a run from what was accumulated. Its products and sums are not fused, and it has another
-library of functions: results differ from those of the native engine in the last digits.
+The program is that of the native engine, from the same text. A third function computes the metrics
+of a run from what was accumulated, a fourth one says which relations its values fulfil. Products
+and sums are not fused, and it has another library of functions: results differ from those of the
+native engine in the last digits.
 """
 
 import hashlib
 import pickle
 import re
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
@@ -17,6 +18,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.campaigns.native import program_name, trace
+from gyrostat.campaigns.web_relations import about_relations, possible_function
 from gyrostat.codegen.numpy_tracing import with_jax
 from gyrostat.codegen.simd.batch import Traced, traced
 from gyrostat.codegen.simd.call import Layout, Place
@@ -35,6 +37,7 @@ from gyrostat.runs.run_loop import Drawn, runner_of
 from gyrostat.scenario.kinds.orbits import own_orbits
 from gyrostat.scenario.kinds.registry import is_shipped
 from gyrostat.scenario.metrics.results import metrics_of
+from gyrostat.scenario.relation import Relation
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.structure import Structure, structure_of
 from gyrostat.simulation.labels import labelled
@@ -63,7 +66,7 @@ class WebProgram(NamedTuple):
 
     Attributes:
         module: Module, see `gyrostat.codegen.simd.web.web_assembly`, with the functions begin,
-            chunk and conclude.
+            chunk, conclude and possible.
         about: Places of inputs, signals and results in the memory of these functions, for JSON.
         read: Keys of the scenario that the program reads.
         designed: Keys on which the designs of the controller depend, its model of the spacecraft
@@ -92,8 +95,12 @@ class WebProgram(NamedTuple):
         return self.layout.own_words([next(arguments) if o else None for o in self.layout.own])
 
 
-def web_program(scenario: Scenario) -> WebProgram:
+def web_program(scenario: Scenario, relations: Iterable[Relation]) -> WebProgram:
     """Program of a scenario as WebAssembly: from the cache, or traced and compiled.
+
+    Args:
+        scenario: Scenario.
+        relations: Relations that the values of its runs must fulfil.
 
     Raises:
         InputError: There is no compiler for WebAssembly, or the scenario contains an operation that
@@ -112,10 +119,13 @@ def web_program(scenario: Scenario) -> WebProgram:
     ]
     arguments = iter([nominal, *designs])
     shared = layout.shared_words([None if o else next(arguments) for o in layout.own])
+    keys = _keys_read(structure, read)
+    concerned = [each for each in relations if not {*keys}.isdisjoint(each.keys)]
+    possible = possible_function(structure.keys, concerned)
     return WebProgram(
-        web_assembly(functions.texts),
-        _about(scenario, structure, functions),
-        _keys_read(structure, read),
+        web_assembly({**functions.texts, "possible": possible.text}),
+        _about(scenario, structure, functions) | about_relations(structure.keys, concerned),
+        keys,
         functions.designed,
         shared,
         layout,

@@ -4,7 +4,7 @@ import base64
 import gzip
 import json
 import math
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -17,6 +17,7 @@ from gyrostat.core.units import RPM
 from gyrostat.core.validation import LARGEST
 from gyrostat.reports.axis import scaled_unit
 from gyrostat.reports.campaign_run import shown_unit
+from gyrostat.reports.fly_limits import Limit, run_limits
 from gyrostat.reports.replay import MOST_FRAMES
 from gyrostat.reports.run_charts import torque_unit
 from gyrostat.runs.designs import phases_of
@@ -24,11 +25,12 @@ from gyrostat.runs.planned_slews import keys_of_plans
 from gyrostat.runs.plans import plans_of
 from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.metrics.results import metrics_of
+from gyrostat.scenario.relation import Relation
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.schema import Key
 from gyrostat.scenario.structure import structure_of
-from gyrostat.scenario.timeline import event_times, modes
-from gyrostat.scenario_files.run_file import FIXED
+from gyrostat.scenario.timeline import modes
+from gyrostat.scenario_files.run_file import FIXED, relations_of_file
 
 CLOUD = 64
 """Number of runs of the cloud: the first ones of the campaign."""
@@ -48,9 +50,8 @@ class Slider(NamedTuple):
         high: Right end, SI.
         is_dispersed: Whether the scenario disperses the value.
         is_designed: Whether the design of the controller or its model depends on the value.
-        least: Smallest value that `simulate` takes, SI.
+        least: Smallest value that is flown, SI.
         most: Largest one, SI.
-        above: Whether `least` itself is refused.
         expected: Allowed values, for a message.
     """
 
@@ -64,7 +65,6 @@ class Slider(NamedTuple):
     is_designed: bool
     least: float
     most: float
-    above: bool
     expected: str
 
 
@@ -88,7 +88,8 @@ def fly_content(
         say: Called with a line if the page cannot fly.
     """
     try:
-        program = web_program(scenario)
+        relations = [*relations_of_file(scenario)]
+        program = web_program(scenario, relations)
     except InputError as error:
         say(f"warning: the page cannot fly: {error}")
         return {"lacking": str(error)}
@@ -101,8 +102,10 @@ def fly_content(
         values, cloud_keys = draw(scenario, seed, np.arange(CLOUD))
         cloud = np.column_stack([np.ascontiguousarray(values).view(np.uint64), cloud_keys])
     words = np.concatenate([program.shared, own.ravel(), cloud.ravel()])
+    every, coupled = sliders(scenario, program, rows, relations)
     about = {
         **program.about,
+        "coupled": coupled,
         "keys": [*scenario.values],
         "dispersed": [[*scenario.values].index(key) for key in scenario.dispersed],
         "metrics": _metric_rows(scenario),
@@ -117,7 +120,6 @@ def fly_content(
         "frames": MOST_FRAMES,
         "modes": modes(scenario.parts),
         "name": scenario.name,
-        "axes": dict(zip(scenario.wheels, scenario.axes, strict=True)),
         "scenario": scenario.text(),
     }
     return {
@@ -126,7 +128,7 @@ def fly_content(
         "words": _packed(words.tobytes()),
         "runs": [*runs],
         "cloud": len(cloud),
-        "groups": _groups(scenario, sliders(scenario, program, rows)),
+        "groups": _groups(scenario, every),
         "left_out": len(scenario.requirements),
     }
 
@@ -163,46 +165,66 @@ def _phases(scenario: Scenario) -> list[list[Any]]:
     return phases
 
 
-def sliders(scenario: Scenario, program: WebProgram, rows: Matrix) -> list[Slider]:
+def sliders(
+    scenario: Scenario, program: WebProgram, rows: Matrix, relations: Sequence[Relation]
+) -> tuple[list[Slider], Sequence[tuple[str, str]]]:
     """Sliders of the values that a program reads and that have a range.
 
     Args:
         scenario: Scenario.
         program: Its program.
         rows: Dispersed values of the runs in the page, (runs, keys), which are within the ranges.
+        relations: Relations that the values must fulfil.
+
+    Returns:
+        Sliders; pairs of keys of which only one can be moved, see `RunLimits`.
     """
-    entries, made = numbers_of(scenario), []
+    entries = numbers_of(scenario)
     planned = keys_of_plans(scenario, plans_of(scenario))
     shares = np.tile([[_TAIL], [1.0 - _TAIL]], len(scenario.dispersed))
     dispersed = np.concatenate([rows, values_at(scenario, shares)])
     spread = dict(zip(scenario.dispersed, dispersed.T, strict=True))
+    ranges: dict[str, tuple[float, float, float, float]] = {}
     for key in program.read:
         entry, value = entries[key], scenario.values[key]
-        if key.startswith(FIXED) or key in planned or not math.isfinite(value):
+        fixed = key.startswith(FIXED) or key in planned or entry.is_text
+        if fixed or not math.isfinite(value):
             continue
         if key in spread:
             low, high = float(spread[key].min()), float(spread[key].max())
         else:
             low, high = _range(scenario, key, entry)
         if low < high:
-            unit, factor = _unit(key, entry, max(abs(low), abs(high)))
-            is_designed = key in program.designed
-            label = key.split(".", _depth(key))[-1]
-            flags = key in spread, is_designed
-            limits = _limits(scenario, key, entry)
-            made.append(Slider(key, label, unit, factor, low, high, *flags, *limits))
-    return made
+            # a value of almost 0 in place of 0, if that is not allowed
+            least = entry.least + (1e-9 * (value - entry.least) if entry.positive else 0.0)
+            ranges[key] = low, high, max(least, -LARGEST), min(entry.most, LARGEST)
+    limits = run_limits(scenario, ranges, relations)
+    return [
+        _slider(key, entries[key], ranges[key], limits.ends[key], spread, program.designed)
+        for key in ranges
+    ], limits.coupled
 
 
-def _limits(scenario: Scenario, key: str, entry: Key) -> tuple[float, float, bool, str]:
-    """Smallest and largest allowed value, whether the first is refused, and a text on them."""
-    least, most, expected = max(entry.least, -LARGEST), min(entry.most, LARGEST), entry.range()
-    if key in event_times(scenario.events, scenario.parts).values():
-        most = math.nextafter(scenario.duration, 0.0)
-        expected += f", before the end of the run, {scenario.duration:g} s"
-    elif abs(entry.most) > LARGEST:
+def _slider(
+    key: str,
+    entry: Key,
+    ends: tuple[float, float, float, float],
+    limits: tuple[Limit, Limit],
+    dispersed: Collection[str],
+    designed: Collection[str],
+) -> Slider:
+    low, high, *_ = ends
+    unit, factor = _unit(key, entry, max(abs(low), abs(high)))
+    label = key.split(".", _depth(key))[-1]
+    expected = entry.range()
+    if abs(entry.most) > LARGEST:
         expected += f", of a size of {LARGEST:g} or less"
-    return least, most, entry.positive, expected
+    for word, end, allowed in zip(("least", "most"), limits, ends[2:], strict=True):
+        if end.value != allowed:
+            expected += f"; at {word} {end.value:g}, {end.why or 'the end of what this page flies'}"
+    flags = key in dispersed, key in designed
+    least, most = (end.value for end in limits)
+    return Slider(key, label, unit, factor, low, high, *flags, least, most, expected)
 
 
 def _range(scenario: Scenario, key: str, entry: Key) -> tuple[float, float]:

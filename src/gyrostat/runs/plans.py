@@ -62,14 +62,31 @@ def plans_of(scenario: Scenario) -> Plans:
     else:
         setup = setup_of(scenario, plans)
     check_conditions(scenario, setup)
-    check_parts(setup.plant, setup.controller, setup.sensor, *setup.metrics.values())
-    setup.plant.check_state(setup.start)
-    check_period(scenario.values["run.control_period"], setup.controller)
+    _check_setup(scenario, setup)
     plans = with_planned_slews(scenario, plans, setup)
     plans = jax.tree.map(np.asarray, plans)
     if cache is not None:
         cache.write(name, pickle.dumps(plans))
     return plans
+
+
+def check_run(scenario: Scenario, plans: Plans) -> None:
+    """Check the parts that a run has with the designs of other values.
+
+    Args:
+        scenario: Scenario with the values of the run.
+        plans: Designs of the scenario of the run.
+
+    Raises:
+        InputError: A part refuses its parameters.
+    """
+    _check_setup(scenario, setup_of(scenario, plans))
+
+
+def _check_setup(scenario: Scenario, setup: Setup) -> None:
+    check_parts(setup.plant, setup.controller, setup.sensor, *setup.metrics.values())
+    setup.plant.check_state(setup.start)
+    check_period(scenario.values["run.control_period"], setup.controller)
 
 
 def setup_of(scenario: Scenario, plans: Plans) -> Setup:

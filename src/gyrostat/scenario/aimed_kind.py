@@ -1,6 +1,6 @@
 """Bases of the references that point a body axis to a target along an orbit."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -9,10 +9,10 @@ import numpy as np
 from gyrostat.control.guidance import Mosaic, Pointing, Raster, Scanned, SecondAxis
 from gyrostat.control.guidance.targets import NORMAL, SUN, VELOCITY
 from gyrostat.core.arrays import Scalar, Vector3
-from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.scenario.component import ORBIT
 from gyrostat.scenario.reference_kind import PlannedReference, ProfileKind
+from gyrostat.scenario.relation import Relation
 from gyrostat.scenario.schema import Key, positive, size, vector
 
 if TYPE_CHECKING:
@@ -54,18 +54,20 @@ class AimedKind(ProfileKind):
         return {**({"along": [0.0, 0.0, 0.0]} if others else {}), **row}
 
     @classmethod
-    def check(cls, place: str, scenario: "Scenario") -> None:
-        """See `Kind.check`: there is one second axis."""
-        axes = [
-            name
-            for name in SECOND
-            if any(scenario.values[f"{place}.{name}.{axis}"] != 0.0 for axis in "xyz")
-        ]
-        if len(axes) != 1:
-            raise InputError(
-                f"key {place}: found {' and '.join(axes) or 'no second axis'}, expected one of "
-                f"{', '.join(SECOND)}"
-            )
+    def relations(cls, place: str, scenario: "Scenario") -> Iterator[Relation]:
+        """See `Kind.relations`: there is one second axis."""
+        ends = {name: [f"{place}.{name}.{axis}" for axis in "xyz"] for name in SECOND}
+
+        def count(values: Mapping[str, Any]) -> Any:
+            sizes = [sum(np.abs(values[key]) for key in keys) for keys in ends.values()]
+            return sum(1.0 * (size > 0.0) for size in sizes)
+
+        keys = tuple(key for name in SECOND for key in ends[name])
+        expected = f"expected one of {', '.join(SECOND)}"
+        text = f"{place}: found no second axis, {expected}"
+        yield Relation(keys, text, lambda values: count(values) > 0.5)
+        text = f"{place}: found several second axes, {expected}"
+        yield Relation(keys, text, lambda values: count(values) < 1.5)
 
     def target(self, planned: PlannedReference, place: str) -> "Aim":
         """Target whose second direction is the velocity.
@@ -102,12 +104,23 @@ LARGEST_OFFSET = np.radians(80.0)
 """Largest offset of a pattern, rad; offsets are tangents of angles."""
 
 
-def _check_offset(place: str, key: str, offset: float) -> None:
-    if offset > LARGEST_OFFSET:
-        raise InputError(
-            f"key {place}.{key}: found a pattern that reaches {np.degrees(offset):.3g} deg from "
-            f"its target, expected {np.degrees(LARGEST_OFFSET):g} deg or less"
-        )
+def _reach(place: str, key: str, others: Sequence[str], most: Callable[..., Any]) -> Relation:
+    """Relation of a pattern that is on one side of the spacecraft.
+
+    Args:
+        place: Place of the component.
+        key: Name of the key of the message.
+        others: Names of the other keys.
+        most: Largest offset, rad, from their values.
+    """
+    keys = [f"{place}.{name}" for name in (key, *others)]
+    largest = f"{np.degrees(LARGEST_OFFSET):g} deg"
+    return Relation(
+        tuple(keys),
+        f"{place}.{key}: found a pattern that reaches more than {largest} from its target, "
+        f"expected {largest} or less",
+        lambda values: most(*(values[key] for key in keys)) <= LARGEST_OFFSET,
+    )
 
 
 @dataclass(frozen=True, eq=False)
@@ -123,13 +136,11 @@ class MosaicKind(AimedKind):
     begin: Annotated[Scalar, size("time", None, "Time of the run at which the first tile begins.")]
 
     @classmethod
-    def check(cls, place: str, scenario: "Scenario") -> None:
-        """See `Kind.check`: the tiles are on one side of the spacecraft."""
-        super().check(place, scenario)
-        values = scenario.values
+    def relations(cls, place: str, scenario: "Scenario") -> Iterator[Relation]:
+        """See `Kind.relations`: the tiles are on one side of the spacecraft."""
+        yield from super().relations(place, scenario)
         for key, count in (("tile_width", "columns"), ("tile_height", "rows")):
-            tiles = round(values[f"{place}.{count}"]) - 1
-            _check_offset(place, key, 0.5 * tiles * values[f"{place}.{key}"])
+            yield _reach(place, key, [count], lambda size, n: 0.5 * (np.round(n) - 1.0) * size)
 
     def scanned(self, aim: "Aim") -> "Aim":
         """See `AimedKind.scanned`."""
@@ -150,13 +161,16 @@ class RasterKind(AimedKind):
     begin: Annotated[Scalar, size("time", None, "Time of the run at which the first line begins.")]
 
     @classmethod
-    def check(cls, place: str, scenario: "Scenario") -> None:
-        """See `Kind.check`: the lines and the ways to rest are on one side of the spacecraft."""
-        super().check(place, scenario)
-        names = ("length", "spacing", "lines", "line_time", "turn_time")
-        length, spacing, lines, line, turn = (scenario.values[f"{place}.{n}"] for n in names)
-        _check_offset(place, "length", 0.5 * (1.0 + turn / line) * length)
-        _check_offset(place, "spacing", 0.5 * (round(lines) - 1) * spacing)
+    def relations(cls, place: str, scenario: "Scenario") -> Iterator[Relation]:
+        """See `Kind.relations`: lines and ways to rest are on one side of the spacecraft."""
+        yield from super().relations(place, scenario)
+        yield _reach(
+            place,
+            "length",
+            ["turn_time", "line_time"],
+            lambda length, turn, line: 0.5 * (1.0 + turn / line) * length,
+        )
+        yield _reach(place, "spacing", ["lines"], lambda size, n: 0.5 * (np.round(n) - 1.0) * size)
 
     def scanned(self, aim: "Aim") -> "Aim":
         """See `AimedKind.scanned`."""

@@ -1,13 +1,14 @@
 """Keys of a circular orbit that a component has of its own."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from math import pi
 from typing import Annotated
 
 from gyrostat.core.arrays import Scalar
-from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.scenario.component import Kind
+from gyrostat.scenario.relation import Relation
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.schema import Key, positive, size
 from gyrostat.spacecraft import CircularOrbit
@@ -53,12 +54,12 @@ class EitherOrbit(HasOrbit):
     ]
 
     @classmethod
-    def check(cls, place: str, scenario: Scenario) -> None:
-        """Check that there is one orbit."""
-        altitude = scenario.values[f"{place}.altitude"]
-        if scenario.orbit == "none" and altitude == 0.0:
-            raise InputError(f"key {place}.altitude: found none, expected it, or a section [orbit]")
-        if scenario.orbit != "none" and altitude != 0.0:
-            raise InputError(
-                f"key {place}.altitude: found {altitude:g} m beside [orbit], expected none"
-            )
+    def relations(cls, place: str, scenario: Scenario) -> Iterator[Relation]:
+        """There is one orbit."""
+        key = f"{place}.altitude"
+        if scenario.orbit == "none":
+            text = f"{key}: found none, expected it, or a section [orbit]"
+            yield Relation((key,), text, lambda values: values[key] != 0.0)
+        else:
+            text = f"{key}: found {{{key}}} m beside [orbit], expected none"
+            yield Relation((key,), text, lambda values: values[key] == 0.0)

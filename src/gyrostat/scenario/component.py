@@ -1,11 +1,12 @@
 """Base of the components that a scenario can name, whose classes are in the folders of `kinds`."""
 
 import inspect
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, ClassVar, NamedTuple, Self
 
 from gyrostat.core.annotations import notes_of
+from gyrostat.scenario.relation import Relation
 from gyrostat.scenario.schema import Key
 
 if TYPE_CHECKING:
@@ -129,7 +130,7 @@ class Kind:
 
     @classmethod
     def check(cls, place: str, scenario: "Scenario") -> None:
-        """Check the values of a component and what stands beside it.
+        """Check a component and what stands beside it; its values are checked by `relations`.
 
         Args:
             place: Place of the component in the scenario.
@@ -138,6 +139,16 @@ class Kind:
         Raises:
             InputError: They are not possible.
         """
+
+    @classmethod
+    def relations(cls, place: str, scenario: "Scenario") -> Iterable[Relation]:
+        """Relations between the values of a component, which its runs must fulfil too.
+
+        Args:
+            place: Place of the component in the scenario.
+            scenario: Scenario.
+        """
+        return ()
 
     @classmethod
     def of(cls, options: Options) -> Self:

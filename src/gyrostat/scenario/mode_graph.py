@@ -10,11 +10,12 @@ from gyrostat.scenario.mode_kind import UNTIL
 from gyrostat.scenario.reference_kind import AROUND
 from gyrostat.scenario.scenario import Part, Scenario
 from gyrostat.scenario.timeline import END_OF_MODE, TRANSITION, modes
-from gyrostat.scenario.transition_kind import CONDITIONS
+from gyrostat.scenario.transition_kind import CONDITIONS, PAIRS
 
 TIMES = ("time_in_mode", "at", "tracker_lost", "held")
 """Conditions that do not hold in a run that is shorter."""
-_PAIRS = ("error", "rate", "momentum", "wheel_momentum")
+FREE = ((-1.0, inf),) * len(PAIRS)
+"""Limits of a change that has none."""
 
 
 class GraphEdge(NamedTuple):
@@ -26,9 +27,8 @@ class GraphEdge(NamedTuple):
         to: Mode to which it leads.
         time: Least time that a cycle with it takes, s: of a stay in the mode, or from the time at
             which it was taken before.
-        why: Why its conditions contradict each other; empty: they do not.
         once: Whether it is taken once in a run at most.
-        limits: Lower and upper limit of each of `_PAIRS`.
+        limits: Lower and upper limit of each of `PAIRS`.
         view: View that it waits for, see `Condition.view`.
         late: Condition that does not hold before the end of the run; empty: there is none.
     """
@@ -37,9 +37,8 @@ class GraphEdge(NamedTuple):
     start: str
     to: str
     time: float
-    why: str = ""
     once: bool = False
-    limits: tuple[tuple[float, float], ...] = ((-1.0, inf),) * len(_PAIRS)
+    limits: tuple[tuple[float, float], ...] = FREE
     view: float = 0.0
     late: str = ""
 
@@ -61,7 +60,7 @@ def pairs_around(scenario: Scenario) -> dict[tuple[int, int], Part]:
     pairs = {
         (names.index(edge.start), names.index(edge.to)): around[edge.to]
         for edge in (edges(scenario) if around else [])
-        if edge.to in around and not edge.why
+        if edge.to in around
     }
     for name, part in around.items():
         if part not in pairs.values():
@@ -84,11 +83,10 @@ def _transitions(scenario: Scenario) -> Iterator[GraphEdge]:
             dwell = scenario.values[f"reference.mode.{start}.minimum_dwell"]
             time = max(values["time_in_mode"], values["held"], dwell)
             times = {**{key: values[key] for key in TIMES}, f"minimum_dwell of {start}": dwell}
-            why = _contradiction(values, len(scenario.wheels))
-            limits = tuple((values[f"{n}_above"], values[f"{n}_below"]) for n in _PAIRS)
+            limits = tuple((values[f"{n}_above"], values[f"{n}_below"]) for n in PAIRS)
             once, view = values["at"] >= 0.0, values["when"]
             late = _too_late(times, scenario.duration)
-            yield GraphEdge(part.name, start, to, time, why, once, limits, view, late)
+            yield GraphEdge(part.name, start, to, time, once, limits, view, late)
 
 
 def _ends(scenario: Scenario) -> Iterator[GraphEdge]:
@@ -100,7 +98,7 @@ def _ends(scenario: Scenario) -> Iterator[GraphEdge]:
             times = {n: scenario.values[f"{place}.{n}"] for n in ("until_time", "minimum_dwell")}
             limits = tuple(
                 (values.get(f"until_{n}_above", -1.0), values.get(f"until_{n}_below", inf))
-                for n in _PAIRS
+                for n in PAIRS
             )
             edge = GraphEdge(f"{END_OF_MODE}{start}", start, to, max(times.values()))
             late = _too_late(times, scenario.duration)
@@ -113,34 +111,18 @@ def _too_late(times: Mapping[str, float], duration: float) -> str:
     return f"{late[0]} in a run of {duration:g} s" if late else ""
 
 
-def _contradiction(values: Mapping[str, float], wheels: int) -> str:
-    """Why conditions cannot hold together, each quantity by itself; empty: they can."""
-    for name in _PAIRS:
-        above, below = values[f"{name}_above"], values[f"{name}_below"]
-        if above >= below:
-            return f"{name}_above {above:g} and {name}_below {below:g}"
-    if values["wheels_lost"] > wheels:
-        return f"wheels_lost {values['wheels_lost']:g} of {wheels} wheels"
-    return "at 0 s, before which no mode can begin" if values["at"] == 0.0 else ""
-
-
 def check_modes(scenario: Scenario) -> str:
     """Check the graph of the modes, and say what was proven; empty without several modes.
 
     Conditions are taken as free signals: this is no proof that the spacecraft reaches a mode.
 
     Raises:
-        InputError: Conditions contradict each other; a mode has no path from the first one; or a
+        InputError: A mode has no path from the first one; or a
             cycle of modes can take no time.
     """
     names, every = modes(scenario.parts), edges(scenario)
     if len(names) < 2 and not every:
         return ""
-    for edge in every:
-        if edge.why:
-            raise InputError(
-                f"key {_place(edge)}: found {edge.why}, expected conditions that can hold together"
-            )
     reached = _reached(names[0], every)
     for name in names:
         if name not in reached:
@@ -148,7 +130,7 @@ def check_modes(scenario: Scenario) -> str:
                 f"key reference.mode.{name}: found no path to it from the first mode, {names[0]}, "
                 "expected a [[reference.transition]] or an `until` that leads to it"
             )
-    cycle = _cycle([edge for edge in every if edge.time == 0.0 and not edge.once])
+    cycle = cycle_of([edge for edge in every if edge.time == 0.0 and not edge.once])
     if cycle:
         raise InputError(
             f"key reference.mode.{cycle[0]}: found modes that can follow each other in no time, "
@@ -167,14 +149,14 @@ def check_modes(scenario: Scenario) -> str:
 
 def late_changes(scenario: Scenario) -> list[str]:
     """Lines on the changes of mode that are not taken before the end of the nominal run."""
-    late = dict.fromkeys((_place(edge), edge.late) for edge in edges(scenario) if edge.late)
+    late = dict.fromkeys((place_of(edge), edge.late) for edge in edges(scenario) if edge.late)
     return [
         f"warning: {place}: found {time}, expected less: not taken in the nominal run"
         for place, time in late
     ]
 
 
-def _place(edge: GraphEdge) -> str:
+def place_of(edge: GraphEdge) -> str:
     """Section of a change in the scenario file."""
     is_end = edge.name.startswith(END_OF_MODE)
     return f"reference.mode.{edge.start}" if is_end else f"{TRANSITION}.{edge.name}"
@@ -191,7 +173,7 @@ def _reached(start: str, every: Sequence[GraphEdge]) -> set[str]:
     return reached
 
 
-def _hold_together(changes: Sequence[GraphEdge]) -> bool:
+def hold_together(changes: Sequence[GraphEdge]) -> bool:
     """Whether the limits and views of changes can hold at one time; equal limits count as such."""
     views = {each.view for each in changes} - {0.0}
     if any(-view in views for view in views):
@@ -202,7 +184,7 @@ def _hold_together(changes: Sequence[GraphEdge]) -> bool:
     )
 
 
-def _cycle(every: Sequence[GraphEdge]) -> list[str]:
+def cycle_of(every: Sequence[GraphEdge]) -> list[str]:
     """Modes of a cycle whose changes can all be taken at one time; empty: there is none."""
     for edge in every:
         waiting: list[tuple[GraphEdge, ...]] = [(edge,)]
@@ -215,7 +197,7 @@ def _cycle(every: Sequence[GraphEdge]) -> list[str]:
                 longer = (*path, other)
                 # what a path excludes is all that its continuation depends on
                 state = other.to, frozenset((each.limits, each.view) for each in longer)
-                if other.start == path[-1].to and state not in known and _hold_together(longer):
+                if other.start == path[-1].to and state not in known and hold_together(longer):
                     known.add(state)
                     waiting.append(longer)
     return []

@@ -1,7 +1,7 @@
 """Kind of [[reference.mode]]: an attitude over time, when it ends, and what a mode chooses."""
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from math import inf
 from typing import Any, ClassVar, Self
@@ -11,6 +11,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.scenario.component import Context, Need, Options
 from gyrostat.scenario.reference_kind import AROUND, ModePart
+from gyrostat.scenario.relation import Relation
 from gyrostat.scenario.scenario import KEEP_OUT
 from gyrostat.scenario.schema import Key, positive, size
 
@@ -28,6 +29,7 @@ UNTIL: dict[str, Key] = {
         0.0,
         "End condition, a text: `pass of NAME` or `end of pass of NAME`, a [[station]], `eclipse` "
         "or `sunlight`; `end of pass` also holds before a pass.",
+        is_text=True,
     ),
 }
 """Keys of the conditions under which a mode ends."""
@@ -93,6 +95,10 @@ class Mode:
         """See `Kind.check`."""
         self.attitude.check(place, scenario)
         check_view(f"{place}.until", scenario)
+
+    def relations(self, place: str, scenario: Any) -> Iterable[Relation]:
+        """See `Kind.relations`."""
+        return self.attitude.relations(place, scenario)
 
     def of(self, options: Options) -> Self:
         """See `Kind.of`."""

@@ -38,6 +38,7 @@ class Key:
             one place with the same source are switched off together. Empty: of none.
         without: Value without this source; None: a millionth of the value, whose effect in mean
             square is 1e-12 of that of the value.
+        is_text: Whether the number stands for a text, so that it is not dispersed.
     """
 
     dimension: str
@@ -50,6 +51,7 @@ class Key:
     unlimited: bool = False
     source: str = ""
     without: float | None = None
+    is_text: bool = False
 
     @property
     def unit(self) -> str:

@@ -59,21 +59,5 @@ def check_windows(scenario: Scenario) -> None:
                 )
 
 
-def check_times(scenario: Scenario) -> None:
-    """Validate that events, slews and the start of the metrics are in the run.
-
-    Raises:
-        InputError: One is not before the end of the run.
-    """
-    duration = scenario.values["run.duration"]
-    for key in ("metrics.after", *event_times(scenario.events, scenario.parts).values()):
-        time = scenario.values[key]
-        if time >= duration:
-            raise InputError(
-                f"key {key}: found {time:g} s, expected a time before the end of the run, "
-                f"{duration:g} s"
-            )
-
-
 def _key(part: Part) -> str:
     return f"{part.section}.{part.name}.time"

@@ -1,6 +1,6 @@
 """Kind of [[reference.transition]]: a change from some modes to another one."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from math import inf
 from typing import Any, ClassVar
@@ -10,6 +10,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.scenario.component import Context, Need, Options
 from gyrostat.scenario.mode_kind import UNSET, check_view, number_of_view
+from gyrostat.scenario.relation import Relation, less
 from gyrostat.scenario.schema import Key, positive, size
 
 CONDITIONS: dict[str, Key] = {
@@ -42,10 +43,14 @@ CONDITIONS: dict[str, Key] = {
         "1",
         0.0,
         "A text: `pass of NAME` or `end of pass of NAME`, a [[station]], `eclipse` or `sunlight`.",
+        is_text=True,
     ),
     "held": size("time", 0.0, "Time for which all conditions must have held together."),
 }
 """Keys of the conditions of a change of mode."""
+PAIRS = ("error", "rate", "momentum", "wheel_momentum")
+"""Quantities that have conditions above and below a value."""
+_TOGETHER = "expected conditions that can hold together"
 
 
 @dataclass(frozen=True, eq=False)
@@ -110,6 +115,19 @@ class Transition:
             raise InputError(
                 f"key {place}: found no condition, expected one or more of {', '.join(without)}"
             )
+
+    def relations(self, place: str, scenario: Any) -> Iterator[Relation]:
+        """See `Kind.relations`: the conditions can hold together, each quantity by itself."""
+        for name in PAIRS:
+            above, below = (f"{place}.{name}_{end}" for end in ("above", "below"))
+            found = f"{name}_above {{{above}}} and {name}_below {{{below}}}"
+            yield less(above, below, f"{place}: found {found}, {_TOGETHER}")
+        lost, wheels = f"{place}.wheels_lost", len(scenario.wheels)
+        text = f"{place}: found wheels_lost {{{lost}}} of {wheels} wheels, {_TOGETHER}"
+        yield Relation((lost,), text, lambda values: values[lost] <= wheels)
+        at = f"{place}.at"
+        text = f"{place}: found at 0 s, before which no mode can begin, {_TOGETHER}"
+        yield Relation((at,), text, lambda values: values[at] != 0.0)
 
     def of(self, options: Options) -> "Transition":
         """See `Kind.of`."""

@@ -1,7 +1,6 @@
 """Read [[event]] tables of a scenario file."""
 
 from collections.abc import Mapping
-from math import inf
 from typing import Any
 
 from gyrostat.core.errors import InputError
@@ -100,9 +99,6 @@ def _event(
     optional = kind.optional(law)
     keys = {key: entry for key, entry in keys.items() if key in row.row or key not in optional}
     values |= row.numbers(keys, f"event.{name}.")
-    time, end = values[f"event.{name}.time"], values.get(f"event.{name}.until", inf)
-    if end <= time:
-        raise row.refuse("until", end, f"a time after its start, {time:g} s")
     target = row.unit("target", 4, None) if "target" in keys_of_kind else None
     wheel = element = None
     if "wheel" in keys_of_kind and (sensor is None or "wheel" in row.row):

@@ -2,13 +2,16 @@
 
 from collections.abc import Mapping, Sequence
 from dataclasses import replace
-from math import inf, pi
+from math import pi
 from pathlib import Path
 from typing import Any
 
+from gyrostat.core.errors import placed
 from gyrostat.scenario.metrics.kinds import WINDOW, WINDOW_METRICS, keys_of_run
 from gyrostat.scenario.metrics.results import percentile_name
 from gyrostat.scenario.metrics.window_metric import WindowStart
+from gyrostat.scenario.relation import check_relations
+from gyrostat.scenario.relations import before_end, relations_of_window
 from gyrostat.scenario.scenario import Event, Part, Scenario, Window
 from gyrostat.scenario.schema import positive
 from gyrostat.scenario.timeline import event_times, modes
@@ -40,7 +43,8 @@ def read_metrics(
     keys = keys_of_run(parts)
     table = top.table("metrics", (*keys, *extra))
     values |= table.numbers(keys)
-    _within_run(table, "after", values["metrics.after"], values)  # windows are as long as the rest
+    with placed(str(top.path)):
+        check_relations([before_end("metrics.after")], values)
     boresight = table.unit("boresight", 3, None) if "boresight" in table.row else None
     view = table.row.get("field_of_view")
     percentiles = table.rising("percentiles", (50.0, 95.0, 99.7), 0.0, 100.0)
@@ -132,7 +136,11 @@ def _window(
         row.text("propellant", None) if "propellant" in row.row else None,
     )
     key = None if event is None else origins["event"][event]
-    length = _length(row, span, 0.0 if key is None else values[key], values)
+    within = {**values, **{f"window.{name}.{end}": value for end, value in span.items()}}
+    with placed(str(row.path)):
+        check_relations(relations_of_window(name, key), within)
+    remaining = values["run.duration"] - (0.0 if key is None else values[key])
+    length = min(span["until"], remaining) - span["from"]
     start = WindowStart(
         window, (), window.boresight or boresight, span, values["run.control_period"]
     )
@@ -149,25 +157,3 @@ def _origin(row: Table, kind: str, names: Mapping[str, str | None]) -> str | Non
     if not names:
         raise row.refuse(kind, row.row[kind], f"none: this scenario has no {kind}")
     return row.one_of(kind, names)
-
-
-def _within_run(table: Table, key: str, time: float, values: Mapping[str, float]) -> None:
-    """Validate that a time, s, is before the end of the run; raises `InputError`."""
-    duration = values["run.duration"]
-    if time >= duration:
-        raise table.refuse(key, time, f"a time before the end of the run, {duration:g} s")
-
-
-def _length(row: Table, span: dict[str, float], origin: float, values: dict[str, float]) -> float:
-    """Length of a window, s.
-
-    Raises:
-        InputError: It ends before its start, or is not within the run.
-    """
-    _within_run(row, "from", origin + span["from"], values)
-    remaining = values["run.duration"] - origin
-    if span["until"] < span["from"]:
-        raise row.refuse("until", span["until"], f"a time after its start, {span['from']:g} s")
-    if remaining < span["until"] < inf:
-        raise row.refuse("until", span["until"], f"at most {remaining:g} s, the end of the run")
-    return min(span["until"], remaining) - span["from"]

@@ -45,8 +45,7 @@ def check_reference(
         values: Full key -> value.
 
     Raises:
-        InputError: A target is no quaternion or is given twice, or the slews are not in the order
-            of their times.
+        InputError: A target is no quaternion or is given twice.
     """
     controller = top.table("controller", None)
     if kind.moves and "target" in controller.row:
@@ -54,15 +53,9 @@ def check_reference(
             f"{controller.place('target')}: found a target attitude beside the reference "
             f"{kind.name}, expected none: the reference is the target"
         )
-    last = -1.0
     for part, row in parts:
         if "target" in row.row and part.section in ("reference.mode", "reference.slew"):
             row.unit("target", 4, None)
-        if part.section == "reference.slew":
-            time = values[f"{part.section}.{part.name}.time"]
-            if time <= last:
-                raise row.refuse("time", time, f"a time after the slew before, {last:g} s")
-            last = time
 
 
 def read_tables(

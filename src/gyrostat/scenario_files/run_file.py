@@ -3,7 +3,7 @@
 import json
 import math
 import os
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Iterator, Mapping
 from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
@@ -11,9 +11,13 @@ from typing import Any, NamedTuple
 from gyrostat.core.errors import InputError, placed
 from gyrostat.core.text import shortened
 from gyrostat.core.validation import LARGEST_SEED, check_seed
+from gyrostat.runs.designs import Plans
 from gyrostat.runs.planned_slews import keys_of_plans
-from gyrostat.runs.plans import plans_of
+from gyrostat.runs.plans import check_run, plans_of
+from gyrostat.runs.run_relations import run_relations
 from gyrostat.scenario.kinds.registry import numbers_of
+from gyrostat.scenario.relation import Relation, check_relations
+from gyrostat.scenario.relations import window_relations
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario_files.scenario_file import validated
 
@@ -99,16 +103,31 @@ def read_run(path: str | os.PathLike[str], say: Callable[[str], None]) -> RunFil
         if run is not None and run > LARGEST_SEED:
             raise InputError(f"key run: found {run}, expected 0 to {LARGEST_SEED}")
         values = _values(scenario, content.get("values", {}))
-        _check_plans(scenario, values)
+        plans = plans_of(scenario)
+        _check_plans(scenario, plans, values)
         file = RunFile(scenario, values, seed, run)
-        # what a scenario with these values may not be, such as an inertia of no body
-        validated(file.flown)
+        changed = {key for key, value in values.items() if value != scenario.values[key]}
+        check_relations(
+            [each for each in relations_of_file(scenario) if not changed.isdisjoint(each.keys)],
+            file.flown.values,
+        )
+        check_run(file.flown, plans)
     return file
 
 
-def _check_plans(scenario: Scenario, values: dict[str, float]) -> None:
+def relations_of_file(scenario: Scenario) -> Iterator[Relation]:
+    """Relations that the values of a run in a file must fulfil, if one of them was changed.
+
+    Args:
+        scenario: Scenario of the run.
+    """
+    yield from run_relations(scenario)
+    yield from window_relations(scenario)
+
+
+def _check_plans(scenario: Scenario, plans: Plans, values: dict[str, float]) -> None:
     """Refuse other values of what slews around cones are planned from."""
-    planned = keys_of_plans(scenario, plans_of(scenario))
+    planned = keys_of_plans(scenario, plans)
     for key, value in values.items():
         if key in planned and value != scenario.values[key]:
             raise InputError(
@@ -140,6 +159,8 @@ def _values(scenario: Scenario, values: Any) -> dict[str, float]:
                 "scenario, for which the program and its tables are made"
             )
         number = numbers[key]
+        if entries[key].is_text and number != scenario.values[key]:
+            raise InputError(f"key values.{key}: found another text, expected that of the scenario")
         if not math.isfinite(number) or not entries[key].allows(number):
             found, expected = repr(value)[:_LONGEST], entries[key].range(number)
             raise InputError(f"key values.{key}: found {found}, expected {expected}")

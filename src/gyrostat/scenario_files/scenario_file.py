@@ -28,7 +28,7 @@ from gyrostat.scenario.requirement import INDICES, KNOWLEDGE
 from gyrostat.scenario.scenario import Part, Scenario
 from gyrostat.scenario.schema import RUN, START, guard_keys
 from gyrostat.scenario.spacecraft_values import spacecraft_values, surface_rows
-from gyrostat.scenario.timeline import check_times, check_windows
+from gyrostat.scenario.timeline import check_windows
 from gyrostat.scenario.user.kinds import USER_KINDS
 from gyrostat.scenario_files import shipped
 from gyrostat.scenario_files.read_dispersions import read_dispersions
@@ -166,10 +166,9 @@ def validated(scenario: Scenario) -> Scenario:
     Raises:
         InputError: A part refuses its parameters or cannot be used.
     """
+    check_windows(scenario)
     check_possible(scenario)
     distributions_of(scenario)
-    check_times(scenario)
-    check_windows(scenario)
     check_modes(scenario)
     check_requirements(scenario)
     if scenario.sources:

@@ -1,7 +1,7 @@
 """Parameters of a rigid body with wheels."""
 
 from dataclasses import replace
-from typing import Annotated
+from typing import Annotated, Any
 
 import equinox as eqx
 import numpy as np
@@ -67,6 +67,37 @@ def _are_possible(inertia: NDArray[np.float64]) -> bool:
     return bool(np.all((smallest > 0.0) & fits))
 
 
+def beyond_rotors(inertia: Any, axes: Any, rotors: Any) -> list[list[Any]]:
+    """Matrix tr(J) - 2 J - sum of I a a^T, see `check_rotors`, as rows.
+
+    Args:
+        inertia: Rows of J, kg·m², whose elements may be arrays, one number for each run.
+        axes: Spin axis of each wheel.
+        rotors: I of each wheel, kg·m².
+    """
+    trace = sum(inertia[k][k] for k in range(3))
+    return [
+        [
+            (trace if row == column else 0.0)
+            - 2.0 * inertia[row][column]
+            - sum(i * (a[row] * a[column]) for a, i in zip(axes, rotors, strict=True))
+            for column in range(3)
+        ]
+        for row in range(3)
+    ]
+
+
+def is_positive_definite(rows: Any) -> Any:
+    """Whether a symmetric matrix, (3, 3), is positive definite, by its minors (Sylvester).
+
+    Args:
+        rows: Its rows, whose elements may be arrays.
+    """
+    (a, b, c), (_, d, e), (_, _, f) = rows
+    minor = a * d - b * b
+    return (a > 0.0) & (minor > 0.0) & (minor * f + 2.0 * b * c * e - a * e * e - d * c * c > 0.0)
+
+
 def check_rotors(inertia: ArrayLike, axes: ArrayLike, rotors: ArrayLike) -> None:
     """Validate that the inertia of a body with wheels contains that of its rotors.
 
@@ -85,8 +116,9 @@ def check_rotors(inertia: ArrayLike, axes: ArrayLike, rotors: ArrayLike) -> None
     """
     matrix, columns = np.asarray(inertia, dtype=float), np.asarray(axes, dtype=float)
     spin = (columns * np.asarray(rotors, dtype=float)) @ columns.T
-    twice = np.trace(matrix) * np.eye(3) - 2.0 * matrix
-    values, vectors = np.linalg.eigh(twice - spin)
+    beyond = np.array(beyond_rotors(matrix, columns.T, np.broadcast_to(rotors, len(columns.T))))
+    twice = beyond + spin
+    values, vectors = np.linalg.eigh(beyond)
     if values[0] <= 0.0:
         along = vectors[:, 0]
         found, least = along @ twice @ along, along @ spin @ along

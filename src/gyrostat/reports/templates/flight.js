@@ -10,7 +10,7 @@ class Flight {
     const sizes = {
       shared: 1 + words.shared, own: L * (about.carry + words.own), made: L * words.made, every: L * words.every,
       asked: L * words.asked, place: 1, end: L * (about.seen[1] + about.counted.length * about.percentiles.length),
-      results: L * words.results,
+      results: L * words.results, values: L * about.keys.length, possible: L * about.relations.length,
     };
     this.at = {};
     for (const name in sizes) { this.at[name] = free; free += 8 * Math.ceil(sizes[name] / 2) * 2; }
@@ -28,6 +28,22 @@ class Flight {
   call(name, shared, own, made) {
     const { at } = this;
     this.exports[name](1n, 1n, shared, own, made, at.every, at.asked, at.place);
+  }
+  // first relation that each run does not fulfil, -1: none; concerned: whether each is asked for. The values of a run
+  // begin with the dispersed ones
+  refused(runs, nominal, concerned) {
+    const { about, at, real, lanes: L } = this, found = [];
+    for (let k = 0; k < runs.length; k += L) {
+      const some = runs.slice(k, k + L), values = some.map(run => {
+        const all = Float64Array.from(nominal), own = new Float64Array(run.buffer, run.byteOffset, about.dispersed.length);
+        about.dispersed.forEach((key, j) => { all[key] = own[j]; });
+        return all;
+      });
+      about.keys.forEach((_, key) => { for (let lane = 0; lane < L; ++lane) real.values[key * L + lane] = values[Math.min(lane, some.length - 1)][key]; });
+      this.call("possible", at.shared, at.values, at.possible);
+      some.forEach((_, lane) => found.push(concerned.findIndex((asked, row) => asked && real.possible[row * L + lane] !== 1)));
+    }
+    return found;
   }
   // runs: at most as many as lanes, each the words of a run; nominal: values that replace those of the scenario;
   // wanted: signals that are returned of each run, name -> values, one sample after the other

@@ -13,13 +13,15 @@ onmessage = async ({ data }) => {
     postMessage({ ready: true });
     return;
   }
-  const began = performance.now(), { nominal, runs, wanted, cloud } = data, answer = { id: data.id };
+  const began = performance.now(), { nominal, runs, wanted, cloud, concerned } = data, answer = { id: data.id };
+  answer.refused = concerned ? flight.refused(cloud ?? runs, nominal, concerned) : [];
   if (cloud) {
+    const flown = cloud.filter((_, k) => answer.refused[k] < 0);
     answer.cloud = [];
-    for (let k = 0; k < cloud.length; k += flight.lanes)
-      for (const run of flight.fly(cloud.slice(k, k + flight.lanes), nominal, ["error"]))
+    for (let k = 0; k < flown.length; k += flight.lanes)
+      for (const run of flight.fly(flown.slice(k, k + flight.lanes), nominal, ["error"]))
         answer.cloud.push({ results: run.results, error: parts(run.signals.error, 200) });
-  } else answer.run = flight.fly(runs, nominal, wanted)[0];
+  } else if (!(answer.refused[0] >= 0)) answer.run = flight.fly(runs, nominal, wanted)[0];
   answer.time = performance.now() - began;
   postMessage(answer);
 };

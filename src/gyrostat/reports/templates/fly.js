@@ -32,7 +32,8 @@ const ask = async (each, message) => {
   return new Promise(resolve => { waiting.set(++number, resolve); each.postMessage({ ...message, id: number }); });
 };
 // --- values: those that were moved, key -> SI
-const moved = new Map(), index = new Map(keys.map((key, k) => [key, k])), column = new Map(spread.map((k, j) => [keys[k], j]));
+let moved = new Map(), good = [new Map(), 0];
+const index = new Map(keys.map((key, k) => [key, k])), column = new Map(spread.map((k, j) => [keys[k], j]));
 let shown = 0;
 const real = run => new Float64Array(run.buffer, run.byteOffset, width);
 const start = key => column.has(key) ? real(runAt(shown))[column.get(key)] : nominal[index.get(key)];
@@ -41,21 +42,15 @@ const value = key => moved.get(key) ?? start(key);
 const limits = new Map([...panel.querySelectorAll(".slider")].map(({ dataset }) => [dataset.key, dataset]));
 const warn = line => { $(".fault").hidden = !line; $(".fault").textContent = line; };
 function outside(key, v) {
-  const { least, most, above, expected } = limits.get(key);
-  return v >= +least && v <= +most && !(above === "1" && v === +least) ? "" : `${key}: found ${plain(v)}, expected ${expected}.`;
+  const { least, most, expected } = limits.get(key);
+  return v >= +least && v <= +most ? "" : `${key}: found ${plain(v)}, expected ${expected}.`;
 }
-// second moments of mass of the body without its rotors, tr(J) / 2 - J - sum of I / 2 a a', are positive definite
-function isBody(of) {
-  const [xx, yy, zz, xy, xz, yz] = ["xx", "yy", "zz", "xy", "xz", "yz"].map(end => of(`body.inertia.${end}`)), half = (xx + yy + zz) / 2;
-  const s = [[half - xx, -xy, -xz], [-xy, half - yy, -yz], [-xz, -yz, half - zz]];
-  for (const [wheel, a] of Object.entries(about.axes)) s.forEach((row, j) => row.forEach((_, k) => { row[k] -= of(`wheel.${wheel}.inertia`) / 2 * a[j] * a[k]; }));
-  const [[a, b, c], [, d, e], [, , f]] = s, minor = a * d - b * b;
-  return a > 0 && minor > 0 && minor * f - a * e * e + 2 * b * c * e - d * c * c > 0;
-}
-function refusal(of) {
-  const line = [...moved.keys()].map(key => outside(key, of(key))).find(Boolean) ?? "";
-  return line || ([...moved.keys()].some(key => key.endsWith("inertia") || key.startsWith("body.inertia")) && !isBody(of) ? "body.inertia: found that of no body with these rotors, expected a possible one." : "");
-}
+const together = () => about.coupled.filter(pair => pair.every(key => moved.has(key))).map(([a, b]) => `${a}: found it moved together with ${b}, on which its limits depend, expected one of them: gyrostat simulate checks both.`);
+// what is refused of values in any case, before the program looks at their relations
+const refusal = of => [...moved.keys()].map(key => outside(key, of(key))).find(Boolean) ?? together()[0] ?? "";
+// message of a relation, with its values
+const message = (row, of) => `${about.relations[row][1].replace(/\{([\w.]+)\}/g, (_, key) => plain(of(key), 6))}.`;
+const concerned = () => about.relations.map(([places]) => places.some(k => moved.has(keys[k])));
 // makes a change of the values, or undoes it and says why
 function tried(change, undo) {
   change();
@@ -67,7 +62,7 @@ function tried(change, undo) {
 function inputs() {
   const values = nominal.slice(), run = runAt(shown);
   for (const [key, v] of moved) if (column.has(key)) real(run)[column.get(key)] = v; else values[index.get(key)] = v;
-  return { nominal: values, runs: [run] };
+  return { nominal: values, runs: [run], concerned: concerned() };
 }
 function many() {
   const { nominal: values, runs: [run] } = inputs();
@@ -77,9 +72,9 @@ function many() {
     for (const [key, v] of moved) if (column.has(key)) real(own)[column.get(key)] += v - start(key);
     return own;
   });
-  const lines = every.map(own => refusal(key => column.has(key) ? real(own)[column.get(key)] : values[index.get(key)])), refused = lines.filter(Boolean);
-  if (refused.length) warn(`${refused.length} of ${about.cloud} runs left out: ${refused[0]}`);
-  return { nominal: values, cloud: every.filter((_, k) => !lines[k]) };
+  const of = own => key => column.has(key) ? real(own)[column.get(key)] : values[index.get(key)];
+  const lines = every.map(own => refusal(of(own)));
+  return { nominal: values, cloud: every.filter((_, k) => !lines[k]), refused: lines.filter(Boolean), of, concerned: concerned() };
 }
 // --- text
 function plain(v, digits = 4) {
@@ -207,17 +202,27 @@ async function fly() {
   busy = true;
   do {
     again = false;
-    const began = performance.now(), answer = await ask(workers[0], { ...inputs(), wanted });
-    last = answer.run; cloud = null;
+    const began = performance.now(), asked = [new Map(moved), shown], answer = await ask(workers[0], { ...inputs(), wanted });
+    if (!answer.run) {
+      if (again) continue;
+      warn(message(answer.refused[0], value));
+      [moved, shown] = [new Map(good[0]), good[1]];
+      $(".run").value = shown; tell(); remember();
+      again = panel.dataset.picture === "0";
+      continue;
+    }
+    good = asked; last = answer.run; cloud = null;
     draw(); table();
     panel.flown = { results: [...last.results], error: last.signals.error, flight: answer.time, picture: performance.now() - began };
     if (!again && isMany()) {
-      const whole = performance.now(), { nominal: values, cloud: runs } = many(), count = Math.min(4, navigator.hardwareConcurrency || 1);
+      const whole = performance.now(), { nominal: values, cloud: runs, refused, of, concerned } = many(), count = Math.min(4, navigator.hardwareConcurrency || 1);
       while (workers.length < count) workers.push(worker());
       // whole groups of lanes for each worker
       const size = 2 * Math.ceil(runs.length / count / 2), parts = workers.map((each, k) => [each, runs.slice(k * size, (k + 1) * size)]).filter(([, part]) => part.length);
-      const answers = await Promise.all(parts.map(([each, part]) => ask(each, { nominal: values, cloud: part })));
+      const answers = await Promise.all(parts.map(([each, part]) => ask(each, { nominal: values, cloud: part, concerned })));
       cloud = answers.flatMap(each => each.cloud);
+      answers.flatMap(each => each.refused).forEach((row, k) => { if (row >= 0) refused.push(message(row, of(runs[k]))); });
+      if (refused.length) warn(`${refused.length} of ${about.cloud} runs left out: ${refused[0]}`);
       if (!again) { draw(); table(); }
       Object.assign(panel.flown, { cloud: cloud.map(each => [...each.results]), many: performance.now() - whole });
     }

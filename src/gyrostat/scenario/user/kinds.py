@@ -11,6 +11,7 @@ from gyrostat.scenario.component import ORBIT, Context, Need, Options
 from gyrostat.scenario.controller_kind import IGNORED, Beginning, DesignCase
 from gyrostat.scenario.mode_kind import Mode
 from gyrostat.scenario.reference_kind import PlannedReference, ReferenceCase
+from gyrostat.scenario.relation import Relation
 from gyrostat.scenario.scenario import Scenario, Source
 from gyrostat.scenario.schema import Key
 from gyrostat.scenario.transition_kind import Transition
@@ -77,6 +78,10 @@ class UserKind:
 
     def check(self, place: str, scenario: Scenario) -> None:
         """See `Kind.check`."""
+
+    def relations(self, place: str, scenario: Scenario) -> tuple[Relation, ...]:
+        """See `Kind.relations`."""
+        return ()
 
     def of(self, options: Options) -> Self:
         """See `Kind.of`."""

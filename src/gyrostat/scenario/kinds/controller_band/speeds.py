@@ -1,11 +1,12 @@
 """Band of wheel speeds to avoid."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated
 
 from gyrostat.core.arrays import Scalar
-from gyrostat.core.errors import InputError
 from gyrostat.scenario.component import Kind
+from gyrostat.scenario.relation import Relation, less
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.schema import positive, size
 
@@ -19,12 +20,13 @@ class Speeds(Kind):
     below: Annotated[Scalar, positive("speed", None, "Upper end of the band.")]
 
     @classmethod
-    def check(cls, place: str, scenario: Scenario) -> None:
-        """Check that the band has a width."""
-        low, high = (scenario.values[f"{place}.{end}"] for end in ("above", "below"))
-        if low >= high:
-            section, _, name = place.rpartition(".")
-            raise InputError(
-                f"key {section}[{name}].below: found {high:g} rad/s, expected more than above, "
-                f"{low:g} rad/s"
-            )
+    def relations(cls, place: str, scenario: Scenario) -> Iterator[Relation]:
+        """The band has a width."""
+        low, high = (f"{place}.{end}" for end in ("above", "below"))
+        section, _, name = place.rpartition(".")
+        yield less(
+            low,
+            high,
+            f"{section}[{name}].below: found {{{high}}} rad/s, expected more than above, "
+            f"{{{low}}} rad/s",
+        )

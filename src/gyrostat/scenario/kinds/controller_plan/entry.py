@@ -1,11 +1,12 @@
 """Entry of the momentum plan of a wheel array."""
 
+from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated
 
 from gyrostat.core.arrays import Scalar, Vector3
-from gyrostat.core.errors import InputError
 from gyrostat.scenario.component import NULL_SPACE, Kind
+from gyrostat.scenario.relation import Relation, less
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.schema import Key, size
 
@@ -53,18 +54,16 @@ class PlanEntry(Kind):
     ]
 
     @classmethod
-    def check(cls, place: str, scenario: Scenario) -> None:
-        """Check that the entry is later than the one before."""
-        section = place.rpartition(".")[0]
+    def relations(cls, place: str, scenario: Scenario) -> Iterator[Relation]:
+        """The entry is later than the one before."""
+        section, _, name = place.rpartition(".")
         names = [part.name for part in scenario.parts if part.section == section]
-        number = names.index(place.rpartition(".")[2])
-        if number == 0:
-            return
-        before, time = (
-            scenario.values[f"{section}.{name}.time"] for name in names[number - 1 :][:2]
-        )
-        if time <= before:
-            raise InputError(
-                f"key {section}[{names[number]}].time: found {time:g} s, expected more than that "
-                f"of the entry before, {before:g} s"
+        number = names.index(name)
+        if number > 0:
+            before, time = (f"{section}.{each}.time" for each in (names[number - 1], name))
+            yield less(
+                before,
+                time,
+                f"{section}[{name}].time: found {{{time}}} s, expected more than that of the entry "
+                f"before, {{{before}}} s",
             )
