@@ -101,13 +101,13 @@ charts[0].labels = about.events.map((name, k) => { const made = mark(charts[0], 
 const end = (about.samples - 1) * about.period;
 // the first points with the smallest and the largest value of each of 300 parts
 function thin(count, at) {
-  const size = Math.max(1, Math.ceil(count / 300)), kept = [];
+  const size = Math.max(1, Math.ceil(count / 300)), kept = [], point = (k, v) => kept.push([1000 * k * about.period / end, v]);
   for (let k = 0; k < count; k += size) {
-    let low = k, high = k;
-    for (let j = k; j < Math.min(count, k + size); ++j) { const v = at(j); if (v < at(low)) low = j; if (v > at(high)) high = j; }
-    kept.push(Math.min(low, high)); if (low !== high) kept.push(Math.max(low, high));
+    let low = k, high = k, least = at(k), most = least;
+    for (let j = k + 1; j < Math.min(count, k + size); ++j) { const v = at(j); if (v < least) { low = j; least = v; } if (v > most) { high = j; most = v; } }
+    if (low < high) { point(low, least); point(high, most); } else { point(high, most); if (low !== high) point(low, least); }
   }
-  return kept.map(k => [1000 * k * about.period / end, at(k)]);
+  return kept;
 }
 function curves({ results, signals }) {
   const count = results[0] ? Math.round(results[1] / about.period) + 1 : about.samples, w = about.signals.wheel_speed[2];
@@ -145,9 +145,11 @@ function draw() {
   const now = curves(last);
   charts.forEach((chart, k) => {
     const extra = k === 0 && cloud ? cloud.map(each => [...each.error].map((v, j, all) => [1000 * j / (all.length - 1), Math.max(1e-5, degrees * v)]).filter(p => Number.isFinite(p[1]))) : [];
-    if (fit(chart, [...now[k], ...ghost[k], ...extra])) chart.zoom(chart.view);
+    const moves = fit(chart, [...now[k], ...ghost[k], ...extra]);
+    if (moves) chart.zoom(chart.view);
     chart.lines.forEach((line, j) => line.setAttribute("d", path(chart, now[k][j], k === 3)));
-    chart.ghosts.forEach((line, j) => line.setAttribute("d", path(chart, ghost[k][j], k === 3)));
+    if (moves || !chart.hasGhosts) chart.ghosts.forEach((line, j) => line.setAttribute("d", path(chart, ghost[k][j], k === 3)));
+    chart.hasGhosts = true;
     if (k === 0) many_path.setAttribute("d", extra.map(points => path(chart, points)).join(""));
     chart.kept = null;
     // for the cursor, when it comes
@@ -215,11 +217,13 @@ async function fly() {
     draw(); table();
     panel.flown = { results: [...last.results], error: last.signals.error, flight: answer.time, picture: performance.now() - began };
     if (!again && isMany()) {
-      const whole = performance.now(), { nominal: values, cloud: runs, refused, of, concerned } = many(), count = Math.min(4, navigator.hardwareConcurrency || 1);
+      const whole = performance.now(), { nominal: values, cloud: runs, refused, of, concerned } = many(), count = Math.min(8, navigator.hardwareConcurrency || 1);
       while (workers.length < count) workers.push(worker());
-      // whole groups of lanes for each worker
-      const size = 2 * Math.ceil(runs.length / count / 2), parts = workers.map((each, k) => [each, runs.slice(k * size, (k + 1) * size)]).filter(([, part]) => part.length);
-      const answers = await Promise.all(parts.map(([each, part]) => ask(each, { nominal: values, cloud: part, concerned })));
+      // whole groups of lanes; a worker that is done takes the next one
+      const parts = [...Array(Math.ceil(runs.length / 4)).keys()], answers = [];
+      await Promise.all(workers.map(async each => {
+        for (let k; (k = parts.shift()) !== undefined;) answers[k] = await ask(each, { nominal: values, cloud: runs.slice(4 * k, 4 * k + 4), concerned });
+      }));
       cloud = answers.flatMap(each => each.cloud);
       answers.flatMap(each => each.refused).forEach((row, k) => { if (row >= 0) refused.push(message(row, of(runs[k]))); });
       if (refused.length) warn(`${refused.length} of ${about.cloud} runs left out: ${refused[0]}`);
