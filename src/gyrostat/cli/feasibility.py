@@ -57,6 +57,14 @@ def feasible(
     tolerance: Annotated[
         str | None, typer.Option(help="Pointing tolerance for the dwell time, rad or with a unit.")
     ] = None,
+    fly: Annotated[
+        bool,
+        typer.Option(
+            "--fly",
+            help="A map in report.html on which target and momentum are dragged and wheels fail; "
+            "with --boresight and --towards. It needs clang with lld and wasi-libc, or zig.",
+        ),
+    ] = False,
     scalar_last: ScalarLast = False,
     force: Force = False,
     json_output: Json = False,

@@ -70,4 +70,6 @@ def with_jax(function: Callable[..., Any]) -> Callable[..., Any]:
 
 
 def _plain(value: Any) -> Any:
+    if isinstance(value, list):  # of arrays, as for stack
+        return [_plain(each) for each in value]
     return value.array if isinstance(value, Traced) else np.asarray(value)

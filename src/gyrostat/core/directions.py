@@ -15,7 +15,7 @@ def spread_evenly(count: int) -> Matrix:
 
 def across(direction: Vector) -> Vector:
     """Any unit vector orthogonal to a direction; any unit vector if the direction is zero."""
-    axis = np.eye(3)[int(np.argmin(np.abs(direction)))]
-    normal = np.asarray(np.cross(direction, axis), dtype=float)
-    length = float(np.linalg.norm(normal))
-    return normal / length if length else np.eye(3)[0]
+    axis = 1.0 * (np.arange(3) == np.argmin(np.abs(direction)))
+    normal = np.cross(direction, axis)
+    length = np.linalg.norm(normal)
+    return np.where(length > 0.0, normal / np.where(length > 0.0, length, 1.0), np.eye(3)[0])

@@ -201,7 +201,7 @@ def _answer(case: Case, rest: Rest | None, **fields: Any) -> Holdable:
     if rest is None:
         return Holdable(
             holdable=False,
-            reason=_reason(case),
+            reason=reason_of(case),
             rank=envelope.rank,
             for_ever=certificate_for_ever(envelope, case.inertia, case.radius),
             **fields,
@@ -230,7 +230,8 @@ def _dimension(case: Case) -> int:
     return max(case.held.rank - 1, 0) + 1 if crosses else 1
 
 
-def _reason(case: Case) -> str:
+def reason_of(case: Case) -> str:
+    """Reason why no attitude is feasible."""
     total = f"the total momentum is {case.radius:.6g} N·m·s"
     if case.held.most < case.radius:
         return f"{total}, and the wheels hold at most {case.held.most:.6g} N·m·s"

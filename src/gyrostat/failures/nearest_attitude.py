@@ -3,12 +3,13 @@
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import partial
+from typing import Any
 
 import numpy as np
 
 from gyrostat.core.directions import across
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.failures.attitudes import matrix_of, turned
+from gyrostat.failures.attitudes import matrix_of, triad, turned
 from gyrostat.failures.certificate import Certificate, certificate_at
 from gyrostat.failures.momentum_envelope import TOLERANCE
 from gyrostat.failures.query import Case
@@ -47,7 +48,7 @@ def nearest_attitude(case: Case, target: Vector) -> Rest | None:
     if not len(points):
         return None
     away = angles(points, momentum)
-    point = _least_loaded(case, points[away <= np.min(away) + TOLERANCE])
+    point = least_loaded(case, points[away <= np.min(away) + TOLERANCE])
     angle = float(angles(point, momentum))
     # shortest rotation, in body axes, from the target's momentum direction to the feasible one
     axis = np.cross(point, momentum)
@@ -76,22 +77,58 @@ def nearest_direction(case: Case, body: Vector, wanted: Vector) -> Rest | None:
     polar = angle = float(angles(wanted, axis))
     points = at_angle(envelope, radius, body, polar)
     if not len(points):
-        points = envelope.on_sphere(radius, body)
+        points = nearest_extremes(case, body, polar)
         if not len(points):
             return None
-        away = np.abs(angles(points, body) - polar)
-        points = points[away <= np.min(away) + TOLERANCE]
         angle = float(angles(points[0], body))
     elif envelope.rank == 3:
         every = _rolls(body, radius, polar, np.arange(10 * ROLLS) * np.pi / (5 * ROLLS))
         points = np.concatenate([points, every[envelope.holds(every, TOLERANCE * radius)]])
-    point = _least_loaded(case, points)
-    perpendicular = wanted - np.cos(polar) * axis
-    if np.linalg.norm(perpendicular) <= TOLERANCE:
-        perpendicular = across(axis)
-    direction = np.cos(angle) * axis + np.sin(angle) * perpendicular / np.linalg.norm(perpendicular)
-    attitude = _triad(body, point, direction, case.momentum)
+    point = least_loaded(case, points)
+    direction, attitude = pointed(body, point, wanted, case.momentum, angle)
     return Rest(point, abs(angle - polar), attitude, direction)
+
+
+def nearest_extremes(case: Case, body: Vector, polar: float) -> Matrix:
+    """Momenta that the wheels hold, at the angle to a boresight nearest to a wanted one.
+
+    Args:
+        case: Validated query.
+        body: Boresight in body axes, unit vector (3,).
+        polar: Wanted angle between the momentum and the boresight, rad.
+
+    Returns:
+        Momenta in body axes, (M, 3), N·m·s; none if no attitude is feasible.
+    """
+    points = case.held.on_sphere(case.radius, body)
+    if not len(points):
+        return points
+    away = np.abs(angles(points, body) - polar)
+    return points[away <= np.min(away) + TOLERANCE]
+
+
+def pointed(
+    body: Vector, point: Vector, wanted: Vector, momentum: Vector, angle: Any
+) -> tuple[Vector, Vector]:
+    """Boresight at an angle to the momentum, turned from it towards a direction.
+
+    Args:
+        body: Boresight in body axes, unit vector (3,).
+        point: Total momentum in body axes, (3,), N·m·s.
+        wanted: Direction, inertial axes, unit vector (3,).
+        momentum: Total momentum, inertial axes, (3,), N·m·s.
+        angle: Angle between `point` and `body`, rad.
+
+    Returns:
+        Direction of the boresight, inertial axes, unit vector (3,); attitude, (4,).
+    """
+    axis = momentum / np.linalg.norm(momentum)
+    perpendicular = wanted - np.cos(angles(wanted, axis)) * axis
+    is_along = np.linalg.norm(perpendicular) <= TOLERANCE
+    perpendicular = np.where(is_along, across(axis), perpendicular)
+    unit = perpendicular / np.linalg.norm(perpendicular)
+    direction = np.cos(angle) * axis + np.sin(angle) * unit
+    return direction, triad(body, point, direction, momentum)
 
 
 def certificate_of_roll(case: Case, body: Vector, wanted: Vector) -> Certificate:
@@ -128,8 +165,8 @@ def best_roll(case: Case, body: Vector, wanted: Vector, cost: Callable[[Vector],
 def attitude_at_roll(case: Case, body: Vector, wanted: Vector, momentum: Vector) -> Vector:
     """Attitude (4,) that points a boresight at its target, at the roll angle of `best_roll`."""
     if not case.radius:
-        return _triad(body, across(body), wanted, across(wanted))
-    return _triad(body, momentum, wanted, case.momentum)
+        return triad(body, across(body), wanted, across(wanted))
+    return triad(body, momentum, wanted, case.momentum)
 
 
 def _zero(case: Case) -> Matrix:
@@ -138,7 +175,8 @@ def _zero(case: Case) -> Matrix:
     return np.zeros((1, 3))[case.held.holds(np.zeros((1, 3)), slack)]
 
 
-def _least_loaded(case: Case, points: Matrix) -> Vector:
+def least_loaded(case: Case, points: Matrix) -> Vector:
+    """Momentum of (M, 3), N·m·s, with the largest margin of the most loaded wheel."""
     return points[int(np.argmin(case.held.load(points)))]
 
 
@@ -147,18 +185,3 @@ def _rolls(body: Vector, radius: float, polar: float, roll: Vector) -> Matrix:
     normal = across(body)
     around = np.outer(np.cos(roll), normal) + np.outer(np.sin(roll), np.cross(body, normal))
     return radius * (np.cos(polar) * body + np.sin(polar) * around)
-
-
-def _triad(body: Vector, body_other: Vector, inertial: Vector, inertial_other: Vector) -> Vector:
-    """Attitude that aligns one direction exactly and another as well as possible (TRIAD)."""
-    frames = []
-    for first, second in ((body, body_other), (inertial, inertial_other)):
-        normal = np.cross(first, second)
-        if np.linalg.norm(normal) <= TOLERANCE * np.linalg.norm(second):
-            normal = across(first)
-        normal = normal / np.linalg.norm(normal)
-        frames.append(np.stack([first, np.cross(normal, first), normal], axis=1))
-    from scipy.spatial.transform import Rotation  # slow to import
-
-    rotation = Rotation.from_matrix(frames[1] @ frames[0].T)
-    return np.asarray(rotation.as_quat(canonical=True, scalar_first=True), dtype=float)

@@ -22,6 +22,7 @@ from gyrostat.reports.failure_inputs import (
     steps_content,
     unloading_rows,
 )
+from gyrostat.reports.page_policy import with_policy
 from gyrostat.reports.sky_map import sky_chart
 from gyrostat.reports.template import render
 from gyrostat.spacecraft import SpacecraftFile
@@ -68,6 +69,7 @@ def write_holdable(
     out: Path,
     *,
     steps: Sequence[NextStep] = (),
+    fly: Mapping[str, Any] | None = None,
     command: str,
     say: Callable[[str], None],
     force: bool = False,
@@ -80,6 +82,7 @@ def write_holdable(
         maps: Sky maps; at least the one of the requested boresight.
         out: Output folder.
         steps: What to do next.
+        fly: What the page needs to be dragged, see `gyrostat.reports.sky_fly`; None: it is not.
         command: Command line that produced the answer.
         say: Called with each line of the summary.
         force: Whether to replace files that `holdable` did not write; see `gyrostat.core.outputs`.
@@ -101,6 +104,7 @@ def write_holdable(
         inputs=question.inputs,
         rows=rows,
         steps=steps,
+        fly=fly,
         wheels=_wheels(question, answer),
         maps=[
             (
@@ -112,6 +116,8 @@ def write_holdable(
         ],
         command=command,
     )
+    if fly is not None:
+        page = with_policy(page)
     with new_files(out, by="holdable", force=force) as folder:
         (folder / "report.html").write_text(page, encoding="utf-8")
         (folder / "holdable.json").write_text(text + "\n", encoding="utf-8")

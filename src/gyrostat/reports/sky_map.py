@@ -40,12 +40,14 @@ def sky_chart(
         f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" '
         'font-family="sans-serif" font-size="11" role="img" aria-label="sky map">',
         f'<ellipse {outline} fill="{PAPER}"/>',
-        f'<path fill="{BAND}" d="{_areas(sky)}"/>',
+        f'<path class="bands" fill="{BAND}" d="{_areas(sky)}"/>',
     ]
     for low, high in sky.bands:
         if high - low < THIN:
             path = circle(sky.momentum_direction, 0.5 * (low + high))
-            parts.append(f'<path fill="none" stroke="{BAND}" stroke-width="3" d="{path}"/>')
+            parts.append(
+                f'<path class="bands" fill="none" stroke="{BAND}" stroke-width="3" d="{path}"/>'
+            )
     parts += [grid(), f'<ellipse {outline} fill="none" stroke="{QUIET}"/>']
     square = f'<path fill="{BAND}" d="M-5-5H5V5H-5Z"/>'
     marks: list[tuple[str, str, Vector | None]] = [("can be held", square, None)]
@@ -63,10 +65,12 @@ def sky_chart(
     left = WIDTH / 2 - 66.0 * len(marks)
     for number, (label, mark, direction) in enumerate(marks):
         if direction is not None:
-            parts.append(translate(mark, *pixels(*angles(direction))[0]))
+            place = translate(mark, *pixels(*angles(direction))[0])
+            parts.append(place.replace("<g", f'<g data-mark="{label}"', 1))
         at = left + 132.0 * number
         text = f'<text x="12" y="4" fill="{INK}">{label}</text>'
-        parts.append(translate(mark + text, at, HEIGHT - 16.0))
+        row = translate(mark + text, at, HEIGHT - 16.0)
+        parts.append(row.replace("<g", '<g class="legend"', 1))
     return Markup("".join([*parts, "</svg>"]))
 
 

@@ -47,6 +47,7 @@ def feasible(
     towards: str | Iterable[float] | None = None,
     tolerance: Quantity | None = None,
     scalar_last: bool = False,
+    fly: bool = False,
     force: bool = False,
     say: Say = silent,
     command: str = "gyrostat.feasible",
@@ -77,6 +78,8 @@ def feasible(
         towards: Wanted direction of the boresight in inertial axes, (3,); the roll is free.
         tolerance: Pointing tolerance for the dwell time, rad.
         scalar_last: Whether quaternions have their scalar part last.
+        fly: Whether report.html has a sky map on which target and momentum can be dragged and
+            wheels fail; with `boresight`, `towards` and `out`.
         force: Whether to replace files that gyrostat did not write.
         say: Function that receives each message for the user.
         command: Text that the report names as its origin.
@@ -131,6 +134,11 @@ def feasible(
             file.wheel_names, in_words(failures, file, momenta), aim, pointing, state, doubts
         ),
     )
+    draggable = None
+    if fly:
+        from gyrostat.reports.sky_fly import check_sky_fly
+
+        draggable = check_sky_fly(question, body)
     answer = holdable(
         file.spacecraft,
         total,
@@ -151,9 +159,23 @@ def feasible(
         names = file.wheel_names
         by_name = {names[k]: value for k, value in momenta.items()}
         steps = after_feasible(query, answer, total, by_name, [names[k] for k in differences])
+    content = None
+    if draggable is not None:
+        from gyrostat.reports.sky_fly import sky_fly_content
+
+        path = str(spacecraft) if isinstance(spacecraft, str | Path) else "spacecraft.toml"
+        content = sky_fly_content(question, draggable, path, say)
     maps = _maps(question, answer, body)
     write_holdable(
-        question, answer, maps, Path(out), steps=steps, command=command, say=say, force=force
+        question,
+        answer,
+        maps,
+        Path(out),
+        steps=steps,
+        fly=content,
+        command=command,
+        say=say,
+        force=force,
     )
     return answer
 
