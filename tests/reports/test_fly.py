@@ -239,6 +239,7 @@ def test_a_value_that_simulate_refuses_is_not_flown(scenario, browser, page, tmp
         browser.ask(f"({box}.value = '{value}', {box}.onchange(), 0)")
         assert expected in fault(browser)
         assert float(browser.ask(f"{box}.value")) != float(value)
+        assert browser.ask(f"{label}.nextElementSibling.className") == "invalid fault"
         assert key not in dict(moved(browser))
         si = float(value) / float(browser.ask(f"{label}.dataset.factor"))
         path.write_text(json.dumps({**content, "values": {**content["values"], key: si}}))

@@ -106,6 +106,7 @@ def fly_content(
     about = {
         **program.about,
         "coupled": coupled,
+        "sliders": {each.key: each._asdict() for each in every},
         "keys": [*scenario.values],
         "dispersed": [[*scenario.values].index(key) for key in scenario.dispersed],
         "metrics": _metric_rows(scenario),
@@ -217,8 +218,6 @@ def _slider(
     unit, factor = _unit(key, entry, max(abs(low), abs(high)))
     label = key.split(".", _depth(key))[-1]
     expected = entry.range()
-    if abs(entry.most) > LARGEST:
-        expected += f", of a size of {LARGEST:g} or less"
     for word, end, allowed in zip(("least", "most"), limits, ends[2:], strict=True):
         if end.value != allowed:
             expected += f"; at {word} {end.value:g}, {end.why or 'the end of what this page flies'}"

@@ -39,8 +39,14 @@ const real = run => new Float64Array(run.buffer, run.byteOffset, width);
 const start = key => column.has(key) ? real(runAt(shown))[column.get(key)] : nominal[index.get(key)];
 const value = key => moved.get(key) ?? start(key);
 // --- values that simulate refuses, which are not flown
-const limits = new Map([...panel.querySelectorAll(".slider")].map(({ dataset }) => [dataset.key, dataset]));
-const warn = line => { $(".fault").hidden = !line; $(".fault").textContent = line; };
+const limits = new Map([...panel.querySelectorAll(".slider")].map(({ dataset }) => [dataset.key, Object.assign(dataset, about.sliders[dataset.key])]));
+// beside the slider that was moved last
+let touched = "";
+const warn = line => {
+  const fault = $(".fault");
+  (panel.querySelector(`.slider[data-key="${touched}"]`) ?? $(".choices")).after(fault);
+  fault.hidden = !line; fault.textContent = line;
+};
 function outside(key, v) {
   const { least, most, expected } = limits.get(key);
   return v >= +least && v <= +most ? "" : `${key}: found ${plain(v)}, expected ${expected}.`;
@@ -247,6 +253,7 @@ const sliders = [...panel.querySelectorAll(".slider")].map(label => {
   };
   const put = v => { if (v === undefined) moved.delete(key); else moved.set(key, v); };
   const set = v => {
+    touched = key;
     const old = moved.get(key), done = tried(() => put(v), () => put(old));
     tell();
     if (done) fly();
@@ -277,12 +284,13 @@ function recall() {
   tried(() => {}, () => moved.clear());
 }
 $(".run").onchange = event => {
+  touched = "";
   const old = shown, done = tried(() => { shown = +event.target.value; }, () => { shown = old; event.target.value = old; });
   tell(); remember();
   if (done) fly();
 };
 if ($(".cloud")) $(".cloud").onchange = () => { warn(""); fly(); remember(); };
-$(".reset").onclick = () => { warn(""); moved.clear(); shown = 0; $(".run").value = 0; tell(); fly(); remember(); };
+$(".reset").onclick = () => { touched = ""; warn(""); moved.clear(); shown = 0; $(".run").value = 0; tell(); fly(); remember(); };
 $(".copy").onclick = async () => { remember(); try { await navigator.clipboard.writeText(location.href); $(".copy").textContent = "link copied"; } catch { prompt("Link with all values", location.href); } };
 // --- file of this run
 window.gyrostatRunFile = () => {
