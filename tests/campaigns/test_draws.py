@@ -100,6 +100,10 @@ def test_a_value_that_makes_no_sense_is_refused_before_anything_flies(wide):
     late = (Dispersion(("event.loss.time",), "uniform", ((6.0, 20.0),)),)
     with pytest.raises(InputError, match=r"in run \d+, event\.\w+: found events in another order"):
         check_draws(dataclasses.replace(wide, dispersions=late), 0, 50)
+    # an event after the end of the run does not happen
+    never = (Dispersion(("event.loss.time",), "uniform", ((1e4, 2e4),)),)
+    alone = dataclasses.replace(wide, events=wide.events[:1], dispersions=never)
+    check_draws(alone, 0, 50)
     check_draws(wide, 3, 50)
 
 

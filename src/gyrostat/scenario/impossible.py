@@ -6,7 +6,7 @@ from gyrostat.core.errors import InputError, placed
 from gyrostat.scenario.metrics.results import metrics_of
 from gyrostat.scenario.numbers import check_inertias
 from gyrostat.scenario.relation import check_relations
-from gyrostat.scenario.relations import relations_of, window_relations
+from gyrostat.scenario.relations import nominal_relations, relations_of
 from gyrostat.scenario.scenario import Scenario
 
 COLUMNS = ("run", "status", "ended")
@@ -23,7 +23,7 @@ def check_possible(scenario: Scenario) -> None:
     with placed("key body.inertia"):
         check_inertias(scenario.values, scenario.wheels, scenario.axes)
     check_relations(relations_of(scenario), scenario.values)
-    check_relations(window_relations(scenario), scenario.values)
+    check_relations(nominal_relations(scenario), scenario.values)
     _check_names(scenario)
 
 

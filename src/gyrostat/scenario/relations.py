@@ -29,9 +29,14 @@ def relations_of(scenario: Scenario) -> Iterator[Relation]:
         yield from component(section, kind, scenario.sources).relations(place, scenario)
 
 
-def window_relations(scenario: Scenario) -> Iterator[Relation]:
-    """Relations of the nominal values: the windows of the metrics are within the run."""
+def nominal_relations(scenario: Scenario) -> Iterator[Relation]:
+    """Relations of the nominal values: events, slews and windows are within the run.
+
+    The draws of a campaign need not fulfil them: an event after the end does not happen.
+    """
     origins = event_times(scenario.events, scenario.parts)
+    for key in ("metrics.after", *origins.values()):
+        yield before_end(key)
     for window in scenario.windows:
         origin = None if window.event is None else origins[window.event]
         yield from relations_of_window(window.name, origin)
@@ -100,9 +105,7 @@ def _body(scenario: Scenario) -> Relation:
 
 
 def _times(scenario: Scenario) -> Iterator[Relation]:
-    """Events, slews and the start of the metrics are in the run; slews are in their order."""
-    for key in ("metrics.after", *event_times(scenario.events, scenario.parts).values()):
-        yield before_end(key)
+    """Faults of sensors end after their start; slews are in their order."""
     for event in scenario.events:
         start, end = (f"event.{event.name}.{name}" for name in ("time", "until"))
         if event.sensor is not None:

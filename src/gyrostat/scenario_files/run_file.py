@@ -17,7 +17,7 @@ from gyrostat.runs.plans import check_run, plans_of
 from gyrostat.runs.run_relations import run_relations
 from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.relation import Relation, check_relations
-from gyrostat.scenario.relations import window_relations
+from gyrostat.scenario.relations import nominal_relations
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario_files.scenario_file import validated
 
@@ -122,7 +122,7 @@ def relations_of_file(scenario: Scenario) -> Iterator[Relation]:
         scenario: Scenario of the run.
     """
     yield from run_relations(scenario)
-    yield from window_relations(scenario)
+    yield from nominal_relations(scenario)
 
 
 def _check_plans(scenario: Scenario, plans: Plans, values: dict[str, float]) -> None:
