@@ -57,6 +57,20 @@ def tables(x, place):
     return rows[place % 2], jnp.argmax(x), jnp.sort(x)[0], stacked, replaced
 
 
+TABLE = jnp.asarray(np.random.default_rng(1).normal(size=(30, 3)))
+
+
+@jax.jit
+def of_table(k):
+    """A row of a table that its caller reads too."""
+    return jax.lax.dynamic_slice(TABLE, (k, 1), (1, 2))[0]
+
+
+def shared(x, place):
+    """A table that two functions read."""
+    return x * of_table(place).sum(), x + jax.lax.dynamic_slice(TABLE, (place, 1), (1, 1))[0, 0]
+
+
 def arrays(matrix, right):
     """Arrays that are computed by loops of C."""
     square = matrix @ matrix.T + 8.0 * jnp.eye(8)
@@ -67,6 +81,7 @@ CASES = {
     choices: {"x": real(), "y": real()},
     loops: {"x": real(), "n": RANDOM.integers(-9, 9, LANES)},
     tables: {"x": real(5), "place": RANDOM.integers(0, 12, LANES)},
+    shared: {"x": real(), "place": RANDOM.integers(0, 29, LANES)},
     arrays: {"matrix": RANDOM.normal(size=(LANES, 8, 8)), "right": real(8)},
 }
 

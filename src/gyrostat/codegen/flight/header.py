@@ -36,7 +36,10 @@ def parameter(port: Port, dialect: Dialect) -> str:
 
 def wrapped(text: str) -> str:
     """Wrap lines of C that are too long."""
-    return "\n".join(textwrap.wrap(text, WIDTH, subsequent_indent="    "))
+    lines = textwrap.wrap(
+        text, WIDTH, subsequent_indent="    ", break_long_words=False, break_on_hyphens=False
+    )
+    return "\n".join(lines)
 
 
 def header(

@@ -65,12 +65,6 @@ def uses_of(block: Block, results: Sequence[Operand]) -> Counter[Name]:
     return Counter(each for each in (*operands, *results) if isinstance(each, Name))
 
 
-def constant_tables(block: Block) -> list[Table]:
-    """Constant tables that a block reads, each once."""
-    read = (each.table for each in statements(block) if isinstance(each, Assign))
-    return [table for table in dict.fromkeys(read) if table is not None and table.values]
-
-
 def stored(block: Block) -> set[Table]:
     """Tables that some statements assign elements of."""
     return {each.table for each in statements(block) if isinstance(each, Store)}

@@ -2,13 +2,13 @@
 
 import textwrap
 from collections import Counter
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 
 from gyrostat.codegen.dependencies import used
+from gyrostat.codegen.flight.constant_tables import constant_tables, declared
 from gyrostat.codegen.flight.expressions import HELPERS, OF_INTEGERS, WORD, Dialect, Text, simplest
 from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
 from gyrostat.codegen.flight.inlining import (
-    constant_tables,
     hint_for,
     is_known_element,
     last_change,
@@ -47,11 +47,14 @@ class Writer:
         done: Destinations of an entry's results that its body assigns.
     """
 
-    def __init__(self, dialect: Dialect, reserved: set[str]) -> None:
+    def __init__(
+        self, dialect: Dialect, reserved: set[str], shared: Mapping[Table, str] | None = None
+    ) -> None:
         self.helpers: set[str] = set()
         self._dialect = dialect
         self._taken = set(reserved)
-        self._texts: dict[Name | Table, Text] = {}
+        shared = shared or {}
+        self._texts: dict[Name | Table, Text] = {t: Text(n, WORD) for t, n in shared.items()}
         self._lines: list[str] = []
         self._depth = 1
         self._uses: Counter[Name] = Counter()
@@ -103,19 +106,13 @@ class Writer:
             places: Destinations of an entry's results; those that the lines assign are in `done`.
         """
         self._last = last_branch(block, results, places) if places else None
-        self._constant_tables(block)
+        for table in constant_tables(block):
+            if table not in self._texts:
+                name = self.name(table, f"{table.hint or 'constant'}_table")
+                self.line(declared(table, name, self._dialect))
         self._uses = uses_of(block, results)
         self._block(block, results)
         return self.taken_lines()
-
-    def _constant_tables(self, block: Block) -> None:
-        """Define the constant tables that a block reads."""
-        for table in constant_tables(block):
-            name = self.name(table, f"{table.hint or 'constant'}_table")
-            numbers = (self._dialect.number(Number(table.kind, v)) for v in table.values)
-            elements = ", ".join(each.text for each in numbers)
-            kind = self._dialect.type_of(table.kind)
-            self.line(f"static const {kind} {name}[{table.size}] = {{{elements}}};")
 
     def taken_lines(self) -> list[str]:
         """Lines written since the last call; clears them."""

@@ -30,6 +30,8 @@ INTRINSIC = ("is_finite", "bits_of_real", "real_of_bits")
 def functions(text: str) -> tuple[FunctionText, ...]:
     """Functions of an emitted C file, in its order.
 
+    Each begins with the constant tables before it, which it may read.
+
     Raises:
         UnreadableError: The file has statements that emitted C has not.
     """
@@ -37,7 +39,11 @@ def functions(text: str) -> tuple[FunctionText, ...]:
 
 
 def _functions(parser: Parser) -> Iterator[FunctionText]:
+    tables: list[Statement] = []
     while parser.token.kind != "end":
+        if [parser.ahead(k) for k in (1, 4)] == ["const", "["]:
+            tables.append(Sourced(_declaration(parser), parser.token.source))
+            continue
         while parser.ahead(1) != "(":
             parser.take()
         name = parser.take().text
@@ -49,7 +55,8 @@ def _functions(parser: Parser) -> Iterator[FunctionText]:
         if name in INTRINSIC:
             _skip_block(parser)
             continue
-        yield FunctionText(name, tuple(p for p in parameters if p.name), _block(parser))
+        body = (*tables, *_block(parser))
+        yield FunctionText(name, tuple(p for p in parameters if p.name), body)
 
 
 def _parameter(parser: Parser) -> Parameter:
