@@ -1,6 +1,7 @@
 """Functions of C read large arguments where the caller has them, unless the entry changes them."""
 
 import re
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -118,3 +119,57 @@ def test_a_function_may_have_the_name_of_an_argument(tools, tmp_path):
     _, found = compiled("around", arguments)
     expected = jax.vmap(around)(*arguments.values())
     np.testing.assert_allclose(found["value"][0], expected, rtol=1e-12)
+
+
+class Springs(NamedTuple):
+    """Springs of a mechanism."""
+
+    stiffness: Any
+    damping: Any
+    slack: Any
+
+
+class Mechanism(NamedTuple):
+    """A part inside a part."""
+
+    suspension_of_the_mechanism: Any
+
+
+class Machine(NamedTuple):
+    """Two mechanisms."""
+
+    forward_mechanism: Any
+    backward_mechanism: Any
+
+
+def pulled(machine, x):
+    """Only the springs of the mechanism in front change."""
+    front = machine.forward_mechanism.suspension_of_the_mechanism
+    back = machine.backward_mechanism.suspension_of_the_mechanism
+    force = front.stiffness * x + front.damping * x**3 + jnp.where(x > front.slack, x, back.slack)
+    force = force + back.stiffness * (x - back.slack) + back.damping * (x**3 - back.slack)
+    moved = Mechanism(Springs(front.stiffness + 1.0, front.damping * x, back.slack))
+    return machine._replace(forward_mechanism=moved), force
+
+
+def test_members_with_long_paths_are_read_and_set_by_pointers(tools, tmp_path):
+    springs = Mechanism(Springs(*np.zeros((3, 1))))
+    machine = Machine(springs, springs)
+    example = jax.tree.map(lambda leaf: leaf[0], machine)
+    entry = Entry("pull", pulled, {"machine": example, "x": 0.0}, ("machine", "force"))
+    module = emit("pulling", [entry])
+    front, back = "forward_mechanism", "backward_mechanism"
+    declared = re.findall(r"(?:const )?Springs \*const (\w+) =\s+&machine->(\w+)", module.source)
+    assert [place for _, place in declared] == [front, back]
+    assert re.search(rf"const Springs \*const {declared[1][0]} ", module.source)
+    assert not re.search(rf"const Springs \*const {declared[0][0]} ", module.source)
+    compiled = tools.Compiled(module, tmp_path)
+    random = np.random.default_rng(4)
+    drawn = random.standard_normal((RUNS, 7))
+    parts = [Mechanism(Springs(*drawn[:, k : k + 3].T)) for k in (0, 3)]
+    status, found = compiled("pull", {"machine": Machine(*parts), "x": drawn[:, 6]})
+    assert not status.any()
+    machine, force = jax.vmap(pulled)(Machine(*parts), drawn[:, 6])
+    for leaf, values in zip(found["machine"], jax.tree.leaves(machine), strict=True):
+        np.testing.assert_allclose(leaf, values, rtol=1e-14)
+    np.testing.assert_allclose(found["force"][0], force, rtol=1e-14)

@@ -64,7 +64,9 @@ def read_in_place(operands: Sequence[Array], unchanged: Collection[str]) -> list
 
 def are_scalars(arrays: Sequence[Array]) -> bool:
     """Whether arrays can be passed to a function number by number."""
-    return all(isinstance(a, np.ndarray) and is_plain(a) and not has_rows(a) for a in arrays)
+    return all(_is_of_few(a) or (isinstance(a, np.ndarray) and is_plain(a)) for a in arrays) and (
+        not any(has_rows(a) for a in arrays)
+    )
 
 
 def are_small(variables: Sequence[Any]) -> bool:
@@ -114,6 +116,11 @@ def functions_called(function: Function) -> set[Function]:
         called |= found
         waiting += found
     return called
+
+
+def _is_of_few(array: Array) -> bool:
+    """Whether an array is a small part of a table."""
+    return isinstance(array, Data) and array.size <= SMALL and not array.table.changes
 
 
 def _arguments(array: Array, unchanged: Collection[str]) -> set[str] | None:

@@ -10,6 +10,7 @@ from gyrostat.codegen.flight.identifiers import comment
 from gyrostat.codegen.flight.inlining import may_stop_early
 from gyrostat.codegen.flight.module import Entry, Port
 from gyrostat.codegen.flight.moves import moves
+from gyrostat.codegen.flight.pointers import pointers_of
 from gyrostat.codegen.flight.write import Writer
 from gyrostat.codegen.program import Function, Name, Operand, Table
 
@@ -68,6 +69,7 @@ class ModuleWriter:
         kind = (
             self.dialect.type_of(function.results[0].kind) if single else "int" if stops else "void"
         )
+        writer.pointers = pointers_of(function, (), ports, writer.free)
         if stops:
             writer.line("int status = 0;")
         lines = writer.body(function.body, function.results)
@@ -79,23 +81,30 @@ class ModuleWriter:
         lines += writer.taken_lines()
         self.helpers.update(writer.helpers)
         head = wrapped(f"static {kind} {function.name}({', '.join(parameters)})")
+        lines = [*_pointer_lines(writer), *lines]
         return "\n".join([f"/* {comment(str(function.source))} */", head, "{", *lines, "}", ""])
 
     def entry(self, root: Root) -> str:
         """C text of an entry point."""
         writer = self._writer([port.name for port in root.ports])
         stops = may_stop_early(root.function)
+        writer.pointers = pointers_of(root.function, root.stores, root.ports, writer.free)
         if stops:
             writer.line("int status = 0;")
         lines = writer.body(root.function.body, root.function.results, root.stores)
         assignments = [
-            (destination, writer.text(result).text, self.dialect.type_of(result.kind))
+            (
+                writer.pointers.path(destination),
+                writer.text(result).text,
+                self.dialect.type_of(result.kind),
+            )
             for destination, result in zip(root.stores, root.function.results, strict=True)
             if destination not in writer.done
         ]
         for text in moves(assignments, writer.free):
             writer.line(text)
         lines += ["", *writer.taken_lines()]
+        lines = [*_pointer_lines(writer), *lines]
         read = re.sub(r"/\*.*?\*/", "", "\n".join(lines), flags=re.DOTALL)
         # ignore a member of another argument with the same name
         unread = [p.name for p in root.ports if not re.search(rf"(?<![.>])\b{p.name}\b", read)]
@@ -105,6 +114,13 @@ class ModuleWriter:
         return "\n".join(
             [prototype(root.entry.name, root.ports, self.dialect), "{", *lines, "}", ""]
         )
+
+
+def _pointer_lines(writer: Writer) -> list[str]:
+    """Lines that declare the pointers of the lines written so far."""
+    for text in writer.pointers.declarations():
+        writer.line(text)
+    return writer.taken_lines()
 
 
 def _out(result: Operand) -> str:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 
 from gyrostat.codegen.dependencies import read_by
 from gyrostat.codegen.flight.expressions import WORD, Text
-from gyrostat.codegen.flight.tested_sums import TESTED_AND, TESTED_FINITE
+from gyrostat.codegen.flight.tested_sums import TESTED_ADD, TESTED_AND, TESTED_FINITE
 from gyrostat.codegen.program import (
     Assign,
     Block,
@@ -21,8 +21,11 @@ from gyrostat.codegen.program import (
     statements,
 )
 
-LONGEST = 70
+LONGEST = 140
 """Largest length of an expression that may be inlined in another."""
+LONGEST_TEST = 70
+"""The same of a logical expression, the conditions of which test vectors have to show, and of a
+part of a tested sum."""
 STORED = 160
 """Largest length of an expression that changes a variable or an element of a table."""
 
@@ -32,7 +35,8 @@ def takes_in(reader: Statement, statement: Assign, expression: Text) -> bool:
     is_change = isinstance(reader, Store) or (
         isinstance(reader, Assign) and reader.operation == "set"
     )
-    longest = STORED if is_change else LONGEST
+    is_test = statement.target.kind == "logical" or statement.operation == TESTED_ADD
+    longest = STORED if is_change else LONGEST_TEST if is_test else LONGEST
     if reader.source != statement.source or len(expression.text) > longest:
         return False
     # annotations name the results of tests

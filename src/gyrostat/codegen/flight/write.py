@@ -18,6 +18,7 @@ from gyrostat.codegen.flight.inlining import (
     uses_of,
 )
 from gyrostat.codegen.flight.moves import LastBranch, last_branch, moves
+from gyrostat.codegen.flight.pointers import Pointers
 from gyrostat.codegen.flight.tested_sums import TestedSums
 from gyrostat.codegen.flight.unrolling import fills_tables
 from gyrostat.codegen.program import (
@@ -45,6 +46,7 @@ class Writer:
     Attributes:
         helpers: Operations that need a helper function in the file.
         done: Destinations of an entry's results that its body assigns.
+        pointers: Pointers to structs inside the arguments.
     """
 
     def __init__(
@@ -60,6 +62,7 @@ class Writer:
         self._uses: Counter[Name] = Counter()
         self._last: LastBranch | None = None
         self.done: set[str] = set()
+        self.pointers = Pointers()
         self._source: Source = NOWHERE
         self._said: set[Source] = set()
         self._reads: dict[Operand, set[Table]] = {}
@@ -82,7 +85,7 @@ class Writer:
         if isinstance(operand, Number):
             return self._dialect.number(operand)
         if operand.fixed:
-            return Text(operand.hint, WORD)
+            return Text(self.pointers.path(operand.hint), WORD)
         return self._texts[operand]
 
     def line(self, text: str) -> None:
@@ -183,7 +186,7 @@ class Writer:
         return self._dialect.operation(operation, operands)
 
     def _element(self, table: Table, indices: Sequence[Operand]) -> str:
-        name = table.hint if table.shape else self._texts[table].text
+        name = self.pointers.path(table.hint) if table.shape else self._texts[table].text
         return name + "".join(f"[{self.text(index).text}]" for index in indices)
 
     def _say(self, source: Source) -> None:
@@ -253,7 +256,7 @@ class Writer:
         self._add(moves(assignments, self.free))
 
     def _branch(self, branch: Branch) -> None:
-        final_branch, destinations = self._last, {}
+        final_branch, destinations, path = self._last, {}, self.pointers.path
         if final_branch and final_branch.branch is branch and final_branch.safe(self._texts):
             destinations = final_branch.places
             self.done = set().union(*destinations.values())
@@ -273,7 +276,7 @@ class Writer:
             self._depth += 1
             self._block(branch.blocks[number], branch.values[number])
             assignments = [
-                (destination, self.text(value).text, self._dialect.type_of(target.kind))
+                (path(destination), self.text(value).text, self._dialect.type_of(target.kind))
                 for target, value in zip(branch.targets, branch.values[number], strict=True)
                 for destination in (destinations.get(target) or [self.text(target).text])
             ]

@@ -16,6 +16,7 @@ from jaxtyping import Array, Bool, Float
 from gyrostat.core.arrays import PerWheel, Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.linear import inverse_definite
+from gyrostat.core.traced_once import one_function
 
 Axes = Float[Array, "3 wheels"]
 Working = Bool[Array, " wheels"]
@@ -27,6 +28,7 @@ ALIGNED = 1e-6
 """Sine of an angle between two axes, or between an axis and a plane, that counts as zero."""
 
 
+@one_function
 def spread(axes: Axes, works: Working) -> Float[Array, "wheels 3"]:
     """Pseudo-inverse of the working axes; rows of wheels that do not work are zero.
 

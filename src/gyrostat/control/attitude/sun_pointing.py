@@ -7,9 +7,10 @@ import numpy as np
 
 from gyrostat.control.allocation.allocation import PseudoInverse, within_limits
 from gyrostat.control.measured import measured
-from gyrostat.core.arrays import Scalar, Vector3
+from gyrostat.core.arrays import PerWheel, Scalar, Vector3
 from gyrostat.core.checked import Checked, direction, positive, signed
 from gyrostat.core.jax64 import jnp
+from gyrostat.core.traced_once import one_function
 from gyrostat.spacecraft import Spacecraft, WheelTorqueCommand
 from gyrostat.wheel.array import listed, zeros
 
@@ -77,16 +78,27 @@ class SunPointing(Checked):
         Raises:
             InputError: The measurement has no sensor of the Sun.
         """
-        wheels, rate = self.spacecraft.wheels, measurement.rate
+        torque = self._torque(measured_sun(measurement), measurement.rate, measurement.wheel_speed)
+        return memory, WheelTorqueCommand(torque)
+
+    @one_function
+    def _torque(self, sun: Vector3, rate: Vector3, wheel_speed: PerWheel) -> PerWheel:
+        """Wheel torques, (wheels,), N·m.
+
+        Args:
+            sun: Measured direction of the Sun, (3,); zero for none.
+            rate: Measured rate, (3,), rad/s.
+            wheel_speed: Measured wheel speeds, (wheels,), rad/s.
+        """
+        wheels = self.spacecraft.wheels
         axes, inertia = jnp.asarray(wheels.axes), jnp.asarray(self.spacecraft.inertia)
-        sun = measured_sun(measurement)
         target_rate = jnp.where(sun @ sun > 0.0, self._turn_rate(sun), self.search_rate)
-        absolute = wheels.inertia * (measurement.wheel_speed + axes.T @ rate)
+        absolute = wheels.inertia * (wheel_speed + axes.T @ rate)
         momentum = inertia @ rate + axes @ absolute
         demand = -jnp.cross(rate, momentum) - self.rate_gain * (inertia @ (target_rate - rate))
         limit = jnp.ones(wheels.count) * wheels.torque_limit
         torque = PseudoInverse()(axes, limit, jnp.ones(wheels.count, bool), demand)
-        return memory, WheelTorqueCommand(within_limits(torque, limit))
+        return within_limits(torque, limit)
 
     def _turn_rate(self, sun: Vector3) -> Vector3:
         """Commanded rate, (3,), rad/s, towards a direction of the Sun."""

@@ -55,6 +55,7 @@ def _functions(parser: Parser) -> Iterator[FunctionText]:
         if name in INTRINSIC:
             _skip_block(parser)
             continue
+        parser.pointers.clear()
         body = (*tables, *_block(parser))
         yield FunctionText(name, tuple(p for p in parameters if p.name), body)
 
@@ -84,9 +85,24 @@ def _block(parser: Parser) -> tuple[Statement, ...]:
     parser.expect("{")
     statements: list[Statement] = []
     while not parser.accept("}"):
+        if _is_pointer(parser):
+            continue
         source = parser.token.source
         statements.append(Sourced(_statement(parser), source))
     return tuple(statements)
+
+
+def _is_pointer(parser: Parser) -> bool:
+    """Read the declaration of a pointer if one follows; whether it does."""
+    start = int(parser.token.text == "const")
+    if [parser.ahead(start + 1), parser.ahead(start + 2)] != ["*", "const"]:
+        return False
+    parser.at += start + 3
+    name = parser.take().text
+    parser.expect("=", "&")
+    parser.pointers[name] = parser.place()
+    parser.expect(";")
+    return True
 
 
 def _statement(parser: Parser) -> Plain:

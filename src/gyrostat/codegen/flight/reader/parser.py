@@ -38,11 +38,17 @@ _SIGNS = ("-", "!", "~")
 
 
 class Parser:
-    """Reads expressions from a list of tokens, from the one at `at` on."""
+    """Reads expressions from a list of tokens, from the one at `at` on.
+
+    Attributes:
+        at: Number of the next token.
+        pointers: Name of each pointer of the function -> what it points to.
+    """
 
     def __init__(self, tokens: list[Token]) -> None:
         self._tokens = tokens
         self.at = 0
+        self.pointers: dict[str, Place] = {}
 
     @property
     def token(self) -> Token:
@@ -164,7 +170,8 @@ class Parser:
             raise UnreadableError(f"{token.at}: found {token.text!r}, expected a variable")
         if in_brackets:
             self.expect(")")
-        path: list[str] = []
+        to = self.pointers.get(token.text, Place(token.text))
+        path = [to.path] if to.path else []
         while self.token.text in ("->", "."):
             self.take()
             path.append(self.take().text)
@@ -172,7 +179,7 @@ class Parser:
         while self.accept("["):
             indices.append(self.expression())
             self.expect("]")
-        return Place(token.text, ".".join(path), tuple(indices), is_target)
+        return Place(to.name, ".".join(path), tuple(indices), is_target)
 
 
 def _number(text: str) -> Literal:
