@@ -30,7 +30,7 @@ from gyrostat.papers.carrara_kuga.dispersed import crossing_figure
 from gyrostat.reports import friction_charts, record_charts, sky_chart
 from gyrostat.reports.allan import allan_figure
 from gyrostat.reports.body_sky_map import body_sky_chart
-from gyrostat.reports.chart import WIDTH
+from gyrostat.reports.chart_frame import WIDTH
 from gyrostat.reports.colours import BAND, MARK, MODEL
 from gyrostat.reports.drawing import STYLE
 from gyrostat.reports.health_charts import health_charts, shade

@@ -7,7 +7,8 @@ import numpy as np
 from gyrostat.core.units import RPM
 from gyrostat.reports import record_charts
 from gyrostat.reports.axis import Axis
-from gyrostat.reports.chart import HEIGHT, WIDTH, Chart
+from gyrostat.reports.chart import Chart
+from gyrostat.reports.chart_frame import HEIGHT, WIDTH
 from gyrostat.telemetry import Record
 
 

@@ -69,6 +69,8 @@ def test_the_page_has_the_values_of_all_runs(made, small):
         assert column["unit"] != "rad/s"
         exact = np.degrees(exact) if column["unit"].startswith("deg") else exact
         exact = exact * 30.0 / np.pi if column["unit"] == "rpm" else exact
+        assert column["unit"] != "N·m"
+        exact = 1e6 * exact if column["unit"] == "µN·m" else exact
         np.testing.assert_allclose(own, exact, rtol=2e-5)
 
 
@@ -228,7 +230,7 @@ def test_a_drag_over_bars_lists_the_runs_behind_them(made, address, browser):
         browser.ask("""JSON.stringify([...document.querySelectorAll("#selected tr")].slice(1)
             .map(row => [...row.cells].slice(0, 3).map(cell => cell.textContent)))""")
     )
-    torque = made.columns["torque_rms"]
+    torque = 1e6 * made.columns["torque_rms"]  # µN·m
     expected = np.flatnonzero(scale * torque >= first + 4.0 * step)
     assert 5 < len(expected) < 95
     assert {int(run) for run, *_ in runs} == set(expected.tolist())

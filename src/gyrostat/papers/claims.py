@@ -9,6 +9,8 @@ Value = float | bool | None
 Verdict = Literal[
     "reproduced", "not-reproduced", "calibrated", "infeasible", "not-testable", "ours-only"
 ]
+LEFT_OUT = "left out by --quick"
+"""Shown verdict of a claim that a quick reproduction does not compute."""
 NOT_COMPUTED = "Not computed: dispersed runs belong to the full reproduction."
 
 
@@ -71,6 +73,11 @@ class Claim:
         if not agrees:
             return "not-reproduced"
         return "calibrated" if self.calibrated else "reproduced"
+
+    @property
+    def shown_verdict(self) -> str:
+        """Verdict for people; claims.json has no verdict of its own for what was left out."""
+        return LEFT_OUT if self.why == NOT_COMPUTED else self.verdict
 
     def to_dict(self) -> dict[str, object]:
         """Convert to a row of claims.json."""

@@ -13,9 +13,9 @@ from gyrostat.campaigns.executors import Opener
 from gyrostat.campaigns.mapped import mapped
 from gyrostat.core.messages import silent
 from gyrostat.core.text import aligned, plain
-from gyrostat.papers.claims import Claim, Row, Value, Verdict
+from gyrostat.papers.claims import LEFT_OUT, Claim, Row, Value, Verdict
 from gyrostat.papers.figures import Drawing
-from gyrostat.reports.drawing import svg
+from gyrostat.reports.figure_charts import figure_charts
 from gyrostat.reports.template import render
 
 Say = Callable[[str], None]
@@ -85,6 +85,11 @@ class Reproduction:
         counter = Counter(claim.verdict for claim in self.claims)
         return {verdict: counter[verdict] for verdict in get_args(Verdict)}
 
+    def shown_counts(self) -> dict[str, int]:
+        """Number of claims with each verdict as it is shown, without verdicts of no claim."""
+        counter = Counter(claim.shown_verdict for claim in self.claims)
+        return {name: counter[name] for name in (*get_args(Verdict), LEFT_OUT) if counter[name]}
+
     def page(self, *, command: str) -> str:
         """HTML report.
 
@@ -96,19 +101,22 @@ class Reproduction:
             paper=self.paper,
             complete=self.complete,
             command=command,
-            counts=self.counts(),
+            counts=self.shown_counts(),
             rows=[
                 (c, shown(c.paper), shown(c.ours), shown(c.tolerance) if c.tolerance else "")
                 for c in self.claims
             ],
-            drawings=[(d.title, svg(d.figure), d.caption) for d in self.drawings],
+            drawings=[
+                (d.title, figure_charts(d.figure, f"figure{k}_"), d.caption)
+                for k, d in enumerate(self.drawings)
+            ],
         )
 
     def lines(self) -> list[str]:
         """Table of the claims for a terminal, and the count of each verdict."""
-        rows = [(c.id, shown(c.paper), shown(c.ours), c.unit, c.verdict) for c in self.claims]
+        rows = [(c.id, shown(c.paper), shown(c.ours), c.unit, c.shown_verdict) for c in self.claims]
         table = aligned(rows, ("claim", "paper", "ours", "unit", "verdict"))
-        counts = ", ".join(f"{count} {verdict}" for verdict, count in self.counts().items())
+        counts = ", ".join(f"{count} {verdict}" for verdict, count in self.shown_counts().items())
         short = [] if self.complete else ["quick: fewer records than the full reproduction"]
         return [*table, f"{self.paper.name}: {counts}", *short]
 

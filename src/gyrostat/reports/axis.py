@@ -9,6 +9,8 @@ from gyrostat.core.types import Vector
 
 LARGEST = 1e300
 """Largest value on an axis: differences and ratios with it are finite."""
+DECADE = 10.0 / 9.0
+"""Length of the linear part of an axis that is logarithmic beyond it, in decades."""
 _SCALES = {3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p"}
 """Power of ten -> SI prefix."""
 
@@ -21,19 +23,31 @@ class Axis(NamedTuple):
         high: Largest value.
         label: Quantity with unit.
         is_log: Whether the axis is logarithmic.
+        linear: Size up to which an axis that is logarithmic beyond it is linear; 0 for other axes.
     """
 
     low: float
     high: float
     label: str
     is_log: bool = False
+    linear: float = 0.0
 
     def place(self, values: Vector) -> Vector:
         """Places of values between 0 and 1000."""
-        low, high = (math.log10(v) if self.is_log else v for v in (self.low, self.high))
-        # what is not above zero has no place on a logarithmic axis; it is far below it
-        scaled = np.log10(np.maximum(values, 1e-300)) if self.is_log else np.asarray(values)
-        return 1000.0 * (scaled - low) / (high - low)
+        low, high = self._scaled(np.array([self.low, self.high]))
+        return 1000.0 * (self._scaled(values) - low) / (high - low)
+
+    def _scaled(self, values: Vector) -> Vector:
+        """Values of which the axis shows a linear range; `chart.js` computes the same."""
+        if self.is_log:
+            # what is not above zero has no place on a logarithmic axis; it is far below it
+            return np.log10(np.maximum(values, 1e-300))
+        if self.linear:
+            size = np.abs(values) / self.linear
+            return np.sign(values) * np.where(
+                size > 1.0, DECADE + np.log10(np.maximum(size, 1.0)), DECADE * size
+            )
+        return np.asarray(values)
 
     def ticks(self, most: int = 7) -> list[float]:
         """Values of the ticks; on a linear axis about `most`."""
@@ -42,6 +56,11 @@ class Axis(NamedTuple):
             steps = (1.0,) if len(powers) > 3 else (1.0, 2.0, 5.0)
             every = [step * 10.0**power for power in powers for step in steps]
             return [v for v in every if self.low * 0.9999 <= v <= self.high * 1.0001]
+        if self.linear:
+            decades = math.ceil(math.log10(max(-self.low, self.high, self.linear) / self.linear))
+            sizes = [self.linear * 10.0**k for k in range(0, decades + 1, 1 + decades // 4)]
+            every = [*(-v for v in reversed(sizes)), 0.0, *sizes]
+            return [v for v in every if self.low <= v <= self.high]
         step = round_step((self.high - self.low) / most)
         first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
         return [k * step for k in range(first, last + 1)]
@@ -76,9 +95,14 @@ def scaled_unit(largest: float, unit: str, least: int = -3) -> tuple[float, str]
         unit: Its unit.
         least: Smallest power of ten, a multiple of 3, that has no prefix.
     """
-    if unit.startswith(("deg", "arcsec", "kg", "rpm")) or not 0.0 < largest < math.inf:
+    if unit.startswith(("deg", "arcsec", "kg", "rpm", "µ")) or not 0.0 < largest < math.inf:
         return 1.0, unit
     power = 3 * math.floor(math.log10(largest) / 3.0)
     if least <= power <= 3 or power not in _SCALES or unit in ("", "1"):
         return 1.0, unit
     return 10.0**-power, _SCALES[power] + unit
+
+
+def number(value: float) -> str:
+    """Number of a tick."""
+    return f"{value:.6g}".replace("e-0", "e-").replace("e+0", "e").replace("-", "−")

@@ -12,7 +12,8 @@ from gyrostat.identification.bench_tests.plan import PlannedTest, TestPlan
 from gyrostat.identification.bench_tests.verdict import BenchVerdict, TestResult
 from gyrostat.identification.judge.acceptance_lines import FAIL, PASS
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
-from gyrostat.reports.drawing import panels, svg
+from gyrostat.reports.drawing import panels
+from gyrostat.reports.figure_charts import figure_charts
 from gyrostat.reports.paper import Paper
 from gyrostat.reports.template import render
 
@@ -36,9 +37,9 @@ def plan_page(plan: TestPlan, *, command: str) -> str:
             plan_text.record_rows(planned),
             plan_text.prediction_rows(planned),
             plan_text.failures(planned),
-            svg(_profiles(planned)),
+            figure_charts(_profiles(planned), f"test{number}"),
         )
-        for planned in plan.tests
+        for number, planned in enumerate(plan.tests)
     ]
     return render(
         "test_plan.html",
@@ -76,8 +77,12 @@ def report_page(verdict: BenchVerdict, *, command: str) -> str:
         command: Command line that produced it.
     """
     tests = [
-        (result, verdict_text.value_rows(result), [svg(f) for f in _figures(result)])
-        for result in verdict.results
+        (
+            result,
+            verdict_text.value_rows(result),
+            [figure_charts(f, f"test{k}_{m}_") for m, f in enumerate(_figures(result))],
+        )
+        for k, result in enumerate(verdict.results)
     ]
     classes = [{PASS: "good", FAIL: "bad"}.get(x.verdict, "open") for x in verdict.acceptance.lines]
     return render(

@@ -21,11 +21,12 @@ from gyrostat.reports.campaign_content import (
     strongest,
     told_percentile,
 )
-from gyrostat.reports.campaign_run import run_page, told
+from gyrostat.reports.campaign_run import run_page
 from gyrostat.reports.fly import fly_content
 from gyrostat.reports.fly_page import fly_page
 from gyrostat.reports.kept_runs import kept_runs
 from gyrostat.reports.mode_diagram import mode_diagram, percent_of
+from gyrostat.reports.page_units import told
 from gyrostat.reports.run_table import run_table
 from gyrostat.reports.template import render
 from gyrostat.scenario import Scenario, Window

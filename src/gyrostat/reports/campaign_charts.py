@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from gyrostat.campaigns.summary import percentile_of
 from gyrostat.core.types import Vector
 from gyrostat.reports.axis import Axis, axis_of, scaled_unit
-from gyrostat.reports.campaign_run import labelled
 from gyrostat.reports.chart import Chart
+from gyrostat.reports.page_units import labelled, page_unit
 from gyrostat.reports.requirements import required_in
-from gyrostat.reports.run_table import page_unit, rounded
+from gyrostat.reports.run_table import rounded
 from gyrostat.scenario import Scenario
 from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.metrics.results import metrics_of

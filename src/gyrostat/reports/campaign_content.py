@@ -10,9 +10,9 @@ from gyrostat.campaigns.run_table import RunTable
 from gyrostat.core.source_digest import source_digest
 from gyrostat.core.text import or_none
 from gyrostat.reports import requirements
-from gyrostat.reports.campaign_run import told
 from gyrostat.reports.metric_statistics import STATISTICS_BY, metric_statistics, stored_statistics
 from gyrostat.reports.mode_diagram import modes_content
+from gyrostat.reports.page_units import told
 from gyrostat.runs.blind_windows import blind_windows
 from gyrostat.scenario import Scenario
 from gyrostat.scenario.metrics.results import percentile_name

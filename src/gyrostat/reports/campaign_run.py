@@ -1,18 +1,17 @@
 """Report of one run of a scenario."""
 
-import math
 from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.outputs import new_files
-from gyrostat.core.text import plain
-from gyrostat.reports.page_policy import with_policy
+from gyrostat.reports.page_units import page_unit, told, told_in
 from gyrostat.reports.replay import replay_data
 from gyrostat.reports.run_charts import run_charts
 from gyrostat.reports.template import render
 from gyrostat.runs.blind_windows import blind_windows
 from gyrostat.scenario.kinds.orbits import planned_orbit
+from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.metrics.results import metrics_of
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.unlikely import unlikely_numbers
@@ -20,8 +19,6 @@ from gyrostat.simulation import Status
 
 if TYPE_CHECKING:
     from gyrostat.campaigns.flown import Flown
-
-_IN_DEGREES = {"rad": "deg", "rad/s": "deg/s"}
 
 
 def write_run(
@@ -81,7 +78,7 @@ def run_page(
         fly: What the page needs to fly the run again, see `gyrostat.reports.fly.fly_content`;
             None: it does not.
     """
-    page = render(
+    return render(
         "campaign_run.html",
         title=title,
         scenario=scenario,
@@ -89,13 +86,13 @@ def run_page(
         verdict=run_verdict(values),
         fine=values["status"] == 0,
         rows=metric_rows(scenario, values),
-        drawn=[(key, f"{values[key]:.9g}") for key in scenario.values if key in values],
+        metrics=metrics_of(scenario),
+        drawn=drawn_rows(scenario, values),
         charts=run_charts(scenario, values, history),
         motion=replay_data(scenario, values, history, planned_orbit(scenario)),
         command=command,
         fly=fly,
     )
-    return page if fly is None else with_policy(page)
 
 
 def run_verdict(values: Mapping[str, Any]) -> str:
@@ -110,24 +107,14 @@ def run_verdict(values: Mapping[str, Any]) -> str:
     return f"NOT complete: {status.name.lower().replace('_', ' ')} after {values['ended']:g} s"
 
 
-def shown_unit(unit: str) -> tuple[float, str]:
-    """Factor from SI and unit in which reports show a value; the unit of a ratio is empty."""
-    if unit in _IN_DEGREES:
-        return math.degrees(1.0), _IN_DEGREES[unit]
-    return 1.0, "" if unit == "1" else unit
-
-
-def labelled(name: str, unit: str) -> str:
-    """Name of a quantity with its unit in brackets, if it has one."""
-    return f"{name} ({unit})" if unit else name
-
-
-def told(value: float | None, unit: str, digits: int = 4) -> str:
-    """Format a value with a number of significant digits; angles and rates in degrees."""
-    if value is None or not math.isfinite(value):
-        return "none"
-    factor, unit = shown_unit(unit)
-    return f"{plain(factor * value, digits)} {unit}".rstrip()
+def drawn_rows(scenario: Scenario, values: Mapping[str, Any]) -> list[tuple[str, str]]:
+    """Dispersed values of a run as pairs of key and entry."""
+    numbers = numbers_of(scenario)
+    return [
+        (key, told_in(values[key], *page_unit(key, numbers[key].unit), 9))
+        for key in scenario.values
+        if key in values
+    ]
 
 
 def metric_rows(scenario: Scenario, values: Mapping[str, Any]) -> list[tuple[str, str]]:

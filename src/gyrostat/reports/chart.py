@@ -6,25 +6,35 @@ draws them again after a zoom. Colours are those of classes of the page, which d
 light, dark and print. Without the script, a chart is complete.
 """
 
-import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
+from functools import wraps
+from typing import Any
 
 import numpy as np
 from markupsafe import Markup
 from numpy.typing import NDArray
 
-from gyrostat.core.types import Matrix, Vector
-from gyrostat.reports.axis import Axis, axis_of
-from gyrostat.reports.thinned import thinned
+from gyrostat.core.types import Vector
+from gyrostat.reports.axis import Axis
+from gyrostat.reports.chart_frame import BOTTOM, HEIGHT, LEFT, RIGHT, TOP, WIDTH, ticks
+from gyrostat.reports.svg_path import path_of
 
-WIDTH, HEIGHT = 440, 236
-"""Size of a chart in its own units, which are pixels on a page of common width."""
-LEFT, RIGHT, TOP, BOTTOM = 52, 10, 24, 38
 THINNEST = 2.5
 """Smallest width of a bar of `Chart.stays`, in thousandths of the plot."""
 COLOURS = 8
 """Number of classes of colours for curves."""
+
+
+def _mark(add: Callable[..., None]) -> Callable[..., None]:
+    """Method of a chart that adds a mark, and keeps its call for a figure for papers."""
+
+    @wraps(add)
+    def kept(chart: "Chart", *arguments: Any, **options: Any) -> None:
+        chart.drawn.append((add.__name__, arguments, options))
+        add(chart, *arguments, **options)
+
+    return kept
 
 
 @dataclass
@@ -38,6 +48,8 @@ class Chart:
         attributes: Further attributes of the SVG element, name -> value.
         height: Height in the units of `WIDTH`.
         rows: Names of the values 0, 1, ... of the vertical axis, which then has no ticks.
+        columns: Names of the values 0, 1, ... of the horizontal axis, which are its ticks.
+        drawn: Calls of the methods that add marks: name, arguments, options.
     """
 
     title: str
@@ -46,23 +58,62 @@ class Chart:
     attributes: dict[str, str] = field(default_factory=dict)
     height: int = HEIGHT
     rows: Sequence[str] = ()
+    columns: Sequence[str] = ()
+    drawn: list[tuple[str, tuple[Any, ...], dict[str, Any]]] = field(
+        default_factory=list, init=False
+    )
 
     def __post_init__(self):
         self._marks: list[Markup] = []
         self._labels: list[Markup] = []
 
+    @_mark
     def line(self, x: Vector, y: Vector, name: str, kind: str = "s0") -> None:
         """Draw a curve; NaN interrupts it."""
-        path = _path(self.x.place(x), self.y.place(y))
+        path = path_of(self.x.place(x), self.y.place(y))
         mark = '<path class="line {}" data-name="{}" d="{}"/>'
         self._marks.append(Markup(mark).format(kind, name, path))
 
+    @_mark
     def band(self, x: Vector, low: Vector, high: Vector, kind: str) -> None:
         """Fill the area between two curves without NaN."""
         across = self.x.place(np.concatenate([x, x[::-1]]))
-        path = _path(across, self.y.place(np.concatenate([high, low[::-1]])))
+        path = path_of(across, self.y.place(np.concatenate([high, low[::-1]])))
         self._marks.append(Markup('<path class="{}" d="{}Z"/>').format(kind, path))
 
+    @_mark
+    def area(self, x: Vector, y: Vector, kind: str) -> None:
+        """Fill a polygon."""
+        path = path_of(self.x.place(x), self.y.place(y))
+        self._marks.append(Markup('<path class="{}" d="{}Z"/>').format(kind, path))
+
+    @_mark
+    def image(self, data: str, x: tuple[float, float], y: tuple[float, float]) -> None:
+        """Show an image, an address of the kind `data:`, between values of both axes."""
+        left, right = self.x.place(np.array(x))
+        high, low = 1000.0 - self.y.place(np.array(y))
+        mark = '<image href="{}" x="{:.1f}" y="{:.1f}" width="{:.1f}" height="{:.1f}" '
+        mark += 'preserveAspectRatio="none"/>'
+        self._marks.append(Markup(mark).format(data, left, low, right - left, high - low))
+
+    @_mark
+    def note(self, x: float, y: float, text: str) -> None:
+        """Write a text at a point."""
+        wide, high = WIDTH - LEFT - RIGHT, self.height - TOP - BOTTOM
+        across, up = (float(a.place(np.array([v]))[0]) for a, v in ((self.x, x), (self.y, y)))
+        place = LEFT + wide * across / 1000.0, TOP + high * (1.0 - up / 1000.0)
+        mark = '<text class="mark at" data-x="{:.9g}" data-y="{:.9g}" x="{:.1f}" y="{:.1f}">{}'
+        self._labels.append(Markup(mark + "</text>").format(x, y, *place, text))
+
+    @_mark
+    def dots(self, x: Vector, y: Vector, colours: Sequence[str]) -> None:
+        """Draw points with a colour each."""
+        places = zip(self.x.place(x), 1000.0 - self.y.place(y), colours, strict=True)
+        mark = '<path class="ring" d="M{0:.0f} {1:.0f}h0"/><path class="dot" stroke="{2}" '
+        mark += 'd="M{0:.0f} {1:.0f}h0"/>'
+        self._marks += [Markup(mark).format(*place) for place in places]
+
+    @_mark
     def bars(self, edges: Vector, counts: Vector) -> None:
         """Draw a histogram, with a path of another class for a selected part of it."""
         places = self.x.place(edges)
@@ -75,6 +126,7 @@ class Chart:
         mark = '<path class="bars" d="{}"/><path class="chosen" d=""/>'
         self._marks.append(Markup(mark).format(path))
 
+    @_mark
     def spans(self, x: Vector, low: Vector, high: Vector, kind: str) -> None:
         """Draw vertical lines between two values, such as error bars."""
         places = (1000.0 - self.y.place(values) for values in (low, high))
@@ -82,6 +134,7 @@ class Chart:
         path = "".join(f"M{at:.1f} {a:.1f}V{b:.1f}" for at, a, b in every)
         self._marks.append(Markup('<path class="span {}" d="{}"/>').format(kind, path))
 
+    @_mark
     def points(self, x: Vector, y: Vector, kind: str = "") -> None:
         """Draw points, with a path of another class for selected ones."""
         places = zip(self.x.place(x), 1000.0 - self.y.place(y), strict=True)
@@ -89,6 +142,7 @@ class Chart:
         mark = '<path class="points{}" d="{}"/><path class="points picked" d=""/>'
         self._marks.append(Markup(mark).format(kind and f" {kind}", path))
 
+    @_mark
     def cells(self, x: Vector, y: Vector, chosen: NDArray[np.bool_], kind: str) -> None:
         """Fill chosen cells of a grid.
 
@@ -108,6 +162,7 @@ class Chart:
         if path:
             self._marks.append(Markup('<path class="cells {}" d="{}"/>').format(kind, path))
 
+    @_mark
     def stays(self, begins: Vector, ends: Vector, value: float, text: str, kind: str) -> None:
         """Draw bars from begins to ends at a value of the vertical axis, with a text above.
 
@@ -131,6 +186,7 @@ class Chart:
             )
         )
 
+    @_mark
     def level(self, value: float, name: str, kind: str, *, across: bool = True) -> None:
         """Draw a line at a value of the vertical axis (`across`) or of the horizontal one.
 
@@ -197,15 +253,18 @@ class Chart:
             ),
             Markup('<text class="title" x="{}" y="14">{}</text>').format(LEFT - 44, self.title),
             Markup('<g class="axes">'),
-            *self._axes(),
+            *ticks(self.x, self.y, self.height, self.rows, self.columns),
             Markup("</g>"),
             Markup(
                 '<svg class="plot" x="{}" y="{}" width="{}" height="{}" viewBox="0 0 1000 1000" '
                 'preserveAspectRatio="none" data-x="{:.9g} {:.9g}" data-y="{:.9g} {:.9g}"{}>'
             ).format(
                 *(LEFT, TOP, wide, high, self.x.low, self.x.high, self.y.low, self.y.high),
-                Markup(' data-log=""' if self.y.is_log else "")
-                + (Markup(' data-rows="{}"').format("|".join(self.rows)) if self.rows else ""),
+                Markup("").join(
+                    Markup(' data-{}="{}"').format(name, text)
+                    for name, text in self._scales().items()
+                    if text is not None
+                ),
             ),
             *self._marks,
             Markup("</svg>"),
@@ -216,59 +275,12 @@ class Chart:
         ]
         return Markup("").join(parts)
 
-    def _axes(self) -> "Sequence[Markup]":
-        """Grid, ticks and their numbers."""
-        wide, high = WIDTH - LEFT - RIGHT, self.height - TOP - BOTTOM
-        ticks = []
-        for value in self.x.ticks():
-            position = float(self.x.place(np.array([value]))[0])
-            at = LEFT + wide * position / 1000.0
-            grid = Markup('<path d="M{:.1f} {}V{}"/>').format(at, TOP, self.height - BOTTOM)
-            text = Markup('<text class="x" x="{:.1f}" y="{}">{}</text>')
-            ticks.append(grid + text.format(at, self.height - BOTTOM + 14, number(value)))
-        for value in [] if self.rows else self.y.ticks(7 * self.height // HEIGHT):
-            position = float(self.y.place(np.array([value]))[0])
-            at = TOP + high * (1.0 - position / 1000.0)
-            grid = Markup('<path d="M{} {:.1f}H{}"/>').format(LEFT, at, WIDTH - RIGHT)
-            text = Markup('<text class="y" x="{}" y="{:.1f}">{}</text>')
-            ticks.append(grid + text.format(LEFT - 5, at + 4, number(value)))
-        return ticks
-
-
-def number(value: float) -> str:
-    """Number of a tick."""
-    return f"{value:.6g}".replace("e-0", "e-").replace("e+0", "e").replace("-", "−")
-
-
-def held(time: Vector, commands: Matrix) -> tuple[Vector, Matrix]:
-    """Times and values of commands, (samples, curves), each of which is held until the next."""
-    return np.repeat(time, 2)[1:], np.repeat(commands, 2, axis=0)[:-1]
-
-
-def time_chart(
-    time: Vector,
-    values: Matrix,
-    title: str,
-    names: Sequence[str],
-    most: int,
-    *,
-    is_log: bool = False,
-) -> Chart:
-    """Chart of some curves, (samples, curves), over time, s, with at most `most` points each."""
-    x = Axis(float(time[0]), float(time[-1]), "time (s)")
-    chart = Chart(title, x, axis_of(values.ravel(), "", is_log=is_log))
-    for k, name in enumerate(names):
-        chart.line(*thinned(time, values[:, k], most), name, f"s{k % COLOURS}")
-    return chart
-
-
-def _path(x: Vector, y: Vector) -> str:
-    """Path through points; `y` points up."""
-    parts, pen = [], "M"
-    for a, b in zip(x.tolist(), (1000.0 - y).tolist(), strict=True):
-        if math.isfinite(b):
-            parts.append(f"{pen}{a:.1f} {min(max(b, -9e3), 9e3):.1f}")
-            pen = "L"
-        else:
-            pen = "M"
-    return "".join(parts)
+    def _scales(self) -> dict[str, str | None]:
+        """What the script needs to know of axes that are not linear."""
+        return {
+            "log": "" if self.y.is_log else None,
+            "logx": "" if self.x.is_log else None,
+            "linear": f"{self.y.linear:.9g}" if self.y.linear else None,
+            "rows": "|".join(self.rows) or None,
+            "columns": "|".join(self.columns) or None,
+        }

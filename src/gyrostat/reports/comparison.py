@@ -9,7 +9,8 @@ from gyrostat.identification import Comparison
 from gyrostat.identification.judge.comparison_text import shared_text, tables, verdict
 from gyrostat.identification.judge.fit_changes import DAY
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
-from gyrostat.reports.drawing import WIDTH, literal, panels, svg
+from gyrostat.reports.drawing import WIDTH, literal, panels
+from gyrostat.reports.figure_charts import figure_charts
 from gyrostat.reports.template import render
 
 POINTS = 60
@@ -31,7 +32,7 @@ def comparison_page(comparison: Comparison, *, command: str) -> str:
         command=command,
         shared=shared_text(comparison),
         verdict=verdict(comparison),
-        figure=svg(comparison_figure(comparison)),
+        figure=figure_charts(comparison_figure(comparison)),
         tables=tables(comparison),
     )
 

@@ -9,7 +9,8 @@ from gyrostat.identification.bench_tests.design_rehearsal import DesignCheck
 from gyrostat.identification.experiment.design import Design
 from gyrostat.identification.experiment.design_text import HEADER, rows, summary
 from gyrostat.reports.colours import MARK, MODEL
-from gyrostat.reports.drawing import panels, svg
+from gyrostat.reports.drawing import panels
+from gyrostat.reports.figure_charts import figure_charts
 from gyrostat.reports.template import render
 
 
@@ -50,7 +51,7 @@ def design_page(design: Design, *, command: str, check: DesignCheck | None = Non
         summary=summary(design),
         header=HEADER,
         rows=rows(design),
-        figure=svg(design_figure(design)),
+        figure=figure_charts(design_figure(design)),
         check=check,
         check_header=CHECK_HEADER,
     )

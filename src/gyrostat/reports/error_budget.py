@@ -8,9 +8,9 @@ from matplotlib.figure import Figure
 
 from gyrostat.campaigns.summary import Estimate
 from gyrostat.core.text import or_none
-from gyrostat.reports.campaign_run import shown_unit
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
 from gyrostat.reports.drawing import literal, panels
+from gyrostat.reports.page_units import shown_unit
 from gyrostat.reports.template import render
 from gyrostat.search.budget_result import (
     ARCSEC,

@@ -11,7 +11,8 @@ from gyrostat.identification import Fit
 from gyrostat.identification.read.statistics import autocorrelation, crossing_times
 from gyrostat.identification.torque_points import torque_points
 from gyrostat.reports.axis import Axis, axis_of
-from gyrostat.reports.chart import HEIGHT, Chart
+from gyrostat.reports.chart import Chart
+from gyrostat.reports.chart_frame import HEIGHT
 from gyrostat.reports.thinned import thinned
 from gyrostat.telemetry import Record
 

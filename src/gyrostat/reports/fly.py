@@ -16,8 +16,8 @@ from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.units import RPM
 from gyrostat.core.validation import LARGEST
 from gyrostat.reports.axis import scaled_unit
-from gyrostat.reports.campaign_run import shown_unit
 from gyrostat.reports.fly_limits import Limit, run_limits
+from gyrostat.reports.page_units import shown_unit
 from gyrostat.reports.replay import MOST_FRAMES
 from gyrostat.reports.run_charts import torque_unit
 from gyrostat.runs.designs import phases_of

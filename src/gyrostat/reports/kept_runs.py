@@ -5,7 +5,7 @@ from typing import Any
 
 from gyrostat.campaigns import Store
 from gyrostat.campaigns.run_table import RunTable
-from gyrostat.reports.campaign_run import metric_rows, run_verdict
+from gyrostat.reports.campaign_run import drawn_rows, metric_rows, run_verdict
 from gyrostat.reports.replay import replay_data
 from gyrostat.reports.run_charts import run_charts
 from gyrostat.scenario import Scenario
@@ -50,7 +50,7 @@ def kept_runs(
                     "charts": run_charts(scenario, values, history, f"run{run}", MOST_POINTS),
                     "motion": replay_data(scenario, values, history, orbit, FRAMES),
                     "rows": metric_rows(scenario, values),
-                    "drawn": [(key, f"{values[key]:.6g}") for key in scenario.dispersed],
+                    "drawn": drawn_rows(scenario, values),
                 }
             )
     return sections

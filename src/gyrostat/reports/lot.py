@@ -11,7 +11,8 @@ from gyrostat.identification.lot.lot_text import best_text, outliers_text, table
 from gyrostat.identification.lot.over_dates import CUSUM_LIMIT, SHEWHART_LIMIT
 from gyrostat.identification.lot.result import LotParameter
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
-from gyrostat.reports.drawing import literal, panels, svg
+from gyrostat.reports.drawing import literal, panels
+from gyrostat.reports.figure_charts import figure_charts
 from gyrostat.reports.template import render
 
 POINTS = 300
@@ -32,8 +33,8 @@ def lot_page(lot: Lot, *, command: str) -> str:
         command=command,
         verdict=outliers_text(lot),
         best=best_text(lot),
-        histograms=svg(histograms(lot)),
-        charts=svg(control_charts(lot)),
+        histograms=figure_charts(histograms(lot)),
+        charts=figure_charts(control_charts(lot), "control"),
         tables=tables(lot),
     )
 

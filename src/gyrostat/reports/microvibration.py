@@ -18,7 +18,8 @@ from gyrostat.microvibration.result import WaterfallFit
 from gyrostat.microvibration.sight import LineOfSight
 from gyrostat.microvibration.sight_text import ARCSEC, bands_text, content, text_lines
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
-from gyrostat.reports.drawing import literal, panels, svg
+from gyrostat.reports.drawing import literal, panels
+from gyrostat.reports.figure_charts import figure_charts
 from gyrostat.reports.template import render
 from gyrostat.spacecraft.wheel_modes import whirl_frequencies
 
@@ -123,7 +124,7 @@ def write_waterfall(
         command=command,
         lines=result.lines(),
         invalid=result.reasons,
-        figure=svg(waterfall_figure(result)),
+        figure=figure_charts(waterfall_figure(result)),
         caption="Density of the loads. Dotted: harmonics with their number. Broken: modes; the "
         "speed splits a rocking mode into two whirls.",
     )
@@ -153,7 +154,7 @@ def write_sight(
         command=command,
         lines=text_lines(result, detail),
         invalid=(),
-        figure=svg(sight_figure(result)),
+        figure=figure_charts(sight_figure(result)),
         caption="Motion in an exposure by each wheel alone, both axes. Bands: speeds at which a "
         "wheel exceeds its share of the limit.",
     )

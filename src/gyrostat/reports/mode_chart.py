@@ -8,7 +8,8 @@ import numpy as np
 from gyrostat.core.text import plain
 from gyrostat.core.types import Vector
 from gyrostat.reports.axis import Axis
-from gyrostat.reports.chart import BOTTOM, COLOURS, TOP, Chart
+from gyrostat.reports.chart import COLOURS, Chart
+from gyrostat.reports.chart_frame import BOTTOM, TOP
 from gyrostat.telemetry.signals import runs
 
 ROW = 29

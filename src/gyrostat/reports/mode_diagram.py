@@ -7,7 +7,7 @@ import numpy as np
 from markupsafe import Markup
 
 from gyrostat.core.text import or_none, plain
-from gyrostat.reports.chart import WIDTH
+from gyrostat.reports.chart_frame import WIDTH
 from gyrostat.scenario.mode_graph import GraphEdge, edges
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.timeline import branches, modes

@@ -1,5 +1,7 @@
 """Self-contained HTML pages."""
 
+from markupsafe import Markup
+
 from gyrostat.core.text import measured
 from gyrostat.core.units import si_unit
 from gyrostat.identification import Fit
@@ -63,11 +65,11 @@ def fit_page(fit: Fit, *, command: str) -> str:
     )
 
 
-def _posterior(fit: Fit) -> str:
-    from gyrostat.reports.drawing import svg  # matplotlib is slow to import
+def _posterior(fit: Fit) -> Markup:
+    from gyrostat.reports.figure_charts import figure_charts  # matplotlib is slow to import
     from gyrostat.reports.posterior import posterior_figure
 
-    return svg(posterior_figure(fit))
+    return figure_charts(posterior_figure(fit), "posterior")
 
 
 def validation_page(validation: Validation, *, command: str) -> str:

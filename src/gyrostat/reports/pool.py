@@ -13,7 +13,8 @@ from gyrostat.identification.pool.pool_text import laws_text, record_tables, tab
 from gyrostat.identification.pool.result import INTERVAL, PooledParameter
 from gyrostat.identification.pool.usual import is_viscous
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
-from gyrostat.reports.drawing import literal, panels, svg
+from gyrostat.reports.drawing import literal, panels
+from gyrostat.reports.figure_charts import figure_charts
 from gyrostat.reports.template import render
 from gyrostat.wheel.model_file import WheelModel
 
@@ -38,8 +39,8 @@ def pool_page(pool: Pool, *, command: str) -> str:
         pool=pool,
         command=command,
         laws=laws_text(pool),
-        surface="" if surface is None else svg(surface),
-        conditions=svg(over_conditions(pool)),
+        surface="" if surface is None else figure_charts(surface, "surface"),
+        conditions=figure_charts(over_conditions(pool)),
         tables=tables(pool),
         records=record_tables(pool),
     )

@@ -9,9 +9,10 @@ from matplotlib.figure import Figure
 from gyrostat.campaigns import Campaign, Store
 from gyrostat.core.text import or_none
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.reports.campaign_run import labelled, shown_unit, told
 from gyrostat.reports.colours import BAND, MARK, MODEL
-from gyrostat.reports.drawing import literal, panels, svg
+from gyrostat.reports.drawing import literal, panels
+from gyrostat.reports.figure_charts import figure_charts
+from gyrostat.reports.page_units import labelled, shown_unit, told
 from gyrostat.reports.template import render
 from gyrostat.scenario import Scenario
 from gyrostat.scenario.metrics.results import metrics_of
@@ -45,7 +46,7 @@ def rare_page(folder: Path, command: str, address: str) -> tuple[dict[str, Any],
         "rare.html",
         scenario=scenario,
         content=content,
-        figure=svg(exceedance_figure(scenario, search)),
+        figure=figure_charts(exceedance_figure(scenario, search)),
         probability=probability_text(content),
         closest=closest_text(scenario, content),
         told=lambda value: told(value, unit),

@@ -15,7 +15,6 @@ from gyrostat.failures.attitude_text import turn_and_angles
 from gyrostat.failures.momentum_drift import MomentumDrift
 from gyrostat.failures.recovery import ANGLE, RATE
 from gyrostat.failures.steps import NextStep
-from gyrostat.reports.chart import held, time_chart
 from gyrostat.reports.failure_inputs import (
     Inputs,
     say_rows,
@@ -25,6 +24,7 @@ from gyrostat.reports.failure_inputs import (
 )
 from gyrostat.reports.feasibility import degrees
 from gyrostat.reports.template import render
+from gyrostat.reports.time_chart import held, time_chart
 from gyrostat.spacecraft import SpacecraftFile
 
 FILES = ("recover.json", "report.html", "run.nc")

@@ -8,9 +8,9 @@ from markupsafe import Markup
 
 from gyrostat.campaigns.pointing.text import angle_text, is_of_error
 from gyrostat.core.units import RPM
-from gyrostat.reports.axis import scaled_unit
-from gyrostat.reports.chart import held, time_chart
 from gyrostat.reports.mode_chart import mode_chart
+from gyrostat.reports.page_units import shown_unit
+from gyrostat.reports.time_chart import held, time_chart
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.timeline import modes
 
@@ -20,10 +20,9 @@ MOST_POINTS = 4000
 """Largest number of points of a curve in the page of a run."""
 
 
-def torque_unit(history: Mapping[Any, Any]) -> tuple[float, str]:
-    """Factor from N·m and unit of the motor torques in the charts of a run."""
-    torque = np.asarray(history["torque"])
-    return scaled_unit(float(np.nanmax(np.abs(torque), initial=0.0)), "N·m")
+def torque_unit(_history: Mapping[Any, Any]) -> tuple[float, str]:
+    """Factor from N·m and unit of motor torques: that of all pages, whatever the run."""
+    return shown_unit("N·m")
 
 
 def run_charts(

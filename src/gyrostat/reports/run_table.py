@@ -8,8 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.core.types import Vector
-from gyrostat.core.units import RPM
-from gyrostat.reports.campaign_run import shown_unit
+from gyrostat.reports.page_units import page_unit
 from gyrostat.scenario import Scenario
 from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.metrics.results import metrics_of
@@ -20,18 +19,6 @@ _AT_ONCE = 1_000_000
 """Number of runs that are searched at a time."""
 _EXTREMES = 20
 """Number of largest and of smallest values of each metric whose runs are always kept."""
-
-
-def page_unit(name: str, unit: str) -> tuple[float, str]:
-    """Factor from SI and unit in which a page has a metric or dispersed value.
-
-    Args:
-        name: Metric or key.
-        unit: SI unit.
-    """
-    if unit == "rad/s" and name.startswith("wheel."):
-        return 1.0 / RPM, "rpm"
-    return shown_unit(unit)
 
 
 def rounded(values: Vector) -> NDArray[np.float32]:

@@ -14,8 +14,10 @@ ROWS = 360
 THIN = np.radians(1.0)
 """Width below which a band is drawn as a line, rad."""
 INK, PAPER, QUIET = "#22262b", "#f3f4f6", "#6b7077"
-WIDTH, HEIGHT, ACROSS, UP = 760, 440, 346.0, 173.0
+WIDTH, HEIGHT, ACROSS, UP = 760, 480, 346.0, 173.0
 """Size of the drawing, and semi-axes of the map in it, pixels."""
+COLUMNS = 3
+"""Number of columns of the legend."""
 MIDDLE = (WIDTH / 2, UP + 24.0)
 _STAR = "M0-8L1.8-2.5H7.6L2.9 .9L4.7 6.5L0 3.1L-4.7 6.5L-2.9 .9L-7.6-2.5H-1.8Z"
 
@@ -37,8 +39,9 @@ def sky_chart(
     """
     outline = f'cx="{MIDDLE[0]:g}" cy="{MIDDLE[1]:g}" rx="{ACROSS:g}" ry="{UP:g}"'
     parts = [
-        f'<svg xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" width="{WIDTH}" '
-        'font-family="sans-serif" font-size="11" role="img" aria-label="sky map">',
+        f'<svg class="sky" xmlns="http://www.w3.org/2000/svg" viewBox="0 0 {WIDTH} {HEIGHT}" '
+        f'width="{WIDTH}" font-family="sans-serif" font-size="15" role="img" '
+        'aria-label="sky map: directions that can be held">',
         f'<ellipse {outline} fill="{PAPER}"/>',
         f'<path class="bands" fill="{BAND}" d="{_areas(sky)}"/>',
     ]
@@ -62,15 +65,15 @@ def sky_chart(
     if nearest is not None:
         ring = f'<circle r="6.5" fill="none" stroke="{MODEL}" stroke-width="2.2"/>'
         marks.append(("nearest", ring, nearest))
-    left = WIDTH / 2 - 66.0 * len(marks)
     for number, (label, mark, direction) in enumerate(marks):
         if direction is not None:
-            place = translate(mark, *pixels(*angles(direction))[0])
-            parts.append(place.replace("<g", f'<g data-mark="{label}"', 1))
-        at = left + 132.0 * number
-        text = f'<text x="12" y="4" fill="{INK}">{label}</text>'
-        row = translate(mark + text, at, HEIGHT - 16.0)
-        parts.append(row.replace("<g", '<g class="legend"', 1))
+            inner = translate(f'<g class="mark">{mark}</g>', *pixels(*angles(direction))[0])
+            parts.append(inner.replace("<g", f'<g data-mark="{label}"', 1))
+        row, column = divmod(number, COLUMNS)
+        text = f'<text x="14" y="5" fill="{INK}">{label}</text>'
+        place = 45.0 + column * WIDTH / COLUMNS, HEIGHT - 66.0 + 32.0 * row
+        entry = translate(f'<g class="mark">{mark}</g>{text}', *place)
+        parts.append(entry.replace("<g", '<g class="legend"', 1))
     return Markup("".join([*parts, "</svg>"]))
 
 
@@ -159,4 +162,4 @@ def grid() -> str:
         x, y = ends[0]
         texts.append(f'<text x="{x - 5:.1f}" y="{y + 3:.1f}" text-anchor="end">{degrees}°</text>')
     lines = f'fill="none" stroke="{QUIET}" stroke-width="0.5" opacity="0.4" d="{"".join(paths)}"'
-    return f'<path {lines}/><g fill="{QUIET}" font-size="9">{"".join(texts)}</g>'
+    return f'<path {lines}/><g fill="{QUIET}" class="degrees" font-size="12">{"".join(texts)}</g>'

@@ -5,8 +5,9 @@ from markupsafe import Markup
 
 from gyrostat.core.units import RPM
 from gyrostat.reports.axis import Axis, axis_of, scaled_unit
-from gyrostat.reports.chart import COLOURS, Chart, held
+from gyrostat.reports.chart import COLOURS, Chart
 from gyrostat.reports.thinned import thinned
+from gyrostat.reports.time_chart import held
 from gyrostat.runs.speed_plan.flight import Flight
 from gyrostat.search.speed_plan import SpeedPlan
 

@@ -7,6 +7,7 @@ import jinja2
 
 from gyrostat.core.text import plain
 from gyrostat.core.units import RPM
+from gyrostat.reports.page_policy import with_policy
 
 
 @lru_cache
@@ -23,10 +24,11 @@ def _environment() -> jinja2.Environment:
 
 
 def render(template: str, **content: object) -> str:
-    """Fill a template of this package.
+    """Fill a template of this package, and state the content security policy of the page.
 
     Args:
         template: File name under templates/.
         content: Variables of the template.
     """
-    return _environment().get_template(template).render(version=version("gyrostat"), **content)
+    page = _environment().get_template(template).render(version=version("gyrostat"), **content)
+    return with_policy(page)

@@ -9,9 +9,10 @@ from numpy.typing import NDArray
 
 from gyrostat.core.text import or_none
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.reports.campaign_run import labelled, shown_unit, told
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
-from gyrostat.reports.drawing import literal, panels, svg
+from gyrostat.reports.drawing import literal, panels
+from gyrostat.reports.figure_charts import figure_charts
+from gyrostat.reports.page_units import labelled, page_unit, shown_unit, told, told_in
 from gyrostat.reports.template import render
 from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.metrics.results import metrics_of
@@ -41,8 +42,9 @@ def tuning_page(folder: Path, command: str, address: str) -> tuple[dict[str, Any
         "tuning.html",
         scenario=tuning.stored.scenario,
         content=content,
-        figure=svg(front_figure(tuning)),
+        figure=figure_charts(front_figure(tuning)),
         value_text=value_text,
+        told_key=lambda key, value, unit: told_in(value, *page_unit(key, unit), 5),
         common=COMMON,
         proof=PROOF,
         percent=PERCENT,

@@ -8,9 +8,10 @@ from matplotlib.figure import Figure
 
 from gyrostat.campaigns import Store
 from gyrostat.core.text import or_none
-from gyrostat.reports.campaign_run import labelled, shown_unit, told
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
-from gyrostat.reports.drawing import literal, panels, svg
+from gyrostat.reports.drawing import literal, panels
+from gyrostat.reports.figure_charts import figure_charts
+from gyrostat.reports.page_units import labelled, page_unit, shown_unit, told, told_in
 from gyrostat.reports.template import render
 from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.metrics.results import metrics_of
@@ -42,7 +43,8 @@ def worst_page(folder: Path, command: str, address: str) -> tuple[dict[str, Any]
         "worst_case.html",
         scenario=search.stored.scenario,
         content=content,
-        figure=svg(progress_figure(search)),
+        figure=figure_charts(progress_figure(search)),
+        told_key=lambda key, value, unit: told_in(value, *page_unit(key, unit)),
         folder=address,
         command=command,
     )

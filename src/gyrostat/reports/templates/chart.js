@@ -9,7 +9,20 @@ const make = (parent, name, attributes) => {
   return parent.appendChild(made);
 };
 const number = value => String(+value.toPrecision(6)).replace("-", "−");
-function ticks(low, high, log, most = 7) {
+// what an axis shows linearly: the value, its logarithm, or one that is linear up to a size (Axis._scaled)
+const DECADE = 10 / 9, same = v => v;
+const warps = {
+  log: [Math.log10, v => 10 ** v],
+  linear: t => [v => Math.sign(v) * (Math.abs(v) > t ? DECADE + Math.log10(Math.abs(v) / t) : DECADE * Math.abs(v) / t),
+    v => Math.sign(v) * t * (Math.abs(v) > DECADE ? 10 ** (Math.abs(v) - DECADE) : Math.abs(v) / DECADE)],
+};
+function ticks(low, high, log, most = 7, linear = 0) {
+  if (linear) {
+    const [to, from] = warps.linear(linear), top = Math.max(Math.abs(from(low)), Math.abs(from(high)), linear);
+    const decades = Math.ceil(Math.log10(top / linear)), found = [0];
+    for (let k = 0; k <= decades; k += 1 + Math.floor(decades / 4)) found.push(linear * 10 ** k, -linear * 10 ** k);
+    return found.map(v => [to(v), v]).filter(t => t[0] >= low && t[0] <= high);
+  }
   if (log) {
     const first = Math.floor(low), last = Math.ceil(high), steps = last - first > 2 ? [1] : [1, 2, 3, 5, 7];
     const found = [];
@@ -27,13 +40,31 @@ class Chart {
     this.svg = svg;
     this.plot = svg.querySelector(".plot");
     this.box = ["x", "y", "width", "height"].map(name => +this.plot.getAttribute(name));
-    this.log = "log" in this.plot.dataset;
-    this.rows = this.plot.dataset.rows?.split("|");
-    this.x = this.plot.dataset.x.split(" ").map(Number);
-    this.y = this.plot.dataset.y.split(" ").map(Number).map(v => this.log ? Math.log10(v) : v);
+    const {log, logx, linear, rows, columns} = this.plot.dataset;
+    this.log = log !== undefined;
+    this.logx = logx !== undefined;
+    this.linear = +(linear ?? 0);
+    this.rows = rows?.split("|");
+    this.columns = columns?.split("|");
+    [this.toX, this.fromX] = this.logx ? warps.log : [same, same];
+    [this.toY, this.fromY] = this.log ? warps.log : this.linear ? warps.linear(this.linear) : [same, same];
+    this.x = this.plot.dataset.x.split(" ").map(Number).map(this.toX);
+    this.y = this.plot.dataset.y.split(" ").map(Number).map(this.toY);
     this.view = [0, 0, 1000, 1000];
   }
-  // value of a place between 0 and 1000, and back; y is log10 of the value on a logarithmic axis
+  // a chart as wide as the page keeps the size of its letters
+  fit() {
+    const wide = Math.max(440, Math.floor(this.svg.parentElement.clientWidth)), {width, height} = this.svg.viewBox.baseVal;
+    if (wide === width) return;
+    this.svg.setAttribute("viewBox", `0 0 ${wide} ${height}`);
+    const [left, , old] = this.box, more = wide - width;
+    this.box[2] = old + more;
+    this.plot.setAttribute("width", this.box[2]);
+    for (const text of this.svg.querySelectorAll("text.label, text.mark[text-anchor]:not([data-x])"))
+      text.setAttribute("x", text.matches(".label") ? left + this.box[2] / 2 : +text.getAttribute("x") + more);
+    this.zoom(this.view);
+  }
+  // value of a place between 0 and 1000, as the axis shows it linearly, and back
   valueX(place) { return this.x[0] + place / 1000 * (this.x[1] - this.x[0]); }
   valueY(place) { return this.y[1] - place / 1000 * (this.y[1] - this.y[0]); }
   place(event) {
@@ -55,22 +86,28 @@ class Chart {
     axes.replaceChildren();
     const across = p => left + (p - view[0]) / view[2] * wide, down = p => top + (p - view[1]) / view[3] * high;
     const toX = v => 1000 * (v - this.x[0]) / (this.x[1] - this.x[0]), toY = v => 1000 * (this.y[1] - v) / (this.y[1] - this.y[0]);
-    const most = Math.floor(7 * this.svg.viewBox.baseVal.height / 236);
-    for (const [at, value] of ticks(this.valueX(view[0]), this.valueX(view[0] + view[2]), false)) {
-      make(axes, "path", {d: `M${across(toX(at))} ${top}V${top + high}`});
-      make(axes, "text", {class: "x", x: across(toX(at)), y: top + high + 14}).textContent = number(value);
+    const most = Math.floor(7 * this.svg.viewBox.baseVal.height / 236), names = this.columns;
+    const mostX = Math.max(7, Math.floor(wide / 90)), isLong = names && 7 * Math.max(...names.map(n => n.length)) > wide / names.length;
+    const marks = names ? names.map((name, k) => [k, isLong ? k + 1 : name])
+      : ticks(this.valueX(view[0]), this.valueX(view[0] + view[2]), this.logx, mostX).map(([at, value]) => [at, number(value)]);
+    for (const [at, text] of marks) {
+      const x = across(toX(at));
+      if (x < left - 1 || x > left + wide + 1) continue;
+      make(axes, "path", {d: `M${x} ${top}V${top + high}`});
+      make(axes, "text", {class: "x", x, y: top + high + 14}).textContent = text;
     }
-    for (const [at, value] of this.rows ? [] : ticks(this.valueY(view[1] + view[3]), this.valueY(view[1]), this.log, most)) {
+    for (const [at, value] of this.rows ? [] : ticks(this.valueY(view[1] + view[3]), this.valueY(view[1]), this.log, most, this.linear)) {
       make(axes, "path", {d: `M${left} ${down(toY(at))}H${left + wide}`});
       make(axes, "text", {class: "y", x: left - 5, y: down(toY(at)) + 4}).textContent = number(value);
     }
     for (const label of this.svg.querySelectorAll("text.mark")) {
-      const {x, y} = label.dataset, isX = x !== undefined;
-      if (!x && !y) continue;
-      const at = isX ? across(toX(+x)) : down(toY(this.log ? Math.log10(+y) : +y));
-      const [from, size] = isX ? [left, wide] : [top, high];
-      label.style.display = at >= from - 1 && at <= from + size + 1 ? "" : "none";
-      label.setAttribute(isX ? "x" : "y", isX ? at + (label.getAttribute("text-anchor") ? -3 : 3) : Math.max(at - 3, top + 11));
+      const {x, y} = label.dataset;
+      const atX = x && across(toX(this.toX(+x))), atY = y && down(toY(this.toY(+y)));
+      const isOut = (at, from, size) => at !== undefined && (at < from - 1 || at > from + size + 1);
+      if (x === undefined && y === undefined) continue;
+      label.style.display = isOut(atX, left, wide) || isOut(atY, top, high) ? "none" : "";
+      if (x) label.setAttribute("x", y ? atX : atX + (label.getAttribute("text-anchor") ? -3 : 3));
+      if (y) label.setAttribute("y", Math.max(x ? atY : atY - 3, top + 11));
     }
   }
   cursor(place) {
@@ -87,15 +124,20 @@ class Chart {
       const value = this.valueY(points[nearest][1]);
       if (this.rows) return this.rows[Math.round(value)] ?? "";
       const step = (this.y[1] - this.y[0]) / 2000;
-      const text = this.log ? (10 ** value).toPrecision(3) : value.toFixed(Math.max(0, Math.min(9, -Math.floor(Math.log10(step)))));
+      const text = this.log || this.linear ? this.fromY(value).toPrecision(3) : value.toFixed(Math.max(0, Math.min(9, -Math.floor(Math.log10(step)))));
       return `${name} ${text}`;
     });
-    const step = (this.x[1] - this.x[0]) / 2000;
-    this.told.textContent = `${this.valueX(place).toFixed(Math.max(0, -Math.floor(Math.log10(step))))} ${this.svg.dataset.unit ?? "s"}: ${parts.join(", ")}`;
+    const step = (this.x[1] - this.x[0]) / 2000, at = this.valueX(place);
+    const x = this.columns ? this.columns[Math.round(at)] ?? "" : this.logx ? this.fromX(at).toPrecision(3) : at.toFixed(Math.max(0, -Math.floor(Math.log10(step))));
+    this.told.textContent = `${x} ${this.columns ? "" : this.svg.dataset.unit ?? "s"}`.trim() + `: ${parts.filter(Boolean).join(", ")}`;
   }
 }
 const charts = all.map(svg => new Chart(svg));
 window.gyrostatCharts = charts;
+const wide = charts.filter(chart => chart.svg.closest(".wide"));
+const fit = () => wide.forEach(chart => chart.fit());
+fit();
+addEventListener("resize", fit);
 // drag from one place to another; `done` receives both, or one place twice for a click
 window.gyrostatDrag = (chart, moved, done) => {
   let from = null;

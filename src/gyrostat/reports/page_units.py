@@ -1,0 +1,49 @@
+"""Units of pages: one for each quantity, and values as text."""
+
+import math
+
+from gyrostat.core.text import plain
+from gyrostat.core.units import RPM
+
+_SHOWN = {"rad": (math.degrees(1.0), "deg"), "rad/s": (math.degrees(1.0), "deg/s")}
+_SHOWN |= {"N·m": (1e6, "µN·m"), "1": (1.0, "")}
+"""SI unit -> factor to the unit in which all pages show a quantity, and this unit."""
+WHOLE = 1e4, 1e7
+"""Sizes from and below which a number is shown without an exponent."""
+
+
+def shown_unit(unit: str) -> tuple[float, str]:
+    """Factor from SI and unit in which reports show a value; the unit of a ratio is empty."""
+    return _SHOWN.get(unit, (1.0, unit))
+
+
+def labelled(name: str, unit: str) -> str:
+    """Name of a quantity with its unit in brackets, if it has one."""
+    return f"{name} ({unit})" if unit else name
+
+
+def told(value: float | None, unit: str, digits: int = 4) -> str:
+    """Format a value with a number of significant digits, in the unit of the pages."""
+    return told_in(value, *shown_unit(unit), digits)
+
+
+def told_in(value: float | None, factor: float, unit: str, digits: int = 4) -> str:
+    """Format a value with a factor from SI and the unit that this gives."""
+    if value is None or not math.isfinite(value):
+        return "none"
+    shown = factor * value
+    whole = WHOLE[0] <= abs(shown) < WHOLE[1] and abs(shown) >= 10.0**digits
+    text = f"{shown:.0f}" if whole else plain(shown, digits)
+    return f"{text} {unit}".rstrip()
+
+
+def page_unit(name: str, unit: str) -> tuple[float, str]:
+    """Factor from SI and unit in which a page has a metric or dispersed value.
+
+    Args:
+        name: Metric or key.
+        unit: SI unit.
+    """
+    if unit == "rad/s" and name.startswith("wheel."):
+        return 1.0 / RPM, "rpm"
+    return shown_unit(unit)

@@ -1,0 +1,136 @@
+"""Pictures of Matplotlib as charts of a page: every mark is where its numbers are."""
+
+import re
+
+import numpy as np
+import pytest
+
+from gyrostat.reports.axis import Axis
+from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
+from gyrostat.reports.drawing import panels
+from gyrostat.reports.figure_charts import figure_charts
+from gyrostat.reports.figure_marks import plain_text
+
+X = np.linspace(1.0, 9.0, 17)
+
+
+def axes_of(chart):
+    """Both axes of a chart."""
+    spans = [map(float, re.search(rf'data-{n}="(\S+) (\S+)"', chart).groups()) for n in "xy"]
+    return [
+        Axis(*span, "", is_log)
+        for span, is_log in zip(spans, (False, "data-log=" in chart), strict=True)
+    ]
+
+
+def values(path, axis, sense):
+    """Values of places of a path."""
+    places = np.array(path, dtype=float)
+    places = places if sense > 0 else 1000.0 - places
+    low, high = np.log10([axis.low, axis.high]) if axis.is_log else (axis.low, axis.high)
+    scaled = low + places / 1000.0 * (high - low)
+    return 10.0**scaled if axis.is_log else scaled
+
+
+def curve(chart, pattern):
+    """Horizontal and vertical values of a path."""
+    x, y = axes_of(chart)
+    points = re.findall(r"[ML]([-\d.]+) ([-\d.]+)", re.search(pattern, chart)[1])
+    across, up = zip(*points, strict=True)
+    return values(across, x, 1), values(up, y, -1)
+
+
+@pytest.mark.parametrize("scale", ["linear", "log"])
+def test_curves_points_bands_and_levels_are_at_their_values(scale):
+    with panels(height=3.0) as (figure, axes):
+        axes.fill_between(X, 0.5 * X, 2.0 * X, color=BAND, alpha=0.4, lw=0)
+        axes.plot(X, X, color=MODEL, label="model")
+        axes.plot(X, 1.5 * X, ".", color=MEASURED, label="measured")
+        axes.axhline(3.0, color=MARK, ls="--")
+        axes.axvline(4.0, color=MARK)
+        axes.set(xlabel="time (min)", ylabel="speed (rpm)", yscale=scale)
+        axes.legend()
+    chart = str(figure_charts(figure))
+    for pattern, factor in (
+        (r'class="line s0" data-name="model" d="(.*?)"', 1.0),
+        (r'class="points grey" d="(.*?)"', 1.5),
+    ):
+        x, y = curve(chart, pattern)
+        np.testing.assert_allclose(x, X, atol=0.01)
+        np.testing.assert_allclose(y, factor * X, rtol=0.01)
+    x, y = curve(chart, r'class="wide" d="(.*?)Z"')
+    assert {*np.round(y / x, 1)} == {0.5, 2.0}
+    x, y = axes_of(chart)
+    (across,) = re.findall(r'class="alert dashed" d="M0 ([\d.]+)H1000"', chart)
+    (along,) = re.findall(r'class="alert" d="M([\d.]+) 0V1000"', chart)
+    assert values([across], y, -1)[0] == pytest.approx(3.0, rel=0.01)
+    assert values([along], x, 1)[0] == pytest.approx(4.0, rel=0.01)
+    assert 'data-unit="min"' in chart
+    assert ">speed (rpm)</text>" in chart
+    assert chart.count(" model</span>") == chart.count(" measured</span>") == 1
+
+
+def test_bars_of_errors_and_of_histograms_keep_their_values():
+    draws = np.random.default_rng(1).normal(size=500)
+    heights, edges = np.histogram(draws, bins=20)
+    with panels(1, 2, height=3.0) as (figure, (left, right)):
+        left.errorbar(X, X, 2.0, fmt="o", color=MODEL, capsize=3)
+        right.stairs(heights, edges, fill=True, color=BAND)
+        right.set_yticks([])
+    chart = str(figure_charts(figure))
+    first, second = chart.split('<svg class="chart"')[1:3]
+    ends = re.findall(r"M\S+ ([\d.]+)V([\d.]+)", re.search(r'class="span s0" d="(.*?)"', first)[1])
+    low, high = np.array(ends, dtype=float).T
+    _, y = axes_of(first)
+    np.testing.assert_allclose(values(high, y, -1) - values(low, y, -1), 4.0, atol=0.02)
+    assert first.count('class="points s0"') == 1  # the caps are not drawn as points
+    _, up = curve(second, r'class="narrow" d="(.*?)Z"')
+    np.testing.assert_allclose(up[1:-1:2], heights, atol=0.1)
+    assert 'class="y"' not in second
+
+
+def test_panels_that_share_an_axis_are_zoomed_together_and_one_column_is_as_wide_as_the_page():
+    with panels(3, height=6.0, sharex=True) as (figure, rows):
+        for axes in rows:
+            axes.plot(X, X)
+        rows[-1].set_xlabel("time (s)")
+    chart = str(figure_charts(figure, "name"))
+    assert re.findall(r'data-group="(\w+)"', chart) == ["name0"] * 3
+    assert chart.count(">time (s)</text>") == 3
+    assert '<div class="charts wide">' in chart
+    with panels(1, 2, height=3.0) as (figure, rows):
+        for axes in rows:
+            axes.plot(X, X)
+    chart = str(figure_charts(figure, "name"))
+    assert re.findall(r'data-group="(\w+)"', chart) == ["name0", "name1"]
+    assert '<div class="charts">' in chart
+
+
+def test_colours_of_cells_are_an_image_with_its_range_in_the_key():
+    with panels(height=3.0) as (figure, axes):
+        image = axes.pcolormesh(np.arange(4.0), np.arange(3.0), np.arange(12.0).reshape(3, 4))
+        figure.colorbar(image, ax=axes, label="torque, mN·m")
+    chart = str(figure_charts(figure))
+    assert chart.count('<svg class="chart" viewBox="0 0 440') == 1
+    assert 'href="data:image/png;base64,' in chart
+    assert "torque, mN·m: 0 to 11" in chart
+
+
+def test_an_axis_that_is_linear_near_zero_keeps_the_order_of_all_values():
+    axis = Axis(-1e6, 1e6, "", linear=1.0)
+    places = axis.place(np.array([-1e6, -10.0, -1.0, -0.5, 0.0, 0.5, 1.0, 10.0, 1e6]))
+    np.testing.assert_allclose(places + places[::-1], 1000.0)
+    assert np.all(np.diff(places) > 0.0)
+    # within the linear part equal steps are equal, beyond it decades are
+    assert places[4] - places[3] == pytest.approx(places[5] - places[4])
+    assert places[7] - places[6] == pytest.approx((places[8] - places[7]) / 5.0)
+    assert 0.0 in axis.ticks()
+    assert axis.ticks() == [-v for v in reversed(axis.ticks())]
+
+
+@pytest.mark.parametrize(
+    ("label", "text"),
+    [("$h_1$", "h₁"), ("$K_{21}$", "K₂₁"), (r" _a \$5", "_a $5"), ("a\n(N·m)", "a (N·m)")],
+)
+def test_labels_are_plain_text(label, text):
+    assert plain_text(label) == text
