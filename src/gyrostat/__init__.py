@@ -25,6 +25,7 @@ hand_down(
     replaced="gyrostat.scenario_files.python.changes",
     picture="gyrostat.reports.pictures",
     notebook_html="gyrostat.reports.pictures",
+    text_of="gyrostat.reports.texts",
 )
 
 

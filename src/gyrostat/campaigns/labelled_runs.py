@@ -27,10 +27,10 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
     Raises:
         InputError: The folder has no finished campaign.
     """
-    import xarray as xr
     from pandas import RangeIndex
 
     from gyrostat.campaigns.lazy_runs import lazy_column
+    from gyrostat.core.pictured_datasets import Runs
     from gyrostat.scenario.kinds.registry import numbers_of
     from gyrostat.scenario.metrics.results import metrics_of
     from gyrostat.simulation import status_attributes
@@ -63,4 +63,4 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
     about = {"scenario": scenario.name, "folder": str(folder), "seed": campaign.seed}
     # a campaign has all runs in order; a search may have other numbers
     run = RangeIndex(table.runs) if campaign.search is None else table.read("run")
-    return xr.Dataset(variables, {"run": run}, about)
+    return Runs(variables, {"run": run}, about)

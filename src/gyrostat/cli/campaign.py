@@ -58,7 +58,7 @@ def simulate(
     json_output: Json = False,
 ) -> None:
     """Simulate a scenario once, with its nominal values: RUN.nc and RUN.html."""
-    run = call(simulated, locals(), command=command_line())
+    run, _ = call(simulated, locals(), command=command_line())
     if json_output:
         print(_run_json(run))
     if int(run.variables["status"].values) != 0:

@@ -33,6 +33,6 @@ def lazy_names(
         return value
 
     def names() -> list[str]:
-        return sorted({*vars(module), *homes})
+        return sorted({*homes, *(name for name in vars(module) if name.startswith("__"))})
 
     return load, names, [*homes]

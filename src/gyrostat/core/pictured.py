@@ -23,3 +23,11 @@ class Pictured:
     def _repr_html_(self) -> str:
         """Text of the result and its picture, for a notebook."""
         return handed_down("notebook_html")(self)
+
+
+class PicturedText(Pictured):
+    """Result whose text is the sentences of the command line, which the reports have."""
+
+    def __str__(self) -> str:
+        """Sentences of the command line."""
+        return handed_down("text_of")(self)

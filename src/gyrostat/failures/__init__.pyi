@@ -1,7 +1,7 @@
 """Public names of the package; `__init__.py` reads this file."""
 
-from gyrostat.failures.attitude_text import attitude_text as attitude_text
-from gyrostat.failures.attitude_text import euler_angles as euler_angles
+from gyrostat.failures.attitude_words import attitude_text as attitude_text
+from gyrostat.failures.attitude_words import euler_angles as euler_angles
 from gyrostat.failures.braking import BrakeGain as BrakeGain
 from gyrostat.failures.braking import earliest_settling as earliest_settling
 from gyrostat.failures.certificate import Certificate as Certificate

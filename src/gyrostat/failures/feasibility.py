@@ -1,13 +1,14 @@
 """Feasible rest attitudes of a spacecraft with failed wheels: query and answer."""
 
 from collections.abc import Mapping
-from dataclasses import asdict, dataclass
+from dataclasses import asdict, dataclass, field, replace
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import PicturedText
 from gyrostat.core.types import Vector
 from gyrostat.failures.certificate import (
     NOTHING,
@@ -32,7 +33,7 @@ from gyrostat.spacecraft import Spacecraft
 
 
 @dataclass(frozen=True)
-class Holdable:
+class Holdable(PicturedText):
     """Answer to a feasibility query.
 
     Attributes:
@@ -63,6 +64,7 @@ class Holdable:
         sky: Sky map of the boresight; None without a boresight.
         unload: Momentum to remove from the spacecraft so that the target becomes feasible, the
             smallest one, inertial axes, (3,), N·m·s; None if the target is feasible.
+        question: What `gyrostat.feasible` was asked, for text and picture; None of other answers.
     """
 
     holdable: bool
@@ -81,6 +83,7 @@ class Holdable:
     dwell: float | None = None
     sky: SkyMap | None = None
     unload: Vector | None = None
+    question: Any = field(default=None, repr=False, compare=False)
 
     @property
     def empty(self) -> bool:
@@ -89,7 +92,9 @@ class Holdable:
 
     def to_dict(self) -> dict[str, Any]:
         """Convert to plain numbers and lists, SI units and radians."""
-        return _as_lists(asdict(self))
+        content = asdict(replace(self, question=None))
+        del content["question"]
+        return _as_lists(content)
 
 
 def holdable(

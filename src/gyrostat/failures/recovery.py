@@ -13,6 +13,7 @@ from gyrostat.control import MomentumRecovery
 from gyrostat.core.arrays import Quaternion, Vector3
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
+from gyrostat.core.pictured import PicturedText
 from gyrostat.core.rotations import error_angle
 from gyrostat.core.stored_trees import stored_tree_function
 from gyrostat.core.types import Vector
@@ -41,7 +42,7 @@ MOMENTUM_TIME = 20.0
 
 
 @dataclass(frozen=True)
-class Recovery:
+class Recovery(PicturedText):
     """Simulated recovery.
 
     Attributes:
@@ -59,6 +60,8 @@ class Recovery:
         drift: Drift of the feasible attitude; None without external torque. With it, `error` is the
             angle to the attitude that is feasible at the momentum of each sample, and settled means
             a rate at most `RATE` above that of this attitude.
+        case: Spacecraft file and losses that `gyrostat.recover` was given, for the text; None of
+            other recoveries.
     """
 
     plan: RecoveryPlan
@@ -69,6 +72,7 @@ class Recovery:
     without_brakes: "Recovery | None" = None
     gains: Mapping[int, BrakeGain] = field(default_factory=dict)
     drift: MomentumDrift | None = None
+    case: Any = field(default=None, repr=False, compare=False)
 
     @property
     def is_too_short(self) -> bool:

@@ -9,6 +9,8 @@ from importlib.resources import files
 from itertools import chain
 from typing import Any, Self, get_args
 
+from matplotlib.figure import Figure
+
 from gyrostat.campaigns.executors import Opener
 from gyrostat.campaigns.mapped import mapped
 from gyrostat.core.messages import silent
@@ -16,6 +18,7 @@ from gyrostat.core.text import aligned, plain
 from gyrostat.papers.claims import LEFT_OUT, Claim, Row, Value, Verdict
 from gyrostat.papers.figures import Drawing
 from gyrostat.reports.figure_charts import figure_charts
+from gyrostat.reports.pictures import text_and_picture
 from gyrostat.reports.template import render
 
 Say = Callable[[str], None]
@@ -74,6 +77,18 @@ class Reproduction:
     claims: tuple[Claim, ...]
     drawings: tuple[Drawing, ...]
     complete: bool
+
+    def __str__(self) -> str:
+        """Lines of the command line."""
+        return "\n".join(self.lines())
+
+    def plot(self) -> Figure:
+        """First figure; `drawings` has all of them, each with its `figure` to edit."""
+        return self.drawings[0].figure
+
+    def _repr_html_(self) -> str:
+        """Claims and first figure, for a notebook."""
+        return text_and_picture(str(self), self.plot(), self.paper.name)
 
     def to_dict(self) -> dict[str, object]:
         """Content of claims.json."""

@@ -76,7 +76,7 @@ def write_campaign(
         with store.locked(), store.results(campaign) as scratch:
             (scratch / FLY_PAGE).write_text(flown, encoding="utf-8")
     # the report names the page that flies, if there is one
-    content, page, lines = _page_of(campaign)(folder, command, shown)
+    content, page, lines = page_of(campaign)(folder, command, shown)
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
     with store.locked(), store.results(campaign) as scratch:
         (scratch / "report.json").write_text(text + "\n", encoding="utf-8")
@@ -89,7 +89,7 @@ def write_campaign(
     return text
 
 
-def _page_of(
+def page_of(
     campaign: Campaign,
 ) -> "Callable[[Path, str, str], tuple[dict[str, Any], str, list[str]]]":
     """Function of folder, command and address that gives report.json, page and terminal lines."""

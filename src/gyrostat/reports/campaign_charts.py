@@ -38,6 +38,13 @@ def shown_metrics(scenario: Scenario, columns: Mapping[str, Vector]) -> list[str
 def histograms(
     scenario: Scenario, columns: Mapping[str, Vector], strongest: Mapping[str, Sequence[str]]
 ) -> list[Markup]:
+    """Histograms as SVG; see `charts_of_metrics`."""
+    return [chart.svg() for chart in charts_of_metrics(scenario, columns, strongest)]
+
+
+def charts_of_metrics(
+    scenario: Scenario, columns: Mapping[str, Vector], strongest: Mapping[str, Sequence[str]]
+) -> list[Chart]:
     """Histograms of metrics, with the 99.7 % percentile and required values.
 
     Args:
@@ -62,7 +69,7 @@ def histograms(
         chart.level(mark, "", "percentile", across=False)
         for value, text in required:
             chart.level(value, text, "required", across=False)
-        charts.append(chart.svg())
+        charts.append(chart)
     return charts
 
 

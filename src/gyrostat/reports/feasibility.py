@@ -11,8 +11,9 @@ import numpy as np
 from gyrostat.core.outputs import new_files
 from gyrostat.core.text import plain, triple
 from gyrostat.core.types import Vector
-from gyrostat.failures import Holdable, SkyMap
-from gyrostat.failures.attitude_text import turn_and_angles
+from gyrostat.failures import Holdable, SkyMap, holdable_sky
+from gyrostat.failures.attitude_words import turn_and_angles
+from gyrostat.failures.attitudes import matrix_of
 from gyrostat.failures.steps import NextStep
 from gyrostat.reports.failure_inputs import (
     Inputs,
@@ -40,6 +41,7 @@ class Question:
         failed: Index of each failed wheel -> its momentum, N·m·s.
         target: Target attitude, (4,), or None if `towards` is given.
         towards: Inertial direction to point the boresight at, (3,), or None.
+        boresight: Body direction of the sky map, (3,), or None for those of all axes.
         tolerance: Pointing tolerance, rad, or None.
         inputs: Inputs as they were understood.
     """
@@ -49,6 +51,7 @@ class Question:
     failed: Mapping[int, float]
     target: Vector | None
     towards: Vector | None
+    boresight: Vector | None
     tolerance: float | None
     inputs: Inputs
 
@@ -63,9 +66,7 @@ class Drawn:
 
 
 def write_holdable(
-    question: Question,
     answer: Holdable,
-    maps: Sequence[Drawn],
     out: Path,
     *,
     steps: Sequence[NextStep] = (),
@@ -77,9 +78,7 @@ def write_holdable(
     """Write holdable.json and report.html, and print a summary.
 
     Args:
-        question: The query.
-        answer: Its answer.
-        maps: Sky maps; at least the one of the requested boresight.
+        answer: Answer with its question.
         out: Output folder.
         steps: What to do next.
         fly: What the page needs to be dragged, see `gyrostat.reports.sky_fly`; None: it is not.
@@ -93,6 +92,7 @@ def write_holdable(
     Raises:
         InputError: A file of the user is in the way, or the folder cannot be written.
     """
+    question, maps = answer.question, sky_maps(answer)
     content = {**_content(question, answer, maps), "next": steps_content(steps)}
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
     verdict, rows = verdict_of(question, answer), rows_of(question, answer)
@@ -134,6 +134,43 @@ def write_holdable(
     say(f"written: {out / 'report.html'}, {out / 'holdable.json'}")
     say_steps(steps, say)
     return text
+
+
+def sky_maps(answer: Holdable) -> list[Drawn]:
+    """Sky map of the boresight, or of each body axis without one; none without the question."""
+    question: Question | None = answer.question
+    if answer.sky is not None:
+        towards = None if question is None else question.towards
+        return [Drawn(answer.sky, towards, answer.direction)]
+    if question is None:
+        return []
+    axes = np.eye(3) if question.boresight is None else [question.boresight]
+    craft, total, momenta = question.file.spacecraft, question.momentum, question.failed
+    return [
+        Drawn(
+            holdable_sky(craft, total, failed=momenta, boresight=axis),
+            _to_inertial(question.target, axis),
+            _to_inertial(answer.attitude, axis),
+        )
+        for axis in axes
+    ]
+
+
+def _to_inertial(attitude: Vector | None, body: Vector) -> Vector | None:
+    """Direction in inertial axes, from body axes."""
+    return None if attitude is None else matrix_of(attitude) @ body
+
+
+def answer_lines(answer: Holdable) -> list[str]:
+    """The answer as lines of a terminal."""
+    question: Question = answer.question
+    lines = [verdict_of(question, answer)]
+    lines += [f"  {name}: {entry}" for name, entry in rows_of(question, answer)]
+    return lines + [
+        f"  body direction {triple(drawn.sky.boresight)} can be held at "
+        f"{share(drawn.sky.fraction)} of the sky"
+        for drawn in sky_maps(answer)
+    ]
 
 
 def verdict_of(question: Question, answer: Holdable) -> str:

@@ -8,8 +8,10 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from gyrostat.core.pictured_datasets import Run, Runs
 from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
+from gyrostat.failures import Holdable, Recovery
 from gyrostat.identification import Fit, Validation
 from gyrostat.identification.experiment.design import Design
 from gyrostat.identification.gyro.result import GyroNoise
@@ -23,9 +25,11 @@ from gyrostat.monitoring.health import Health
 from gyrostat.reports.allan import allan_figure
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
 from gyrostat.reports.comparison import comparison_figure
+from gyrostat.reports.datasets import run_figure, runs_figure
 from gyrostat.reports.design import design_figure
 from gyrostat.reports.drawing import literal, panels, png
 from gyrostat.reports.error_budget import budget_figure
+from gyrostat.reports.failure_pictures import holdable_figure, recovery_figure
 from gyrostat.reports.health_picture import health_figure
 from gyrostat.reports.lot import histograms
 from gyrostat.reports.microvibration import sight_figure, waterfall_figure
@@ -47,10 +51,21 @@ def notebook_html(result: object) -> str:
     Args:
         result: Result with a picture.
     """
-    image = b64encode(png(picture(result))).decode()
+    return text_and_picture(str(result), picture(result), type(result).__name__)
+
+
+def text_and_picture(text: str, figure: Figure, name: str) -> str:
+    """HTML of a text and a figure.
+
+    Args:
+        text: Text.
+        figure: Figure.
+        name: Description of the figure.
+    """
+    image = b64encode(png(figure)).decode()
     return (
-        f"<pre>{escape(str(result))}</pre>\n"
-        f'<img alt="{type(result).__name__}" style="max-width: 100%" '
+        f"<pre>{escape(text)}</pre>\n"
+        f'<img alt="{name}" style="max-width: 100%" '
         f'src="data:image/png;base64,{image}">'
     )
 
@@ -102,6 +117,10 @@ picture.register(LineOfSight, sight_figure)
 picture.register(Lot, histograms)
 picture.register(Pool, over_conditions)
 picture.register(WaterfallFit, waterfall_figure)
+picture.register(Run, run_figure)
+picture.register(Runs, runs_figure)
+picture.register(Holdable, holdable_figure)
+picture.register(Recovery, recovery_figure)
 
 
 def _speeds(

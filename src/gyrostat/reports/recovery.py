@@ -11,10 +11,11 @@ from markupsafe import Markup
 from gyrostat.core.outputs import new_files
 from gyrostat.core.text import triple
 from gyrostat.failures import BrakeGain, Loss, Recovery
-from gyrostat.failures.attitude_text import turn_and_angles
+from gyrostat.failures.attitude_words import turn_and_angles
 from gyrostat.failures.momentum_drift import MomentumDrift
 from gyrostat.failures.recovery import ANGLE, RATE
 from gyrostat.failures.steps import NextStep
+from gyrostat.reports.chart import Chart
 from gyrostat.reports.failure_inputs import (
     Inputs,
     say_rows,
@@ -193,6 +194,13 @@ def _text_without_brake(recovery: Recovery) -> str:
 def recovery_charts(
     flight: Mapping[Any, Any], names: Sequence[str], settle: float | None
 ) -> list[Markup]:
+    """Charts of a recovery as SVG; see `charts_of_recovery`."""
+    return [chart.svg() for chart in charts_of_recovery(flight, names, settle)]
+
+
+def charts_of_recovery(
+    flight: Mapping[Any, Any], names: Sequence[str], settle: float | None
+) -> list[Chart]:
     """Error, body rate, wheel momenta and torques over the time since the failure.
 
     Args:
@@ -217,4 +225,4 @@ def recovery_charts(
         chart.attributes["group"] = "recovery"
         if settle is not None:
             chart.level(settle, "settled" if k == 0 else "", "event", across=False)
-    return [chart.svg() for chart in charts]
+    return charts

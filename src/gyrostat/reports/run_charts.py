@@ -8,6 +8,7 @@ from markupsafe import Markup
 
 from gyrostat.campaigns.pointing.text import angle_text, is_of_error
 from gyrostat.core.units import RPM
+from gyrostat.reports.chart import Chart
 from gyrostat.reports.mode_chart import mode_chart
 from gyrostat.reports.page_units import shown_unit
 from gyrostat.reports.time_chart import held, time_chart
@@ -32,6 +33,17 @@ def run_charts(
     group: str = "run",
     most: int = MOST_POINTS,
 ) -> list[Markup]:
+    """Charts of a run as SVG; see `charts_of_run`."""
+    return [chart.svg() for chart in charts_of_run(scenario, values, history, group, most)]
+
+
+def charts_of_run(
+    scenario: Scenario,
+    values: Mapping[str, Any],
+    history: Mapping[Any, Any],
+    group: str = "run",
+    most: int = MOST_POINTS,
+) -> list[Chart]:
     """Modes, pointing error, body rate, wheel speeds and motor torques over time, with the events.
 
     Args:
@@ -67,4 +79,4 @@ def run_charts(
             key = f"event.{event.name}.time"
             at = values.get(key, scenario.values[key])
             chart.level(at, event.name if k == 0 else "", "event", across=False)
-    return [chart.svg() for chart in charts]
+    return charts

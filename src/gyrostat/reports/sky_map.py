@@ -138,14 +138,18 @@ def _areas(sky: SkyMap) -> str:
 
 def circle(pole: Vector, angle: float) -> str:
     """Path through the directions at a given angle, rad, from a pole."""
+    return "".join(_line(pixels(*piece)) for piece in ring_of(pole, angle))
+
+
+def ring_of(pole: Vector, angle: float) -> list[tuple[Vector, Vector]]:
+    """Longitudes and latitudes, rad, at a given angle, rad, from a pole, in pieces."""
     normal = across(pole)
     around = np.linspace(0.0, 2.0 * np.pi, 361)
     ring = np.outer(np.cos(around), normal) + np.outer(np.sin(around), np.cross(pole, normal))
     longitude, latitude = angles(np.cos(angle) * pole + np.sin(angle) * ring)
     # no line across the map where the circle crosses its edge
     jumps = np.flatnonzero(np.abs(np.diff(longitude)) > np.pi) + 1
-    pieces = zip(np.split(longitude, jumps), np.split(latitude, jumps), strict=True)
-    return "".join(_line(pixels(*piece)) for piece in pieces)
+    return list(zip(np.split(longitude, jumps), np.split(latitude, jumps), strict=True))
 
 
 def grid() -> str:

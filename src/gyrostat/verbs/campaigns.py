@@ -18,6 +18,7 @@ from gyrostat.verbs.arguments import (
     to_stderr,
     whole_numbers,
 )
+from gyrostat.verbs.progress import shown
 from gyrostat.verbs.scenario_check import (
     say_momentum,
     say_unlikely,
@@ -90,7 +91,8 @@ def campaign(
         verify: Whether to make the compiled program again and compare it with the stored one.
         plan: Whether only to estimate what the campaign takes, from 64 of its runs; `out` is not
             written.
-        on_progress: Function called with the number of runs done and the total number.
+        on_progress: Function called with the number of runs done and the total number; None: a bar
+            in a terminal or notebook.
         say: Function that receives each message for the user.
         command: Text that the report names as its origin.
         changes: Changes of the scenario, as for `simulate`.
@@ -157,7 +159,7 @@ def campaign(
         opener = opener_of(scheduler, say)
         options = Options(runs, seed, workers, worst, force, verify, opener)
         with local_folder(folder, say) as (copy, tell):
-            about = options, tell, on_progress, command
+            about = options, tell, shown(on_progress), command
             found = searches.search(question, definition, copy, *about, address=str(folder))
             return _read(found, folder)
     from gyrostat.campaigns import campaign_runs, run_campaign
@@ -185,7 +187,7 @@ def campaign(
             worst_by=worst_by,
             force=force,
             verify=verify,
-            on_progress=on_progress,
+            on_progress=shown(on_progress),
             say=tell,
         )
         write_campaign(copy, command=command, say=tell, address=str(folder))

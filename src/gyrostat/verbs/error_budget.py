@@ -5,6 +5,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.verbs.arguments import Say, opener_of, silent
+from gyrostat.verbs.progress import shown
 from gyrostat.verbs.scenario_check import say_unlikely, scenario_of
 
 if TYPE_CHECKING:
@@ -52,7 +53,8 @@ def budget(
         scheduler: As for `campaign`.
         force: As for `campaign`.
         verify: As for `campaign`.
-        on_progress: Function called with the number of runs done and the total number.
+        on_progress: Function called with the number of runs done and the total number; None: a bar
+            in a terminal or notebook.
         say: Function that receives each message for the user.
         command: Text that the report names as its origin.
         changes: Changes of the scenario, as for `simulate`.
@@ -80,6 +82,6 @@ def budget(
     total = len(question.sets) * runs
     say(f"{len(question.sources)} sources, {len(question.sets)} sets of {runs} runs: {total} runs")
     options = Options(total, seed, workers, 0, force, verify, opener_of(scheduler, say))
-    about = say, on_progress, command, question.variants
+    about = say, shown(on_progress), command, question.variants
     run_question(question.scenario, folder, question, options, *about)
     return found_budget(folder)

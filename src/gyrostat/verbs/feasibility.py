@@ -1,12 +1,12 @@
 """Verb `feasible`: attitudes that remain feasible after wheel failures."""
 
 from collections.abc import Iterable, Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import (
-    AXES,
     Named,
     Quantity,
     Say,
@@ -24,9 +24,7 @@ from gyrostat.verbs.required_options import require_options
 from gyrostat.verbs.telemetry import TelemetryOptions
 
 if TYPE_CHECKING:
-    from gyrostat.core.types import Vector
     from gyrostat.failures import Holdable
-    from gyrostat.reports.feasibility import Drawn, Question
     from gyrostat.spacecraft import Spacecraft, SpacecraftFile
 
 
@@ -129,6 +127,7 @@ def feasible(
         failed=momenta,
         target=aim,
         towards=inertial,
+        boresight=body,
         tolerance=in_si_or_none(tolerance, "angle", "--tolerance"),
         inputs=Inputs(
             file.wheel_names, in_words(failures, file, momenta), aim, pointing, state, doubts
@@ -147,6 +146,7 @@ def feasible(
         boresight=pointing,
         tolerance=question.tolerance,
     )
+    answer = replace(answer, question=question)
     if out is None:
         return answer
     steps = []
@@ -165,39 +165,10 @@ def feasible(
 
         path = str(spacecraft) if isinstance(spacecraft, str | Path) else "spacecraft.toml"
         content = sky_fly_content(question, draggable, path, say)
-    maps = _maps(question, answer, body)
     write_holdable(
-        question,
-        answer,
-        maps,
-        Path(out),
-        steps=steps,
-        fly=content,
-        command=command,
-        say=say,
-        force=force,
+        answer, Path(out), steps=steps, fly=content, command=command, say=say, force=force
     )
     return answer
-
-
-def _maps(question: "Question", answer: "Holdable", body: "Vector | None") -> "list[Drawn]":
-    """Sky map of the boresight, or of each body axis without one."""
-    import numpy as np
-
-    from gyrostat.failures import holdable_sky
-    from gyrostat.reports.feasibility import Drawn
-
-    if answer.sky is not None:
-        return [Drawn(answer.sky, question.towards, answer.direction)]
-    craft, total, momenta = question.file.spacecraft, question.momentum, question.failed
-    return [
-        Drawn(
-            holdable_sky(craft, total, failed=momenta, boresight=axis),
-            _to_inertial(question.target, axis),
-            _to_inertial(answer.attitude, axis),
-        )
-        for axis in ([np.array(axis) for axis in AXES.values()] if body is None else [body])
-    ]
 
 
 def _momentum_remarks(
@@ -209,10 +180,3 @@ def _momentum_remarks(
         f"{value:.4g} N·m·s in the telemetry"
         for k, value in measured.items()
     ]
-
-
-def _to_inertial(attitude: "Vector | None", body: "Vector") -> "Vector | None":
-    """Direction in inertial axes, from body axes."""
-    from gyrostat.failures.attitudes import matrix_of
-
-    return None if attitude is None else matrix_of(attitude) @ body

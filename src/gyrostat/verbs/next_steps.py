@@ -7,7 +7,7 @@ from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from gyrostat.failures.attitude_text import turn_and_angles
+from gyrostat.failures.attitude_words import turn_and_angles
 from gyrostat.failures.steps import NextStep
 from gyrostat.verbs.telemetry import TelemetryOptions
 

@@ -129,6 +129,7 @@ def recover(
         names = Signal(("wheel",), np.array(file.wheel_names))
         histories = replace(histories, coordinates={**histories.coordinates, "wheel": names})
         recovery = replace(recovery, histories=histories)
+    recovery = replace(recovery, case=(file, losses))
     if out is None:
         return recovery
     # a wheel that is braked ends at rest

@@ -19,6 +19,7 @@ from gyrostat.verbs.scenario_check import (
 if TYPE_CHECKING:
     import xarray as xr
 
+    from gyrostat.core.pictured_datasets import Run
     from gyrostat.scenario import Scenario
     from gyrostat.scenario_files.run_file import RunFile
     from gyrostat.simulation.labelled import Labelled
@@ -59,7 +60,7 @@ def simulate(
     Returns:
         Histories over `time`: state, measurements, commands and `error` (pointing error, rad), with
         units. `status` is 0 if the run reached its end; attributes: `scenario`, `ended` (s) and
-        every metric.
+        every metric. `plot()` draws them, `print` gives the summary.
 
     Raises:
         InputError: A scenario, device or engine cannot be used, or existing files would be
@@ -67,7 +68,17 @@ def simulate(
     """
     options = {"seed": seed, "device": device, "engine": engine, "force": force, "verify": verify}
     options["fly"] = fly
-    return simulated(scenario, out, **options, say=say, command=command, changes=changes).dataset()
+    history, flown = simulated(scenario, out, **options, say=say, command=command, changes=changes)
+    return _run_of(history.dataset(), flown)
+
+
+def _run_of(dataset: "xr.Dataset", scenario: "Scenario", **values: Any) -> "Run":
+    """Dataset of a run with its picture; values: its row in the table of runs."""
+    from gyrostat.core.pictured_datasets import SCENARIO, VALUES, Run
+
+    run = Run(dataset.data_vars, dataset.coords, dataset.attrs)
+    run.encoding = {**dataset.encoding, SCENARIO: scenario, VALUES: values}
+    return run
 
 
 def simulated(
@@ -83,8 +94,8 @@ def simulated(
     command: str,
     fly: bool = False,
     changes: Mapping[str, Any] | None = None,
-) -> "Labelled":
-    """Labelled histories of `simulate`, which has the same arguments, without xarray."""
+) -> "tuple[Labelled, Scenario]":
+    """Labelled histories of `simulate`, which has the same arguments, and what was simulated."""
     from gyrostat.core.outputs import check_outputs
     from gyrostat.core.validation import check_seed
     from gyrostat.runs.fingerprint import FLAGS, engine_record, use_engine
@@ -141,7 +152,7 @@ def simulated(
     history = results.histories.of_run(0)
     for line in flown_violations(flown, history.arrays()):
         say(line)
-    return replace(history, attributes={"scenario": definition.name, **values})
+    return replace(history, attributes={"scenario": definition.name, **values}), flown
 
 
 def _run_file(
@@ -199,11 +210,16 @@ def replay(
     """
     import xarray as xr
 
+    from gyrostat.campaigns import Store
+    from gyrostat.scenario import Scenario
+
     with (
         _replay(folder, run, fly=fly, say=say, command=command) as path,
         xr.open_dataset(path, engine="h5netcdf") as history,
     ):
-        return history.load()
+        store = Store(path.parents[1])
+        scenario = Scenario.from_text(store.known().scenario)
+        return _run_of(history.load(), scenario, **store.columns().row(run))
 
 
 def replayed(

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.verbs.arguments import Named, Say, named, opener_of, silent
+from gyrostat.verbs.progress import shown
 from gyrostat.verbs.scenario_check import say_unlikely, scenario_of
 
 if TYPE_CHECKING:
@@ -53,7 +54,8 @@ def tune(
         scheduler: As for `campaign`.
         force: As for `campaign`.
         verify: As for `campaign`.
-        on_progress: Function called with the number of runs done and the largest number.
+        on_progress: Function called with the number of runs done and the largest number; None: a
+            bar in a terminal or notebook.
         say: Function that receives each message for the user.
         command: Text that the report names as its origin.
         changes: Changes of the scenario, as for `simulate`.
@@ -80,7 +82,8 @@ def tune(
     question = Tuning.of(definition, named(free, "--free", bare=True), minimise, limits)
     options = Options(runs, seed, workers, 0, force, verify, opener_of(scheduler, say))
     free_scenario = question.scenario(definition)
-    content = run_question(free_scenario, folder, question, options, say, on_progress, command)
+    about = say, shown(on_progress), command
+    content = run_question(free_scenario, folder, question, options, *about)
     values = {each["key"]: each["after"] for each in content["free"]}
     if isinstance(scenario, str | Path) and not changes:
         _write(Path(scenario), definition.replace(**values), values, folder, say)

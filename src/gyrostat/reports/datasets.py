@@ -1,0 +1,109 @@
+"""Text and pictures of the datasets that `simulate`, `replay` and `campaign` return."""
+
+from pathlib import Path
+from typing import Any
+
+from matplotlib.figure import Figure
+
+from gyrostat.campaigns import Campaign, Store
+from gyrostat.core.errors import InputError
+from gyrostat.core.pictured_datasets import SCENARIO, VALUES, Run, Runs
+from gyrostat.reports.campaign import page_of
+from gyrostat.reports.campaign_charts import charts_of_metrics, shown_metrics
+from gyrostat.reports.campaign_content import campaign_content, campaign_lines
+from gyrostat.reports.campaign_run import metric_rows, run_verdict
+from gyrostat.reports.chart_figure import figure_of
+from gyrostat.reports.run_charts import charts_of_run
+from gyrostat.scenario import Scenario
+from gyrostat.search.rare import RARE, found_failures
+from gyrostat.search.tuning import FREE, found_tuning
+from gyrostat.search.worst_case import WORST_CASE, found_worst
+
+MOST_METRICS = 8
+"""Largest number of histograms."""
+
+
+def run_figure(run: Run) -> Figure:
+    """Draw error, rate, wheel speeds, torques and modes of a run over time, with its events.
+
+    Args:
+        run: Histories as `simulate` returns them, or a part of their time.
+
+    Raises:
+        InputError: The dataset lacks its scenario or histories.
+    """
+    scenario, values = _scenario(run), _values(run)
+    names = ("time", "error", "rate", "torque", "wheel_speed")
+    lacking = [name for name in names if name not in run.variables or not run[name].ndim]
+    if lacking:
+        raise InputError(f"plot: found no {lacking[0]} over time, expected all histories of a run")
+    history = {str(name): run[name].to_numpy() for name in run.variables}
+    return figure_of(charts_of_run(scenario, values, history))
+
+
+def run_lines(run: Run) -> list[str]:
+    """Verdict and metrics of a run, as `gyrostat simulate` prints them."""
+    scenario, values = _scenario(run), _values(run)
+    return [
+        f"{scenario.name}: {run_verdict(values)}",
+        *(f"  {name}: {entry}" for name, entry in metric_rows(scenario, values)),
+    ]
+
+
+def _scenario(run: Run) -> Scenario:
+    scenario = run.encoding.get(SCENARIO)
+    if scenario is None:
+        raise InputError("found a dataset without its scenario, expected one as simulate gives it")
+    return scenario
+
+
+def _values(run: Run) -> dict[str, Any]:
+    """Row of the run in a table of runs."""
+    return {**run.attrs, "status": int(run["status"]), **run.encoding.get(VALUES, {})}
+
+
+def runs_figure(runs: Runs) -> Figure:
+    """Draw the distributions of the metrics with limits; the picture of the page for a search.
+
+    Args:
+        runs: Table as `campaign` returns it, with its attribute `folder`.
+    """
+    store, campaign = _store(runs)
+    kind = None if campaign.search is None else next(iter(campaign.search))
+    folder = Path(store.folder)
+    if kind == RARE:
+        from gyrostat.reports.rare import exceedance_figure
+
+        return exceedance_figure(Scenario.from_text(campaign.scenario), found_failures(folder))
+    if kind == WORST_CASE:
+        from gyrostat.reports.worst_case import progress_figure
+
+        return progress_figure(found_worst(folder))
+    if kind == FREE:
+        from gyrostat.reports.tuning import front_figure
+
+        return front_figure(found_tuning(folder))
+    scenario, columns = Scenario.from_text(campaign.scenario), store.columns()
+    content = campaign_content(scenario, campaign, columns, store)
+    varying = shown_metrics(scenario, columns)
+    names = [name for name in content["headline"] if name in varying]
+    names += [name for name in varying if name not in names]
+    return figure_of(charts_of_metrics(scenario, columns, dict.fromkeys(names[:MOST_METRICS], ())))
+
+
+def runs_lines(runs: Runs) -> list[str]:
+    """Summary of a campaign or search, as the command line prints it."""
+    store, campaign = _store(runs)
+    if campaign.search is not None:
+        return page_of(campaign)(Path(store.folder), "", str(store.folder))[2]
+    scenario = Scenario.from_text(campaign.scenario)
+    content = campaign_content(scenario, campaign, store.columns(), store)
+    return campaign_lines(scenario, content)
+
+
+def _store(runs: Runs) -> tuple[Store, Campaign]:
+    folder = runs.attrs.get("folder")
+    if folder is None:
+        raise InputError("found a dataset without its folder, expected one as campaign gives it")
+    store = Store(Path(folder))
+    return store, store.known()

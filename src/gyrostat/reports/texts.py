@@ -1,0 +1,53 @@
+"""Texts of results: the sentences that the command line prints."""
+
+from functools import singledispatch
+
+import xarray as xr
+
+from gyrostat.core.errors import InputError
+from gyrostat.core.pictured_datasets import Run, Runs
+from gyrostat.failures import Holdable, Recovery
+from gyrostat.reports.datasets import run_lines, runs_lines
+from gyrostat.reports.feasibility import answer_lines
+from gyrostat.reports.recovery import rows_of, verdict_of
+
+
+@singledispatch
+def text_of(result: object) -> str:
+    """Sentences of the command line on a result.
+
+    Args:
+        result: Result of a verb.
+    """
+    return repr(result)
+
+
+@text_of.register
+def _(result: Run) -> str:
+    """Verdict and metrics; a part of a run is shown as xarray does."""
+    try:
+        return "\n".join(run_lines(result))
+    except (InputError, KeyError):
+        return xr.Dataset.__repr__(result)
+
+
+@text_of.register
+def _(result: Runs) -> str:
+    """Summary of the campaign; a table without its folder is shown as xarray does."""
+    try:
+        return "\n".join(runs_lines(result))
+    except InputError:
+        return xr.Dataset.__repr__(result)
+
+
+@text_of.register
+def _(result: Holdable) -> str:
+    """Verdict, and what is known of the nearest feasible attitude."""
+    return repr(result) if result.question is None else "\n".join(answer_lines(result))
+
+
+@text_of.register
+def _(result: Recovery) -> str:
+    """Verdict and what was found."""
+    rows = [] if result.case is None else rows_of(result.case[0], result, result.case[1])
+    return "\n".join([verdict_of(result), *(f"  {name}: {entry}" for name, entry in rows)])
