@@ -16,7 +16,7 @@ for _name in ("OMP_NUM_THREADS", "OPENBLAS_NUM_THREADS", "MKL_NUM_THREADS"):
     os.environ.setdefault(_name, "1")
 os.environ.setdefault("JAX_PLATFORMS", "cpu")
 os.environ["MPLBACKEND"] = "module://matplotlib_inline.backend_inline"
-sys.path.insert(0, str(Path(__file__).parent))  # the extension api_pages
+sys.path.insert(0, str(Path(__file__).parent))  # the extensions of this folder
 
 project = "gyrostat"
 author = "the gyrostat authors"
@@ -29,6 +29,7 @@ extensions = [
     "sphinx.ext.autosummary",
     "sphinx.ext.napoleon",
     "sphinx.ext.viewcode",
+    "accessible_pages",
     "api_pages",
 ]
 templates_path = ["_templates"]

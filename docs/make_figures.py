@@ -10,7 +10,8 @@ import numpy as np
 from markupsafe import Markup
 from matplotlib.figure import Figure
 
-from gyrostat import allan, budget, place, simulate
+from gyrostat import allan, budget, campaign, place, simulate
+from gyrostat.campaigns import Store
 from gyrostat.core.units import RPM
 from gyrostat.failures import holdable
 from gyrostat.identification import identify
@@ -35,13 +36,20 @@ from gyrostat.reports.colours import BAND, MARK, MODEL
 from gyrostat.reports.drawing import STYLE
 from gyrostat.reports.health_charts import health_charts, shade
 from gyrostat.reports.health_series import wheel_series
+from gyrostat.reports.mode_chart import mode_chart
+from gyrostat.reports.mode_diagram import mode_diagram, modes_content
 from gyrostat.scenario import Scenario
+from gyrostat.scenario.timeline import modes
 from gyrostat.scenario_files.scenario_file import read_scenario
 from gyrostat.spacecraft import read_spacecraft
 from gyrostat.telemetry import read_record
 
 ROOT = Path(__file__).parents[1]
 TEMPLATES = ROOT / "src" / "gyrostat" / "reports" / "templates"
+
+
+MARGIN = 14
+"""Room for the last tick at the right edge of an image."""
 
 
 def stiff_wheel_figure(scenario: Scenario) -> Figure:
@@ -90,6 +98,20 @@ def flying_wheel_charts() -> list[list[Markup]]:
     return [charts[0::2], charts[1::2]]
 
 
+def safe_mode_charts(folder: Path) -> list[list[Markup]]:
+    """Modes of the nominal run of the safe mode, and transitions of 200 runs."""
+    scenario = read_scenario("safe_mode")
+    run = simulate(scenario)
+    history = {str(name): run[name].to_numpy() for name in run.variables}
+    flown = mode_chart(modes(scenario.parts), history)
+    assert flown is not None
+    flown.level(scenario.values["event.loss.time"], "wheel b is lost", "event", across=False)
+    campaign(scenario, runs=200, seed=31, out=folder / "safe_mode")
+    content = modes_content(scenario, Store(folder / "safe_mode").columns())
+    assert content is not None
+    return [[flown.svg(), mode_diagram(scenario, content)]]
+
+
 def image_of(columns: Sequence[Sequence[Markup]]) -> str:
     """Columns of charts as an SVG image of its own, in the light colours of the pages."""
     colours = re.search(r":root {.*?}", (TEMPLATES / "base.html").read_text("utf-8"), re.DOTALL)
@@ -104,11 +126,13 @@ def image_of(columns: Sequence[Sequence[Markup]]) -> str:
             parts.append(chart.replace("<svg", Markup(f"<svg {place}"), 1))
             top += height
         below = max(below, top)
-    wide = WIDTH * len(columns)
+    wide = WIDTH * len(columns) + MARGIN
     size = f'width="{wide}" height="{below}" viewBox="0 0 {wide} {below}"'
     return (
         f'<svg xmlns="http://www.w3.org/2000/svg" {size}><style>{style} '
-        f'.chart {{ width: {WIDTH}px; }}</style><path d="M0 0H9999V9999H0Z" fill="#fff"/>'
+        f".chart {{ width: {WIDTH}px; }} "
+        f"@media (max-width: {WIDTH - 1}px) {{ .chart {{ font-size: 15px; }} }}</style>"
+        '<path d="M0 0H9999V9999H0Z" fill="#fff"/>'
         f"{''.join(parts)}</svg>\n"
     )
 
@@ -132,6 +156,7 @@ def main():
     stiff = read_scenario(ROOT / "examples" / "scenarios" / "stiff_wheel.toml")
     with TemporaryDirectory() as scratch:
         budget_figure = error_budget_figure(Path(scratch))
+        safe_mode = safe_mode_charts(Path(scratch))
     drawn = {
         "crossing_zero": crossing_figure(),
         "error_budget": budget_figure,
@@ -144,6 +169,7 @@ def main():
         ),
         "wheel_friction": friction_charts(fit),
         "wheel_health": flying_wheel_charts(),
+        "safe_mode": safe_mode,
     }
     folder = ROOT / "docs" / "images"
     folder.mkdir(exist_ok=True)

@@ -9,7 +9,7 @@ import typer
 
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json, say
-from gyrostat.cli.options import ForceModel, Json, Out, Scheduler, Verify, Workers
+from gyrostat.cli.options import Figures, ForceModel, Json, Out, Scheduler, Verify, Workers
 from gyrostat.cli.progress import Progress
 from gyrostat.core.errors import InputError
 from gyrostat.core.instructions import limit_process, recorded
@@ -55,6 +55,7 @@ def simulate(
     force: ForceModel = False,
     verify: Verify = False,
     fly: Fly = False,
+    figures: Figures = None,
     json_output: Json = False,
 ) -> None:
     """Simulate a scenario once, with its nominal values: RUN.nc and RUN.html."""
@@ -263,6 +264,7 @@ def report(
             "clang with lld and wasi-libc, or zig (ziglang).",
         ),
     ] = False,
+    figures: Figures = None,
     json_output: Json = False,
 ) -> None:
     """Write the report of a campaign: report.html and report.json."""

@@ -17,6 +17,10 @@ ForceModel = Annotated[
         "is marked as impossible.",
     ),
 ]
+Figures = Annotated[
+    str | None,
+    typer.Option(help="Write the figures for papers too: pdf, svg or png."),
+]
 Json = Annotated[bool, typer.Option("--json", help="Print only the result, as JSON.")]
 Scheduler = Annotated[str | None, typer.Option(help="Address of a Dask scheduler with workers.")]
 Workers = Annotated[

@@ -6,7 +6,7 @@ import typer
 
 from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json
-from gyrostat.cli.options import Force, Json, Out, Scheduler
+from gyrostat.cli.options import Figures, Force, Json, Out, Scheduler
 
 
 def reproduce(
@@ -20,6 +20,7 @@ def reproduce(
     quick: Annotated[bool, typer.Option(help="Fewer seeds; takes less than two minutes.")] = False,
     scheduler: Scheduler = None,
     force: Force = False,
+    figures: Figures = None,
     json_output: Json = False,
 ) -> None:
     """Reproduce a paper's experiments and test each of its claims: claims.json and report.html."""

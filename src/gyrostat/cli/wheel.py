@@ -9,6 +9,7 @@ from gyrostat import verbs
 from gyrostat.cli.arguments import call, command_line, print_json
 from gyrostat.cli.options import (
     Clock,
+    Figures,
     Force,
     ForceModel,
     Free,
@@ -112,6 +113,7 @@ def identify(
         typer.Option(help="Loop: open, closed, or a .toml file with the control law (inverse)."),
     ] = None,
     force: Force = False,
+    figures: Figures = None,
     json_output: Json = False,
 ) -> None:
     """Identify a wheel: fit.json, model.toml and report.html from its bench records."""

@@ -47,6 +47,7 @@ def write_campaign(
     say: Callable[[str], None],
     address: str | None = None,
     fly: bool = False,
+    figures: str | None = None,
 ) -> str:
     """Write report.json and report.html of a finished campaign, and print a summary.
 
@@ -56,6 +57,7 @@ def write_campaign(
         say: Called with each line of the summary.
         address: Address of the folder for the reader, if the folder is a copy; None: its path.
         fly: Whether to write `FLY_PAGE` too.
+        figures: Kind of a file of the figure for papers; None: there is none.
 
     Returns:
         Text of report.json.
@@ -78,14 +80,22 @@ def write_campaign(
     # the report names the page that flies, if there is one
     content, page, lines = page_of(campaign)(folder, command, shown)
     text = json.dumps(content, indent=1, ensure_ascii=False, allow_nan=False)
+    drawn = {}
+    if figures is not None:
+        from gyrostat.reports.campaign_figure import campaign_figure  # matplotlib is slow to import
+        from gyrostat.reports.paper_figures import figure_files
+
+        drawn = figure_files(figures, {"report": campaign_figure(store)})
     with store.locked(), store.results(campaign) as scratch:
         (scratch / "report.json").write_text(text + "\n", encoding="utf-8")
         (scratch / "report.html").write_text(page, encoding="utf-8")
+        for name, picture in drawn.items():
+            (scratch / name).write_bytes(picture)
     for line in lines:
         say(line)
     say(f"written: {folder / 'report.html'}, {folder / 'report.json'}, {store.table}")
-    if fly:
-        say(f"written: {folder / FLY_PAGE}")
+    for name in [*([FLY_PAGE] if fly else []), *drawn]:
+        say(f"written: {folder / name}")
     return text
 
 

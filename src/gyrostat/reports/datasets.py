@@ -1,7 +1,7 @@
 """Text and pictures of the datasets that `simulate`, `replay` and `campaign` return."""
 
 from pathlib import Path
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 from matplotlib.figure import Figure
 
@@ -9,18 +9,15 @@ from gyrostat.campaigns import Campaign, Store
 from gyrostat.core.errors import InputError
 from gyrostat.core.pictured_datasets import SCENARIO, VALUES, Run, Runs
 from gyrostat.reports.campaign import page_of
-from gyrostat.reports.campaign_charts import charts_of_metrics, shown_metrics
 from gyrostat.reports.campaign_content import campaign_content, campaign_lines
+from gyrostat.reports.campaign_figure import campaign_figure
 from gyrostat.reports.campaign_run import metric_rows, run_verdict
 from gyrostat.reports.chart_figure import figure_of
 from gyrostat.reports.run_charts import charts_of_run
 from gyrostat.scenario import Scenario
-from gyrostat.search.rare import RARE, found_failures
-from gyrostat.search.tuning import FREE, found_tuning
-from gyrostat.search.worst_case import WORST_CASE, found_worst
 
-MOST_METRICS = 8
-"""Largest number of histograms."""
+if TYPE_CHECKING:
+    from gyrostat.campaigns.engine import Flown
 
 
 def run_figure(run: Run) -> Figure:
@@ -38,6 +35,14 @@ def run_figure(run: Run) -> Figure:
     if lacking:
         raise InputError(f"plot: found no {lacking[0]} over time, expected all histories of a run")
     history = {str(name): run[name].to_numpy() for name in run.variables}
+    return figure_of(charts_of_run(scenario, values, history))
+
+
+def flown_figure(scenario: Scenario, flown: "Flown") -> Figure:
+    """Draw the first run of a simulation, as `run_figure` does."""
+    values = {name: column[0].item() for name, column in flown.columns.items()}
+    assert flown.histories is not None
+    history = flown.histories.of_run(values["run"]).arrays()
     return figure_of(charts_of_run(scenario, values, history))
 
 
@@ -68,27 +73,7 @@ def runs_figure(runs: Runs) -> Figure:
     Args:
         runs: Table as `campaign` returns it, with its attribute `folder`.
     """
-    store, campaign = _store(runs)
-    kind = None if campaign.search is None else next(iter(campaign.search))
-    folder = Path(store.folder)
-    if kind == RARE:
-        from gyrostat.reports.rare import exceedance_figure
-
-        return exceedance_figure(Scenario.from_text(campaign.scenario), found_failures(folder))
-    if kind == WORST_CASE:
-        from gyrostat.reports.worst_case import progress_figure
-
-        return progress_figure(found_worst(folder))
-    if kind == FREE:
-        from gyrostat.reports.tuning import front_figure
-
-        return front_figure(found_tuning(folder))
-    scenario, columns = Scenario.from_text(campaign.scenario), store.columns()
-    content = campaign_content(scenario, campaign, columns, store)
-    varying = shown_metrics(scenario, columns)
-    names = [name for name in content["headline"] if name in varying]
-    names += [name for name in varying if name not in names]
-    return figure_of(charts_of_metrics(scenario, columns, dict.fromkeys(names[:MOST_METRICS], ())))
+    return campaign_figure(_store(runs)[0])
 
 
 def runs_lines(runs: Runs) -> list[str]:

@@ -274,3 +274,20 @@ def spacecraft_file(spacecraft: "SpacecraftFile | Spacecraft | str | Path") -> "
         names = tuple(str(k) for k in range(spacecraft.wheels.count))
         return SpacecraftFile("", names, spacecraft, ({},) * len(names))
     return spacecraft if isinstance(spacecraft, SpacecraftFile) else read_spacecraft(spacecraft)
+
+
+FIGURES = ("pdf", "svg", "png")
+"""Kinds of the files of figures for papers."""
+
+
+def figure_names(kind: str | None, *stems: str) -> list[str]:
+    """Names of the files of figures; none without a kind.
+
+    Raises:
+        InputError: There is no such kind.
+    """
+    if kind is None:
+        return []
+    if kind not in FIGURES:
+        raise InputError(f"--figures: found {kind!r}, expected one of {', '.join(FIGURES)}")
+    return [f"{stem}.{kind}" for stem in stems]

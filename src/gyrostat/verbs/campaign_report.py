@@ -5,7 +5,7 @@ from pathlib import Path
 from typing import Any
 
 from gyrostat.core.errors import InputError
-from gyrostat.verbs.arguments import Say, silent
+from gyrostat.verbs.arguments import Say, figure_names, silent
 
 
 def report(
@@ -13,6 +13,7 @@ def report(
     *,
     check: bool = False,
     fly: bool = False,
+    figures: str | None = None,
     say: Say = silent,
     command: str = "gyrostat.report",
 ) -> "dict[str, Any]":
@@ -24,6 +25,7 @@ def report(
             exit code 1 unless all are met.
         fly: Whether to write fly.html too: the nominal run, the worst and the first runs, with the
             compiled program, to fly them again with other values.
+        figures: "pdf", "svg" or "png": write the figures for papers too; None: none.
         say: Function that receives each message for the user.
         command: Text that the page names as its origin.
 
@@ -37,8 +39,11 @@ def report(
     from gyrostat.core.remote_folder import local_folder
     from gyrostat.reports.campaign import write_campaign
 
+    figure_names(figures)
     with local_folder(folder, say, "FOLDER") as (copy, tell):
-        text = write_campaign(copy, command=command, say=tell, address=str(folder), fly=fly)
+        text = write_campaign(
+            copy, command=command, say=tell, address=str(folder), fly=fly, figures=figures
+        )
     content = json.loads(text)
     if check and not content.get("requirements"):
         kind = "a scenario without [[requirement]]" if "requirements" in content else "a search"

@@ -9,6 +9,7 @@ from gyrostat.verbs.arguments import (
     Named,
     Quantity,
     Say,
+    figure_names,
     in_si_or_none,
     named,
     one_of,
@@ -70,6 +71,7 @@ def identify(
     posterior: bool = False,
     loop: "str | Path | None" = None,
     force: bool = False,
+    figures: str | None = None,
     say: Say = silent,
     command: str = "gyrostat.identify",
 ) -> "Fit":
@@ -117,6 +119,7 @@ def identify(
         loop: Whether the current depends on the measured speed: "open" or "closed"; or, with
             "inverse", a .toml file with the control law of the drive in its table [loop].
         force: Whether to replace files that gyrostat did not write.
+        figures: "pdf", "svg" or "png": write the figures for papers too; None: none.
         say: Function that receives each message for the user.
         command: Text that the report names as its origin.
 
@@ -139,7 +142,8 @@ def identify(
     )
     choice = "auto" if model == "auto" else law
     if out is not None:
-        check_outputs(Path(out), FILES, by="identify", force=force)
+        names = [*FILES, *figure_names(figures, "report")]
+        check_outputs(Path(out), names, by="identify", force=force)
         check_law_files(law, Path(out), force=force)
     one_of(method, METHODS, "--method")
     one_of(current_hold or HOLDS[0], HOLDS, "--current-hold")
@@ -243,4 +247,9 @@ def identify(
             fit = stage.identify_dedicated(method, measured, **common)
     if out is not None:
         write_fit(fit, Path(out), command=command, say=say, force=force)
+        if figures:
+            from gyrostat.reports.paper_figures import write_figures
+
+            drawn = {"report": fit.plot()}
+            write_figures(drawn, Path(out), figures, by="identify", say=say, force=force)
     return fit

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 
 from gyrostat.core.engines import engine_named
 from gyrostat.core.errors import InputError
-from gyrostat.verbs.arguments import Say, check_device, silent
+from gyrostat.verbs.arguments import Say, check_device, figure_names, silent
 from gyrostat.verbs.scenario_check import (
     say_momentum,
     say_unlikely,
@@ -35,6 +35,7 @@ def simulate(
     force: bool = False,
     verify: bool = False,
     fly: bool = False,
+    figures: str | None = None,
     say: Say = silent,
     command: str = "gyrostat.simulate",
     **changes: Any,
@@ -52,6 +53,7 @@ def simulate(
             marked as impossible.
         verify: Whether to make the compiled program again and compare it with the stored one.
         fly: Whether RUN.html has the compiled program, to fly the run again with other values.
+        figures: "pdf", "svg" or "png": write the figures for papers too; None: none.
         say: Function that receives each message for the user.
         command: Text that the page names as its origin.
         changes: Changes of the scenario, see `gyrostat.scenario.Scenario.replace`: user-defined
@@ -66,8 +68,14 @@ def simulate(
         InputError: A scenario, device or engine cannot be used, or existing files would be
             replaced.
     """
-    options = {"seed": seed, "device": device, "engine": engine, "force": force, "verify": verify}
-    options["fly"] = fly
+    options: dict[str, Any] = {
+        "seed": seed,
+        "device": device,
+        "engine": engine,
+        "force": force,
+        "verify": verify,
+    }
+    options |= {"fly": fly, "figures": figures}
     history, flown = simulated(scenario, out, **options, say=say, command=command, changes=changes)
     return _run_of(history.dataset(), flown)
 
@@ -93,6 +101,7 @@ def simulated(
     say: Say,
     command: str,
     fly: bool = False,
+    figures: str | None = None,
     changes: Mapping[str, Any] | None = None,
 ) -> "tuple[Labelled, Scenario]":
     """Labelled histories of `simulate`, which has the same arguments, and what was simulated."""
@@ -106,7 +115,7 @@ def simulated(
     if path is not None:
         if path.suffix != ".nc":
             raise InputError(f"--out: found {str(path)!r}, expected a name that ends in .nc")
-        names = (path.name, path.with_suffix(".html").name)
+        names = [path.name, path.with_suffix(".html").name, *figure_names(figures, path.stem)]
         check_outputs(path.parent, names, by="simulate", force=force)
     engine = engine_named(engine, say, "--engine")
     check_device(device)
@@ -144,6 +153,12 @@ def simulated(
             arrays = results.histories.of_run(0).arrays()
             content = fly_content(definition, seed, {"nominal": (0, None)}, arrays, say)
         write_run(flown, results, path, command=command, say=say, force=force, fly=content)
+        if figures:
+            from gyrostat.reports.datasets import flown_figure
+            from gyrostat.reports.paper_figures import write_figures
+
+            drawn = {path.stem: flown_figure(flown, results)}
+            write_figures(drawn, path.parent, figures, by="simulate", say=say, force=force)
     assert results.histories is not None
     names = ("ended", *metrics_of(definition))
     values = {name: results.columns[name][0].item() for name in names}
