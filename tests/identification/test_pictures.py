@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from gyrostat.core.units import RPM
 from gyrostat.identification import Fit, Lot, Pool, compare_fits, stored_fit, validate
 from gyrostat.identification.experiment.design import Design
+from gyrostat.identification.result.fit_text import parameter_rows
 from gyrostat.reports.pictures import picture
 
 
@@ -35,6 +36,12 @@ def test_fit_shows_speeds_residuals_and_friction(plain):
         expected, _ = plain.friction_curve(speeds * RPM)
         np.testing.assert_allclose(torques, 1e3 * expected, rtol=1e-9)
     assert len(curves) == 2
+
+
+def test_the_speed_at_the_start_has_no_verdict(plain):
+    verdicts = {name: verdict for name, _, _, verdict in parameter_rows(plain)}
+    assert verdicts["initial_speed"] == ""
+    assert verdicts["coulomb"].startswith("yes (")
 
 
 def test_notebook_shows_the_text_of_the_command_line_and_a_picture(plain, record):

@@ -106,6 +106,21 @@ def test_panels_that_share_an_axis_are_zoomed_together_and_one_column_is_as_wide
     assert '<div class="charts">' in chart
 
 
+@pytest.mark.parametrize(
+    ("names", "ticks"), [(["a", "b"], ["a", "b"]), (["x" * 40, "y"], ["1", "2"])]
+)
+def test_names_of_places_are_ticks_or_numbered_where_they_are_too_long(names, ticks):
+    with panels(2, height=4.0, sharex=True) as (figure, rows):
+        for axes in rows:
+            axes.errorbar([0, 1], [1.0, 2.0], 0.1, fmt="o")
+        rows[-1].set_xticks(range(2), names)
+        rows[-1].set_xlim(-0.5, 1.5)
+    chart = str(figure_charts(figure))
+    assert re.findall(r'<text class="x"[^>]*>(.*?)</text>', chart) == 2 * ticks
+    assert chart.count(f'data-columns="{"|".join(names)}"') == 2
+    assert re.findall(r'<text class="x" x="([\d.]+)"', chart)[0] == f"{52 + 378 * 0.25:.1f}"
+
+
 def test_colours_of_cells_are_an_image_with_its_range_in_the_key():
     with panels(height=3.0) as (figure, axes):
         image = axes.pcolormesh(np.arange(4.0), np.arange(3.0), np.arange(12.0).reshape(3, 4))

@@ -12,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.colors import to_hex
 from matplotlib.dates import ConciseDateFormatter, num2date
 from matplotlib.figure import Figure
-from matplotlib.ticker import FixedFormatter
+from matplotlib.ticker import FixedLocator
 
 from gyrostat.reports.axis import Axis
 from gyrostat.reports.chart import Chart
@@ -67,8 +67,10 @@ def _chart(figure: Figure, axes: Axes, panels: list[Axes], group: str, marks: Ma
     if isinstance(formatter, ConciseDateFormatter):
         shift = float(np.floor(left))
         label = f"days since {num2date(shift):%Y-%m-%d}"
-    elif isinstance(formatter, FixedFormatter) and len(axes.get_xticks()) > 1:
-        names = [plain_text(text.get_text()) for text in axes.get_xticklabels()]
+    elif isinstance(axes.xaxis.get_major_locator(), FixedLocator):
+        places = axes.get_xticks()
+        if np.array_equal(places, np.arange(len(places))):
+            names = [plain_text(name) for name in formatter.format_ticks(places.tolist())]
     symlog = axes.yaxis.get_transform() if axes.get_yscale() == "symlog" else None
     box = axes.get_position()
     width, height = figure.get_size_inches() * (box.width, box.height)

@@ -48,6 +48,10 @@ def table(fit: Fit) -> list[str]:
     return lines
 
 
+INITIAL = "initial_speed"
+"""Begin of the names of the states at the start of each record."""
+
+
 def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str]]:
     """Rows of the parameter table: name, value ± sigma, unit, observable or not.
 
@@ -59,6 +63,8 @@ def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str]]:
         clear = "over 1000" if status.significance > 1000.0 else f"{status.significance:.1f}"
         verdict = f"{'yes' if status.observable else 'NO'} ({clear} sigma)"
         verdict = "given" if status.given else verdict
+        # of the state at the start, the ratio would be that of its range to sigma
+        verdict = "" if name.startswith(INITIAL) else verdict
         yield name, measured(float(value), float(sigma)), si_unit(fit.dimensions[name]), verdict
     for name, value in fit.held.items():
         yield name, plain(value, 6), si_unit(fit.dimensions[name]), "held"
