@@ -121,6 +121,27 @@ def test_names_of_places_are_ticks_or_numbered_where_they_are_too_long(names, ti
     assert re.findall(r'<text class="x" x="([\d.]+)"', chart)[0] == f"{52 + 378 * 0.25:.1f}"
 
 
+def test_texts_are_at_their_place_whether_in_values_or_in_the_frame():
+    with panels(2, 2, height=4.0) as (figure, grid):
+        axes = grid[0, 1]
+        axes.set(xlim=(0.0, 10.0), ylim=(1.0, 100.0), yscale="log")
+        axes.text(2.0, 10.0, "value")
+        axes.text(5.0, 0.5, "end", transform=axes.get_xaxis_transform(), ha="right")
+        axes.text(0.5, 1.0, "frame", transform=axes.transAxes, ha="center")
+        grid[0, 0].set_ylabel("angle (rad)")
+        grid[1, 0].set_ylabel("rate (rad/s)")
+    chart = str(figure_charts(figure))
+    found = re.findall(
+        r'data-x="(\S+)" data-y="(\S+)" x="\S+" y="\S+" text-anchor="(\w+)">(\w+)', chart
+    )
+    places = {name: (float(x), float(y), side) for x, y, side, name in found}
+    assert places["value"] == (2.0, 10.0, "start")
+    assert places["end"] == (pytest.approx(5.0), pytest.approx(10.0), "end")
+    assert places["frame"] == (pytest.approx(5.0), pytest.approx(100.0), "middle")
+    titles = re.findall(r'class="title"[^>]*>(.*?)</text>', chart)
+    assert titles == ["angle (rad)", "angle (rad)", "rate (rad/s)", "rate (rad/s)"]
+
+
 def test_colours_of_cells_are_an_image_with_its_range_in_the_key():
     with panels(height=3.0) as (figure, axes):
         image = axes.pcolormesh(np.arange(4.0), np.arange(3.0), np.arange(12.0).reshape(3, 4))

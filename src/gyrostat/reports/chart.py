@@ -97,13 +97,15 @@ class Chart:
         self._marks.append(Markup(mark).format(data, left, low, right - left, high - low))
 
     @_mark
-    def note(self, x: float, y: float, text: str) -> None:
-        """Write a text at a point."""
+    def note(self, x: float, y: float, text: str, side: str = "left") -> None:
+        """Write a text at a point, which is at its "left", "center" or "right"."""
         wide, high = WIDTH - LEFT - RIGHT, self.height - TOP - BOTTOM
         across, up = (float(a.place(np.array([v]))[0]) for a, v in ((self.x, x), (self.y, y)))
         place = LEFT + wide * across / 1000.0, TOP + high * (1.0 - up / 1000.0)
-        mark = '<text class="mark at" data-x="{:.9g}" data-y="{:.9g}" x="{:.1f}" y="{:.1f}">{}'
-        self._labels.append(Markup(mark + "</text>").format(x, y, *place, text))
+        anchor = {"center": "middle", "right": "end"}.get(side, "start")
+        mark = '<text class="mark at" data-x="{:.9g}" data-y="{:.9g}" x="{:.1f}" y="{:.1f}"'
+        mark += ' text-anchor="{}">{}</text>'
+        self._labels.append(Markup(mark).format(x, y, *place, anchor, text))
 
     @_mark
     def dots(self, x: Vector, y: Vector, colours: Sequence[str]) -> None:

@@ -47,6 +47,11 @@ def figure_charts(figure: Figure, group: str = "figure") -> Markup:
     )
 
 
+def _row(axes: Axes) -> int:
+    place = axes.get_subplotspec()
+    return 0 if place is None else place.rowspan.start
+
+
 def _columns(axes: Axes) -> int:
     place = axes.get_subplotspec()
     return 1 if place is None else place.get_gridspec().ncols
@@ -57,7 +62,7 @@ def _chart(figure: Figure, axes: Axes, panels: list[Axes], group: str, marks: Ma
     siblings = [each for each in panels if axes.get_shared_x_axes().joined(axes, each)]
     labels = [each.get_xlabel() for each in (axes, *reversed(siblings))]
     label = plain_text(next((text for text in labels if text), ""))
-    beside = [each for each in panels if axes.get_shared_y_axes().joined(axes, each)]
+    beside = [each for each in panels if _row(each) == _row(axes)]
     upright = [each.get_ylabel() for each in (axes, *beside) if each.get_ylabel()]
     titles = [axes.get_title("left") or axes.get_title(), *upright[:1]]
     title = ": ".join(plain_text(text) for text in titles if text)

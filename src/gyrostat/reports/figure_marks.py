@@ -15,6 +15,7 @@ from matplotlib.container import ErrorbarContainer
 from matplotlib.image import AxesImage, imsave
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle, StepPatch
+from matplotlib.text import Annotation
 
 from gyrostat.core.types import Vector
 from gyrostat.reports.chart import COLOURS, Chart
@@ -91,10 +92,12 @@ class Marks:
                 self._mark(artist, axes, chart, shift)
         for text in axes.texts:
             x, y = getattr(text, "xy", text.get_position())
-            if text.get_transform() == axes.transAxes:
-                (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
-                x, y = left + x * (right - left), low + y * (high - low)
-            chart.note(float(x) - shift, float(y), plain_text(text.get_text()))
+            # a place in the frame is one of the values there
+            place = text.get_transform()
+            if not isinstance(text, Annotation) and place != axes.transData:
+                x, y = axes.transData.inverted().transform(place.transform((x, y)))
+            words = plain_text(text.get_text())
+            chart.note(float(x) - shift, float(y), words, str(text.get_horizontalalignment()))
 
     def _mark(self, artist: Artist, axes: Axes, chart: Chart, shift: float) -> None:
         if isinstance(artist, Line2D):
