@@ -45,7 +45,7 @@ def test_a_waterfall_becomes_bands_that_a_scenario_reads(tmp_path, run):
     (harmonic,) = json.loads(out)["harmonics"]
     assert harmonic["number"]["value"] == pytest.approx(1.0, abs=1e-3)
     assert harmonic["axial"]["total"]["value"] == pytest.approx(1e-6, rel=0.02)
-    assert (tmp_path / "W" / "waterfall.html").read_text().count("<svg") == 1
+    assert (tmp_path / "W" / "waterfall.html").read_text().count('<div class="charts') == 1
     (tmp_path / "modes.csv").write_text(MODES)
     (tmp_path / "sight.toml").write_text(SIGHT)
     code, _, err = run("jitter", tmp_path / "sight.toml", "--out", tmp_path / "J")
