@@ -183,7 +183,7 @@ def test_the_page_shows_results_trace_and_code(tmp_path):
     page = evidence_page(content, command="gyrostat export ...")
     assert "R2 Saturated.torque" in page
     assert "Journal 12 (1999)" in page
-    assert "http" not in page, "a page needs no network"
+    assert "://" not in page, "a page needs no network"
     for each in content.trace:
         for group, _, _ in each.groups:
             assert f'id="L{group.first}"' in page
