@@ -329,8 +329,11 @@ own](your_own_parts.md#events), which changes numbers of the spacecraft at the e
 """
 METRIC_TEXT = """## [[metric]]
 
-Any number of [your own metrics](your_own_parts.md#metrics), `python = "FILE.py:NAME"`. `name` (by
-default the class in lower case with underscores) is the column of the table of runs.
+Any number of metrics: of a kind below, or [your own](your_own_parts.md#metrics), `python =
+"FILE.py:NAME"`. `name` (by default the kind, or the class in lower case with underscores) is the
+column of the table of runs. A metric `jitter` has a `file`, the wheels on their structure, and may
+have a `window`, one name or several; by default the whole run counts ([Microvibration](
+microvibration.md#in-the-runs-of-a-scenario)).
 """
 METRICS_OUT = """## Metrics
 
@@ -627,7 +630,8 @@ def page():
         lines += [*(entry(n, key) for n, key in {"time": EVENT_TIME, **kind.keys()}.items()), ""]
     lines += section("metrics", METRICS)
     window = section("[metrics.window]", WINDOW, WINDOW_TEXT)
-    lines += [*window, METRIC_TEXT, METRICS_OUT, "| metric | unit | meaning |", "|---|---|---|"]
+    lines += [*window, METRIC_TEXT, *kinds(PARTS["metric"]), METRICS_OUT]
+    lines += ["| metric | unit | meaning |", "|---|---|---|"]
     results = {"error_pNN": PERCENTILE}
     for kind in RUN_METRICS:
         with_heads = f" With `[[{kind.asked_by}]]` only." if kind.asked_by else ""

@@ -71,6 +71,7 @@ def context_of(run: Assembly, *parts: str) -> Context:
         period=run.values["run.control_period"],
         delay=run.structure.command_delay,
         sensors=run.plans.sensors,
+        tables=run.plans.tables,
         **{name: getattr(run, name) for name in parts},
     )
 

@@ -2,8 +2,10 @@
 
 from typing import Any
 
+from gyrostat.core.errors import placed
 from gyrostat.scenario.component import Context
 from gyrostat.scenario.kinds.registry import APPENDAGES, component
+from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.sensing import Values, arrays_of, options_of
 from gyrostat.scenario.structure import Structure
 from gyrostat.spacecraft import FlexibleModes, Spacecraft
@@ -34,12 +36,30 @@ def named_parts(
         structure: Structure of the scenario.
         values: Values of this run.
         section: Section of the parts.
-        context: What the parts are made with; their places are added.
+        context: What the parts are made with; their places and links are added.
     """
+    links = {part.name: dict(part.links) for part in structure.parts if part.section == section}
     return {
-        name: kind.make(context._replace(place=f"{section}.{name}"))
+        name: kind.make(context._replace(place=f"{section}.{name}", links=links[name]))
         for name, kind in named_kinds(structure, values, section).items()
     }
+
+
+def tables_of(scenario: Scenario) -> dict[str, Any]:
+    """Place of each metric with a file -> what is computed of the file once.
+
+    Raises:
+        InputError: The file does not fit the scenario.
+    """
+    kinds = {f"{part.section}.{part.name}": part for part in scenario.parts}
+    tables = {}
+    for text in scenario.texts:
+        part = kinds.get(text.path)
+        if part is not None and part.section == "metric":
+            with placed(f"key {text.path}.file"):
+                kind = component(part.section, part.kind, scenario.sources)
+                tables[text.path] = kind.tabulated(scenario, text.text)
+    return tables
 
 
 def modes_of_run(

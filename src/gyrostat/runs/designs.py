@@ -1,6 +1,6 @@
 """Designs of the controller of a scenario, one for each phase."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -9,7 +9,7 @@ from gyrostat.core.arrays import Scalar
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.validation import check_parts
-from gyrostat.runs.build_parts import modes_of_run
+from gyrostat.runs.build_parts import modes_of_run, tables_of
 from gyrostat.runs.build_reference import planned_reference
 from gyrostat.scenario.build_spacecraft import spacecraft_of
 from gyrostat.scenario.controller_kind import IGNORED, NOTIFIED, DesignCase
@@ -39,6 +39,7 @@ class Plans(NamedTuple):
         sensors: Nominal options of the sensors, the model of the estimator.
         reference: Part of the reference that is computed once; None for fixed targets.
         orbit: Tables along the orbit; None without an orbit.
+        tables: Place of each metric with a file -> what is computed of the file once.
     """
 
     controllers: tuple[Any, ...]
@@ -49,6 +50,7 @@ class Plans(NamedTuple):
     reference: PlannedReference | None = None
     orbit: OrbitEnvironment | None = None
     laws: tuple[tuple[Any, ...], ...] = ()
+    tables: Mapping[str, Any] = {}
 
 
 def phases_of(structure: Structure) -> list[Event]:
@@ -97,6 +99,7 @@ def plan(scenario: Scenario) -> Plans:
         planned_reference(scenario, nominal, np.array([case.working for case in cases])),
         planned_orbit(scenario),
         tuple(_designs(law, cases) for law in laws),
+        tables_of(scenario),
     )
 
 

@@ -5,15 +5,13 @@ from typing import Any, NamedTuple, Self
 
 import numpy as np
 
-from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.microvibration.disturbance_file import Structure
+from gyrostat.microvibration.mounting import senses_of
 from gyrostat.microvibration.sight import LineOfSight, line_of_sight
 from gyrostat.runs.reference_path import nominal_setup
 from gyrostat.scenario.scenario import Scenario
 
-PARALLEL = 0.999
-"""Least cosine between the axes of a wheel of the scenario and of the structure."""
 MARGIN = 1.1
 """Factor on the greatest nominal speed of a wheel: dispersed wheels may be faster."""
 
@@ -41,26 +39,13 @@ class SightInRun(NamedTuple):
         Raises:
             InputError: The structure has other wheels than the scenario.
         """
-        if len(structure.wheels) != len(scenario.wheels):
-            raise InputError(
-                f"key wheel: found {len(structure.wheels)} wheels on the structure, expected the "
-                f"{len(scenario.wheels)} of {scenario.name}"
-            )
-        axes = np.array(scenario.axes)
-        cosines = np.sum([wheel.axis for wheel in structure.wheels] * axes, axis=1)
-        for name, cosine, axis, wheel in zip(
-            scenario.wheels, cosines, axes, structure.wheels, strict=True
-        ):
-            if abs(cosine) < PARALLEL:
-                raise InputError(
-                    f"{wheel.name}: found the axis {np.round(wheel.axis, 4).tolist()}, expected "
-                    f"that of wheel {name} of {scenario.name}, {np.round(axis, 4).tolist()}"
-                )
+        wheels = structure.wheels
+        senses = senses_of(wheels, scenario.wheels, np.array(scenario.axes), scenario.name)
         speed = np.linspace(*structure.speeds, count)
         motion = line_of_sight(
-            structure.wheels, structure.transfer, speed, structure.exposure, structure.limit
+            wheels, structure.transfer, speed, structure.exposure, structure.limit
         )
-        return cls(replace(motion, most=_greatest_speed(scenario)), np.sign(cosines))
+        return cls(replace(motion, most=MARGIN * greatest_speed(scenario)), senses)
 
     def rms(self, speed: Matrix, inside: Any) -> float:
         """Root mean square of smear and jitter in exposures at some samples, rad.
@@ -75,7 +60,7 @@ class SightInRun(NamedTuple):
         return float(np.sqrt(np.mean(self.sight.in_run(speed)))) if len(speed) else np.nan
 
 
-def _greatest_speed(scenario: Scenario) -> float:
-    """Greatest speed of any wheel by its momentum limit, with a margin, rad/s."""
+def greatest_speed(scenario: Scenario) -> float:
+    """Greatest nominal speed of any wheel by its momentum limit, rad/s."""
     wheels = nominal_setup(scenario).plant.spacecraft.wheels
-    return MARGIN * float(np.max(np.asarray(wheels.momentum_limit) / np.asarray(wheels.inertia)))
+    return float(np.max(np.asarray(wheels.momentum_limit) / np.asarray(wheels.inertia)))

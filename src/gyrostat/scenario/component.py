@@ -62,6 +62,8 @@ class Context(NamedTuple):
         sensors: Nominal options of [sensors].
         reference: Part of the reference that is computed once, a
             `gyrostat.scenario.reference_kind.PlannedReference`.
+        links: Names that the component gives, see `Part.links`.
+        tables: Place of a part with a file -> what was computed of it once.
     """
 
     place: str = ""
@@ -73,6 +75,8 @@ class Context(NamedTuple):
     delay: int = 0
     sensors: Mapping[str, Any] = {}
     reference: Any = None
+    links: Mapping[str, tuple[str, ...]] = {}
+    tables: Mapping[str, Any] = {}
 
 
 @dataclass(frozen=True, eq=False)

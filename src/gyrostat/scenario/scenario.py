@@ -27,6 +27,8 @@ AXES = ("x", "y", "z")
 """Last parts of the keys of a vector."""
 KEEP_OUT = "keep_out"
 """Section of the instruments that keep angles to bright bodies."""
+WINDOWS = "metrics.window"
+"""Section of the windows of the metrics, which are no parts."""
 
 
 @dataclass(frozen=True)

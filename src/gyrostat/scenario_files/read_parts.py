@@ -8,11 +8,12 @@ from dataclasses import replace
 from typing import Any
 
 from gyrostat.core.errors import InputError, placed
+from gyrostat.core.user_modules import is_user_kind
 from gyrostat.scenario.kinds.registry import PARTS, component
 from gyrostat.scenario.metrics.kinds import RUN_METRICS
 from gyrostat.scenario.mode_kind import Mode
 from gyrostat.scenario.reference_kind import AROUND
-from gyrostat.scenario.scenario import Part, Source
+from gyrostat.scenario.scenario import WINDOWS, Part, Source
 from gyrostat.scenario.timeline import END_OF_MODE, TRANSITION
 from gyrostat.scenario.transition_kind import Transition
 from gyrostat.scenario.user.kinds import USER_KINDS
@@ -24,9 +25,10 @@ LINKS = {
     "reference.mode": Mode.links,
     TRANSITION: Transition.links,
     "reference.slew": PARTS["reference.slew"]["slew"].links,
+    "metric": PARTS["metric"]["jitter"].links,
 }
 """Section -> key of a part that names other parts -> their section."""
-LISTS = ("from", AROUND)
+LISTS = ("from", AROUND, "window")
 """Keys that may name several parts."""
 _MEASURED = (*TrackerGyroMeasurement._fields, *SpacecraftMeasurement._fields, "time")
 TAKEN = {
@@ -59,7 +61,12 @@ def read_parts(top: Table) -> list[tuple[Part, Table]]:
         for row in _tables(top, section):
             part = _part(section, row, [p.name for p, _ in parts if p.section == section])
             parts.append((part, Table(top.path, f"{section}[{part.name}].", row.row)))
-    return [(replace(part, links=tuple(_links(part, row, parts))), row) for part, row in parts]
+    windows = [
+        (Part(WINDOWS, row.row.get("name", str(number + 1)), ""), row)
+        for number, row in enumerate(_tables(top, WINDOWS))
+    ]
+    named = [*parts, *windows]
+    return [(replace(part, links=tuple(_links(part, row, named))), row) for part, row in parts]
 
 
 def _links(
@@ -70,7 +77,9 @@ def _links(
     Raises:
         InputError: There is no such part.
     """
-    for key, section in LINKS.get(part.section, {}).items():
+    # a user's metric may have a number of the same name
+    links = {} if is_user_kind(part.kind) and part.section == "metric" else LINKS
+    for key, section in links.get(part.section, {}).items():
         names = [other.name for other, _ in parts if other.section == section]
         value = row.row.get(key)
         if value is None and key != "to":
@@ -148,11 +157,10 @@ def _part(section: str, row: Table, names: Collection[str]) -> Part:
     kinds = PARTS[section]
     if "python" in row.row and section in USER_KINDS:
         kind = user_kind(row)
-    elif not kinds:
-        found = sorted(row.row) or "none"
+    elif section == "metric" and "kind" not in row.row:
         raise InputError(
-            f"{row.place('python')}: found keys {', '.join(found)}, expected "
-            'python = "FILE.py:NAME"'
+            f"{row.place('python')}: found keys {', '.join(sorted(row.row)) or 'none'}, expected "
+            f'python = "FILE.py:NAME" or kind = "{next(iter(kinds))}"'
         )
     else:
         has_default = len(kinds) == 1 or section == TRANSITION

@@ -38,6 +38,7 @@ from gyrostat.scenario_files.read_orbit import read_orbit
 from gyrostat.scenario_files.read_parts import completed, part_values, read_parts, user_tables
 from gyrostat.scenario_files.read_reference import check_reference, position_error, read_tables
 from gyrostat.scenario_files.read_requirements import check_requirements, read_requirements
+from gyrostat.scenario_files.read_structures import read_structures
 from gyrostat.scenario_files.read_user_parts import USER_KEYS, user_kind, user_sources
 from gyrostat.scenario_files.tables import Table, opened
 from gyrostat.spacecraft import SpacecraftFile, read_spacecraft
@@ -154,6 +155,7 @@ def _read(path: Path, *, force: bool) -> Scenario:
         texts=(
             *read_tables(reference, parts, top, values["run.duration"]),
             *read_orbit(kinds["orbit"], top.table("orbit", None)),
+            *read_structures(parts),
         ),
     )
     scenario = replace(scenario, dispersions=read_dispersions(top, scenario, force=force))

@@ -165,6 +165,7 @@ def campaign(
     from gyrostat.campaigns import campaign_runs, run_campaign
     from gyrostat.campaigns.pointing.text import requirement_lines
     from gyrostat.reports.campaign import write_campaign
+    from gyrostat.runs.jitter_lines import unknown_jitter
     from gyrostat.runs.slew_lines import blocked_runs
     from gyrostat.runs.user.trial import say_bad_commands
 
@@ -197,6 +198,8 @@ def campaign(
     if "keep_out_time" in dataset:
         for line in blocked_runs(definition, dataset["keep_out_time"].to_numpy()):
             say(line)
+    for line in unknown_jitter(definition, dataset):
+        say(line)
     return dataset
 
 

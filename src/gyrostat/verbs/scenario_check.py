@@ -22,8 +22,9 @@ class CheckedScenario(dict[str, str]):
             an export to C.
         unlikely: Lines on numbers that are possible, but unlikely.
         warnings: Lines on a momentum at the start that the wheels cannot hold, on windows in which
-            the star tracker sees too rarely, on slews with `keep_out` that have no plan, and on
-            times in which an instrument does not keep its angles along the reference.
+            the star tracker sees too rarely, on slews with `keep_out` that have no plan, on times
+            in which an instrument does not keep its angles along the reference, and on wheels that
+            are faster than the structure of a metric `jitter` is known.
         passes: Passes over ground stations and eclipses of the nominal run.
         slews: Lines on the planned slews with `keep_out`.
     """
@@ -61,6 +62,7 @@ def check(
     from gyrostat.campaigns.pointing.text import requirement_lines
     from gyrostat.campaigns.start_momentum import momentum_lines
     from gyrostat.core.user_modules import is_user_kind
+    from gyrostat.runs.jitter_lines import fast_wheels
     from gyrostat.runs.keep_out_times import reference_violations
     from gyrostat.runs.passes import pass_lines, passes_of
     from gyrostat.runs.plans import designs_of
@@ -104,6 +106,7 @@ def check(
     lines, result.warnings = tracker_lines(definition)
     result.slews, unplanned = slew_lines(definition)
     result.warnings += [*late_changes(definition), *unplanned, *reference_violations(definition)]
+    result.warnings += fast_wheels(definition)
     momentum, beyond = momentum_lines(definition)
     lines, result.warnings = [*momentum, *lines], [*beyond, *result.warnings]
     for line in (*result.slews, *lines, *result.warnings):

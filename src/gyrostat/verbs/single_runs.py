@@ -124,6 +124,7 @@ def simulated(
     from gyrostat.campaigns.engine import fly_changed
     from gyrostat.campaigns.execute import chosen_engine
     from gyrostat.runs.blind_windows import blind_windows
+    from gyrostat.runs.jitter_lines import unknown_jitter
     from gyrostat.runs.keep_out_times import flown_violations
     from gyrostat.runs.user.trial import say_bad_commands
 
@@ -164,6 +165,8 @@ def simulated(
     values = {name: results.columns[name][0].item() for name in names}
     for line in blind_windows(flown, values):
         say(f"warning: {line}")
+    for line in unknown_jitter(flown, {"status": results.columns["status"], **values}):
+        say(line)
     history = results.histories.of_run(0)
     for line in flown_violations(flown, history.arrays()):
         say(line)

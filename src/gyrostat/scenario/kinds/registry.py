@@ -73,7 +73,7 @@ PARTS: Mapping[str, dict[str, Any]] = {
             *("star_tracker", "sensor", "actuator"),
         )
     },
-    "metric": {},
+    "metric": _kinds_of("metric"),
 }
 """List of tables of a scenario file, such as [[sensor]] -> kinds of this package."""
 APPENDAGES: Mapping[str, type[AppendageKind]] = {
