@@ -1,12 +1,16 @@
 """Functions that are traced once: their numbers are the same, and a user's part is traced anew."""
 
+from pathlib import Path
+
 import equinox as eqx
 import numpy as np
 import pytest
 
 from gyrostat.codegen.flight import Entry, emit
+from gyrostat.control.guidance import Reference
 from gyrostat.core import traced_once as module
 from gyrostat.core.arrays import Scalar
+from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.rotations import to_body, to_inertial
 from gyrostat.core.traced_once import method_traced_once, one_function, traced_once
@@ -76,6 +80,32 @@ def test_numbers_that_a_program_knows_are_not_made_variables():
     traced = jax.make_jaxpr(lambda scale: value(Holder(2.0), scale))(3.0)
     plain = jax.make_jaxpr(lambda scale: Holder.value(Holder(2.0), scale))(3.0)
     assert str(traced) == str(plain)
+
+
+class Turning(eqx.Module):
+    """Attitude over time of a user, with an `if` of a Python float."""
+
+    rate: float
+
+    def __call__(self, time):
+        if self.rate > 0.0:
+            return jnp.array([jnp.cos(time), 0.0, 0.0, jnp.sin(time)])
+        return jnp.array([1.0, 0.0, 0.0, 0.0])
+
+
+def test_an_if_in_a_user_s_profile_is_one_line_that_says_where():
+    reference = Reference.of(Turning(0.1))
+    line = next(
+        k
+        for k, text in enumerate(Path(__file__).read_text().splitlines(), 1)
+        if "if self.rate > 0.0" in text
+    )
+    with pytest.raises(InputError) as caught:
+        reference.at(reference.start(), 1.0)
+    message = str(caught.value)
+    assert f"__call__ (test_traced_once.py, line {line}): found an if" in message
+    assert "in `if self.rate > 0.0:`, expected jnp.where(condition, a, b)" in message
+    assert "\n" not in message
 
 
 class Law(eqx.Module):

@@ -167,6 +167,35 @@ def test_a_dispersed_run_counts_in_its_own_windows_only(mission, monkeypatch):
     assert [is_clean for is_clean, _ in found] == [True, False, True, None, False]
 
 
+BAND = """
+[[controller.band]]
+name = "resonance"
+above = 30.0
+below = 40.0
+[[dispersion]]
+key = "controller.band.resonance.above"
+distribution = "uniform"
+low = 10.0
+high = 35.0
+"""
+
+
+def test_a_dispersed_run_is_judged_by_its_own_bands(mission, monkeypatch):
+    """At 25 rad/s all the time, a wheel is in the band only where that begins below."""
+    mission.write_text(MISSION + BAND)
+    scenario = read_scenario(mission)
+    count = scenario.count + 1
+    attitude = np.tile([1.0, 0.0, 0.0, 0.0], (count, 1))
+    signals = {"attitude": attitude, "rate": np.zeros((count, 3))}
+    histories = Histories({**signals, "wheel_speed": np.full((count, 4), 25.0)})
+    ends = np.array([28.0, 22.0])
+    columns = {"controller.band.resonance.above": ends, "status": np.zeros(2, int)}
+    flown = Flown(columns, histories)
+    monkeypatch.setattr(speed_plan, "fly", lambda *_arguments, **_options: flown)
+    found = speed_plan._dispersed(scenario, ["science"], WHEELS, 2, 0, "jax", None)
+    assert [is_clean for is_clean, _ in found] == [True, False]
+
+
 MISSION = """name = "drift"
 [run]
 duration = "400 s"

@@ -137,6 +137,19 @@ def test_passes_and_bright_bodies_are_those_from_the_phase_on(scenario):
     np.testing.assert_allclose(intervals(late, 0.25 * period), expected, atol=1.1)
 
 
+def test_bright_bodies_of_a_dispersed_run_are_those_of_its_own_orbit(scenario):
+    more = '[[dispersion]]\nkey = "orbit.phase"\ndistribution = "uniform"\nlow = 0\nhigh = 3\n'
+    text = 'latitude = "0 deg"\nlongitude = "0 deg"\n' + KEEP_OUT.format("sun", 60.0)
+    definition = read_scenario(scenario(text + more, "ground_target", duration=3000))
+    drawn = {"orbit.phase": 1.5}
+    alone = read_scenario(scenario(text, "ground_target", duration=3000)).replace(**drawn)
+    path = reference_path(alone)
+    expected = violations(alone, path)
+    assert expected
+    assert violations(definition, path, drawn) == expected
+    assert violations(definition, path) != expected
+
+
 def test_modes_wait_for_a_pass_and_for_its_end(scenario):
     definition = read_scenario(scenario(SEQUENCE, duration=6000))
     begin, end = next((p.begin, p.end) for p in passes_of(definition) if p.name == "north")

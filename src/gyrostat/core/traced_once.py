@@ -1,15 +1,19 @@
 """Functions that are traced once for each shape of their arguments."""
 
+import traceback
 from collections.abc import Callable
 from functools import lru_cache, wraps
+from pathlib import Path
 from typing import Any, TypeVar, cast
 
 import equinox as eqx
 
+from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import Tracer, jax
 
 Function = TypeVar("Function", bound=Callable[..., Any])
 _PACKAGE = __name__.partition(".")[0]
+_ROOT = str(Path(__file__).parents[1])
 
 
 def traced_once(function: Function) -> Function:
@@ -60,9 +64,27 @@ def one_function(function: Function) -> Function:
     def call(first: Any, *arguments: Any) -> Any:
         leaves = jax.tree.leaves(first)
         of_reals = all(eqx.is_array(leaf) or isinstance(leaf, float) for leaf in leaves)
-        return (traced if of_reals else function)(first, *arguments)
+        if not of_reals:
+            return function(first, *arguments)
+        try:
+            return traced(first, *arguments)
+        except jax.errors.TracerBoolConversionError as error:
+            raise _undecided(error) from error
 
     return cast(Function, call)
+
+
+def _undecided(error: Exception) -> InputError:
+    """Error in one line for an `if` in a function of the user, whose numbers are traced."""
+    frames = traceback.extract_tb(error.__traceback__)
+    users = [each for each in frames if _ROOT not in each.filename and "jax" not in each.filename]
+    place = frames[-1] if not users else users[-1]
+    return InputError(
+        f"{place.name} ({Path(place.filename).name}, line {place.lineno}): found an if, and, or, "
+        f"min or max of a number that is traced in `{(place.line or '')[:80]}`, expected "
+        "jnp.where(condition, a, b), & and |, jnp.minimum and jnp.maximum; the numbers of its "
+        "object are traced too"
+    )
 
 
 def _compiled(function: Callable[..., Any]) -> Any:

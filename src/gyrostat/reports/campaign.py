@@ -29,6 +29,7 @@ from gyrostat.reports.mode_diagram import mode_diagram, percent_of
 from gyrostat.reports.page_units import told
 from gyrostat.reports.run_table import run_table
 from gyrostat.reports.template import render
+from gyrostat.runs.keep_out_times import flown_violations
 from gyrostat.scenario import Scenario, Window
 from gyrostat.scenario.metrics.results import metrics_of
 
@@ -235,7 +236,11 @@ def write_replay(
             runs = {f"run {run}": (run, own), "nominal": (0, None)}
             flown = fly_content(scenario, known.seed, runs, history, say)
         page = run_page(scenario, values, history, f"{scenario.name}, run {run}", command, flown)
+        signals = {name: np.asarray(variable[...]) for name, variable in history.variables.items()}
     with store.locked(), store.results(known) as scratch:
         (scratch / "runs" / path.with_suffix(".html").name).write_text(page, encoding="utf-8")
     say(f"run {run} replayed: all numbers equal those of the table of runs, bit for bit")
     say(f"written: {path}, {path.with_suffix('.html')}")
+    drawn = {key: float(values[key]) for key in scenario.dispersed}
+    for line in flown_violations(scenario, signals, drawn):
+        say(line)

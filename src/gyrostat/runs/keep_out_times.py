@@ -10,7 +10,7 @@ from gyrostat.core.text import shortened
 from gyrostat.runs.build_parts import named_parts
 from gyrostat.runs.reference_path import ReferencePath, flown_path, reference_path
 from gyrostat.scenario.component import Context
-from gyrostat.scenario.kinds.orbits import nominal_orbit
+from gyrostat.scenario.kinds.orbits import nominal_orbit, orbit_of, planned_orbit
 from gyrostat.scenario.scenario import KEEP_OUT, Scenario
 from gyrostat.scenario.structure import structure_of
 from gyrostat.spacecraft.sensors.keep_out import BODIES
@@ -36,15 +36,22 @@ class Violation(NamedTuple):
     end: float
 
 
-def violations(scenario: Scenario, path: ReferencePath) -> list[Violation]:
+def violations(
+    scenario: Scenario, path: ReferencePath, drawn: Mapping[str, float] | None = None
+) -> list[Violation]:
     """Intervals in which a body is too near, by instrument, body and time.
 
     Args:
         scenario: Scenario.
         path: Attitude over time.
+        drawn: Values of the run that are not the nominal ones, SI, by key; None: a nominal run.
     """
-    context = Context(orbit=nominal_orbit(scenario))
-    parts = named_parts(structure_of(scenario), scenario.values, KEEP_OUT, context)
+    if drawn is None:
+        values, orbit = scenario.values, nominal_orbit(scenario)
+    else:
+        values = {**scenario.values, **drawn}
+        orbit = orbit_of(scenario, values, planned_orbit(scenario))
+    parts = named_parts(structure_of(scenario), values, KEEP_OUT, Context(orbit=orbit))
     found = []
     for name, keep_out in parts.items():
         near = jax.jit(jax.vmap(keep_out.violated))(jnp.asarray(path.attitude), path.time)
@@ -63,16 +70,19 @@ def reference_violations(scenario: Scenario) -> list[str]:
     return _lines(violations(scenario, reference_path(scenario)), "along the reference")
 
 
-def flown_violations(scenario: Scenario, history: Mapping[str, Any]) -> list[str]:
+def flown_violations(
+    scenario: Scenario, history: Mapping[str, Any], drawn: Mapping[str, float] | None = None
+) -> list[str]:
     """Line on each instrument and body that is too near in a simulated run.
 
     Args:
         scenario: Scenario.
         history: Signals of the run, as of `gyrostat.runs.reference_path.flown_path`.
+        drawn: See `violations`.
     """
     if not _instruments(scenario):
         return []
-    return _lines(violations(scenario, flown_path(scenario, history)), "in the run")
+    return _lines(violations(scenario, flown_path(scenario, history), drawn), "in the run")
 
 
 def _instruments(scenario: Scenario) -> list[str]:

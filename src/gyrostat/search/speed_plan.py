@@ -11,7 +11,7 @@ from gyrostat.campaigns.summary import share_bounds
 from gyrostat.core.errors import InputError
 from gyrostat.microvibration.sight import LineOfSight
 from gyrostat.runs.sight_in_run import SightInRun
-from gyrostat.runs.speed_plan.demand import Limits, demand_of
+from gyrostat.runs.speed_plan.demand import Limits, bands_of, demand_of
 from gyrostat.runs.speed_plan.flight import Flight, flight_of
 from gyrostat.runs.speed_plan.plan import FOUND, NOT_FOUND, Plan, plan_of
 from gyrostat.scenario.scenario import Part, Scenario
@@ -243,7 +243,9 @@ def _dispersed(
         for row, number in enumerate(numbers):
             history = flown.histories.of_run(number).arrays()
             drawn = {key: float(flown.columns[key][row]) for key in scenario.dispersed}
-            flight = flight_of(scenario, history, windows, limits, sight, drawn)
+            bands = bands_of(scenario, {**scenario.values, **drawn})
+            own = limits._replace(bands=bands)
+            flight = flight_of(scenario, history, windows, own, sight, drawn)
             if int(flown.columns["status"][row]) != Status.COMPLETE:
                 yield False, np.nan
             elif np.any(flight.inside):

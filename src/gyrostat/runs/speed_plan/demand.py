@@ -15,6 +15,20 @@ from gyrostat.scenario.scenario import Scenario
 from gyrostat.telemetry.signals import runs
 
 
+def bands_of(scenario: Scenario, values: Mapping[str, float]) -> Matrix:
+    """Bands of speeds to avoid in a run, of either sign, (bands, 2), rad/s.
+
+    Args:
+        scenario: Scenario.
+        values: Values of the run.
+    """
+    names = [part.name for part in scenario.parts if part.section == "controller.band"]
+    ends = [
+        [values[f"controller.band.{name}.{end}"] for end in ("above", "below")] for name in names
+    ]
+    return np.array(ends, dtype=float).reshape(-1, 2)
+
+
 class Limits(NamedTuple):
     """Wheels and actuator of a scenario.
 
@@ -69,17 +83,12 @@ class Limits(NamedTuple):
             # all phases of a run have the same pattern
             pattern = np.ravel(null_space.pattern)[: wheels.count]
             direction = null_projection(axes) @ pattern
-        names = [p.name for p in scenario.parts if p.section == "controller.band"]
-        bands = [
-            [values[f"controller.band.{name}.{end}"] for end in ("above", "below")]
-            for name in names
-        ]
         return cls(
             axes,
             ones * np.asarray(wheels.inertia),
             ones * np.asarray(wheels.momentum_limit),
             ones * np.asarray(wheels.torque_limit),
-            np.array(bands, dtype=float).reshape(-1, 2),
+            bands_of(scenario, values),
             direction,
             values["controller.crossing_gain"],
             values["controller.external_torque_limit"],
