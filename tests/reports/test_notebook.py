@@ -1,5 +1,6 @@
 """Results in a notebook and in a script: pictures to edit, texts, names to complete."""
 
+import pickle
 import re
 
 import numpy as np
@@ -53,6 +54,23 @@ def test_a_part_of_a_run_can_be_drawn_and_xarray_stays(run):
     assert callable(run.plot.scatter)
     with pytest.raises(gs.InputError, match="found no torque over time"):
         run.drop_vars("torque").plot()
+    for other in (run[["error"]], run.isel(time=slice(0)), run.transpose(..., "time")):
+        with pytest.raises(gs.InputError, match="found no "):
+            other.plot()
+    with pytest.raises(gs.InputError, match="plot: found the wheels "):
+        run.isel(wheel=slice(None, None, -1)).plot()
+
+
+def test_the_text_of_a_part_is_not_that_of_the_whole(run, runs):
+    parts = [run.sel(time=slice(5.0, 20.0)), run.isel(time=3), run[["error"]], run.mean("time")]
+    parts += [xr.concat([run, run], "run"), runs.isel(run=slice(3)), runs[["torque_rms"]]]
+    for part in parts:
+        assert str(part) == repr(part)
+        assert "data:image/png" not in part._repr_html_()
+    with pytest.raises(gs.InputError, match="found a part of a campaign"):
+        runs.isel(run=slice(3)).plot()
+    for copied in (pickle.loads(pickle.dumps(run)), run.copy(deep=True)):
+        assert str(copied) == str(run) != repr(run)
 
 
 def test_texts_are_those_of_the_command_line(run, runs, small):

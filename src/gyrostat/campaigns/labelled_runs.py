@@ -30,7 +30,7 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
     from pandas import RangeIndex
 
     from gyrostat.campaigns.lazy_runs import lazy_column
-    from gyrostat.core.pictured_datasets import Runs
+    from gyrostat.core.pictured_datasets import Runs, mark_whole
     from gyrostat.scenario.kinds.registry import numbers_of
     from gyrostat.scenario.metrics.results import metrics_of
     from gyrostat.simulation import status_attributes
@@ -63,4 +63,6 @@ def campaign_runs(folder: str | Path) -> "xr.Dataset":
     about = {"scenario": scenario.name, "folder": str(folder), "seed": campaign.seed}
     # a campaign has all runs in order; a search may have other numbers
     run = RangeIndex(table.runs) if campaign.search is None else table.read("run")
-    return Runs(variables, {"run": run}, about)
+    runs = Runs(variables, {"run": run}, about)
+    mark_whole(runs)
+    return runs

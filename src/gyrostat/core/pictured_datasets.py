@@ -10,8 +10,9 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
 _Plot: Any = xr.Dataset.plot
-SCENARIO, VALUES = "scenario", "values"
-"""Entries of `Dataset.encoding`, which is neither shown nor written: scenario, and row of a run."""
+SCENARIO, VALUES, WHOLE = "scenario", "values", "whole"
+"""Entries of `Dataset.encoding`, which is neither shown nor written: scenario, row of a run, and
+sizes and names of a whole dataset."""
 
 
 class _Picture(_Plot):
@@ -37,8 +38,23 @@ class _Drawn(xr.Dataset):
         return handed_down("text_of")(self)
 
     def _repr_html_(self) -> str:
-        """Text and picture, and the dataset as xarray shows it."""
-        return handed_down("notebook_html")(self) + super()._repr_html_()
+        """Text and picture, if the dataset is whole, and the dataset as xarray shows it."""
+        pictured = handed_down("notebook_html")(self) if is_whole(self) else ""
+        return pictured + super()._repr_html_()
+
+
+def mark_whole(dataset: xr.Dataset) -> None:
+    """Record what a whole dataset has, to know a part of it, whose metadata are the same."""
+    dataset.encoding = {**dataset.encoding, WHOLE: _extent(dataset)}
+
+
+def is_whole(dataset: xr.Dataset) -> bool:
+    """Whether a dataset has all variables and all places that it had when it was made."""
+    return dataset.encoding.get(WHOLE) == _extent(dataset)
+
+
+def _extent(dataset: xr.Dataset) -> tuple[dict[str, int], set[str]]:
+    return {str(k): n for k, n in dataset.sizes.items()}, {str(name) for name in dataset.variables}
 
 
 class Run(_Drawn):

@@ -3,11 +3,13 @@
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+import xarray as xr
 from matplotlib.figure import Figure
 
 from gyrostat.campaigns import Campaign, Store
 from gyrostat.core.errors import InputError
-from gyrostat.core.pictured_datasets import SCENARIO, VALUES, Run, Runs
+from gyrostat.core.pictured_datasets import SCENARIO, VALUES, Run, Runs, is_whole
 from gyrostat.reports.campaign import page_of
 from gyrostat.reports.campaign_content import campaign_content, campaign_lines
 from gyrostat.reports.campaign_figure import campaign_figure
@@ -27,15 +29,24 @@ def run_figure(run: Run) -> Figure:
         run: Histories as `simulate` returns them, or a part of their time.
 
     Raises:
-        InputError: The dataset lacks its scenario or histories.
+        InputError: The dataset lacks its scenario, histories or wheels.
     """
-    scenario, values = _scenario(run), _values(run)
+    scenario = _scenario(run)
     names = ("time", "error", "rate", "torque", "wheel_speed")
-    lacking = [name for name in names if name not in run.variables or not run[name].ndim]
+    lacking = [name for name in names if name not in run.variables or not _is_over_time(run[name])]
     if lacking:
         raise InputError(f"plot: found no {lacking[0]} over time, expected all histories of a run")
+    wheels = [str(name) for name in np.atleast_1d(run["wheel"].values)]
+    if wheels != [*scenario.wheels]:
+        raise InputError(
+            f"plot: found the wheels {', '.join(wheels)}, expected {', '.join(scenario.wheels)}"
+        )
     history = {str(name): run[name].to_numpy() for name in run.variables}
-    return figure_of(charts_of_run(scenario, values, history))
+    return figure_of(charts_of_run(scenario, _values(run), history))
+
+
+def _is_over_time(history: xr.DataArray) -> bool:
+    return history.dims[:1] == ("time",) and history.size > 0
 
 
 def flown_figure(scenario: Scenario, flown: "Flown") -> Figure:
@@ -48,7 +59,7 @@ def flown_figure(scenario: Scenario, flown: "Flown") -> Figure:
 
 def run_lines(run: Run) -> list[str]:
     """Verdict and metrics of a run, as `gyrostat simulate` prints them."""
-    scenario, values = _scenario(run), _values(run)
+    scenario, values = _scenario(run), {**_values(run), "status": int(run["status"])}
     return [
         f"{scenario.name}: {run_verdict(values)}",
         *(f"  {name}: {entry}" for name, entry in metric_rows(scenario, values)),
@@ -63,8 +74,8 @@ def _scenario(run: Run) -> Scenario:
 
 
 def _values(run: Run) -> dict[str, Any]:
-    """Row of the run in a table of runs."""
-    return {**run.attrs, "status": int(run["status"]), **run.encoding.get(VALUES, {})}
+    """Row of the run in a table of runs, apart from its status."""
+    return {**run.attrs, **run.encoding.get(VALUES, {})}
 
 
 def runs_figure(runs: Runs) -> Figure:
@@ -72,6 +83,9 @@ def runs_figure(runs: Runs) -> Figure:
 
     Args:
         runs: Table as `campaign` returns it, with its attribute `folder`.
+
+    Raises:
+        InputError: It is a part of the table, or lacks its folder.
     """
     return campaign_figure(_store(runs)[0])
 
@@ -90,5 +104,7 @@ def _store(runs: Runs) -> tuple[Store, Campaign]:
     folder = runs.attrs.get("folder")
     if folder is None:
         raise InputError("found a dataset without its folder, expected one as campaign gives it")
+    if not is_whole(runs):
+        raise InputError("plot: found a part of a campaign, expected all of its runs and columns")
     store = Store(Path(folder))
     return store, store.known()

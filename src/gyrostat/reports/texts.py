@@ -5,7 +5,7 @@ from functools import singledispatch
 import xarray as xr
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.pictured_datasets import Run, Runs
+from gyrostat.core.pictured_datasets import Run, Runs, is_whole
 from gyrostat.failures import Holdable, Recovery
 from gyrostat.reports.datasets import run_lines, runs_lines
 from gyrostat.reports.feasibility import answer_lines
@@ -25,15 +25,12 @@ def text_of(result: object) -> str:
 @text_of.register
 def _(result: Run) -> str:
     """Verdict and metrics; a part of a run is shown as xarray does."""
-    try:
-        return "\n".join(run_lines(result))
-    except (InputError, KeyError):
-        return xr.Dataset.__repr__(result)
+    return "\n".join(run_lines(result)) if is_whole(result) else xr.Dataset.__repr__(result)
 
 
 @text_of.register
 def _(result: Runs) -> str:
-    """Summary of the campaign; a table without its folder is shown as xarray does."""
+    """Summary of the campaign; a part of its table, or one without folder, as xarray shows it."""
     try:
         return "\n".join(runs_lines(result))
     except InputError:

@@ -82,10 +82,11 @@ def simulate(
 
 def _run_of(dataset: "xr.Dataset", scenario: "Scenario", **values: Any) -> "Run":
     """Dataset of a run with its picture; values: its row in the table of runs."""
-    from gyrostat.core.pictured_datasets import SCENARIO, VALUES, Run
+    from gyrostat.core.pictured_datasets import SCENARIO, VALUES, Run, mark_whole
 
     run = Run(dataset.data_vars, dataset.coords, dataset.attrs)
     run.encoding = {**dataset.encoding, SCENARIO: scenario, VALUES: values}
+    mark_whole(run)
     return run
 
 
