@@ -1,11 +1,15 @@
 """Pictures of Matplotlib as charts of a page: every mark is where its numbers are."""
 
+import io
 import re
+from base64 import b64decode
 
 import numpy as np
 import pytest
+from matplotlib.image import imread
 
 from gyrostat.reports.axis import Axis
+from gyrostat.reports.chart_frame import LETTER, ticks
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
 from gyrostat.reports.drawing import panels
 from gyrostat.reports.figure_charts import figure_charts
@@ -83,7 +87,7 @@ def test_bars_of_errors_and_of_histograms_keep_their_values():
     low, high = np.array(ends, dtype=float).T
     _, y = axes_of(first)
     np.testing.assert_allclose(values(high, y, -1) - values(low, y, -1), 4.0, atol=0.02)
-    assert first.count('class="points s0"') == 1  # the caps are not drawn as points
+    assert first.count('class="points s0') == 1  # the caps are not drawn as points
     _, up = curve(second, r'class="narrow" d="(.*?)Z"')
     np.testing.assert_allclose(up[1:-1:2], heights, atol=0.1)
     assert 'class="y"' not in second
@@ -150,6 +154,38 @@ def test_colours_of_cells_are_an_image_with_its_range_in_the_key():
     assert chart.count('<svg class="chart" viewBox="0 0 440') == 1
     assert 'href="data:image/png;base64,' in chart
     assert "torque, mN·m: 0 to 11" in chart
+
+
+def test_cells_of_an_image_are_as_wide_as_they_are():
+    x, y = np.array([0.0, 1.0, 4.0]), np.array([0.0, 2.0, 3.0, 4.0])
+    values = np.arange(6.0).reshape(3, 2)
+    with panels(height=3.0) as (figure, axes):
+        mesh = axes.pcolormesh(x, y, values)
+    data = re.search(r'base64,([^"]+)', str(figure_charts(figure)))[1]
+    pixels = imread(io.BytesIO(b64decode(data)))
+    cells = values[[2, 1, 0, 0]][:, [0, 1, 1, 1]]
+    np.testing.assert_allclose(pixels, mesh.to_rgba(cells), atol=1.0 / 255.0)
+
+
+def test_large_points_and_thick_bars_stay_so():
+    with panels(height=3.0) as (figure, axes):
+        axes.plot([0.0, 1.0], [0.0, 1.0], "o", ms=4)
+        axes.plot([0.0, 1.0], [0.0, 2.0], ".", ms=4)
+        for width in (0.9, 2.5):
+            axes.errorbar([0.0], [1.0], [0.5], lw=width)
+    chart = str(figure_charts(figure))
+    for kind in ("points", "span"):
+        assert len(re.findall(f'class="{kind} (?!picked)', chart)) == 2
+    assert len(re.findall(r'class="points[^"]* large"', chart)) == 1
+    assert len(re.findall(r'class="span[^"]* thick"', chart)) == 1
+
+
+def test_long_numbers_of_an_axis_do_not_touch():
+    marks = ticks(Axis(0.00401, 0.0040201, ""), Axis(0.0, 1.0, ""), 236, (), ())
+    texts = re.findall(r'class="x" x="(.*?)" y=.*?>(.*?)</text>', "".join(marks))
+    places = [float(x) for x, _ in texts]
+    assert len(texts) > 1
+    assert min(np.diff(places)) > LETTER * max(len(text) for _, text in texts)
 
 
 def test_an_axis_that_is_linear_near_zero_keeps_the_order_of_all_values():

@@ -11,6 +11,8 @@ LARGEST = 1e300
 """Largest value on an axis: differences and ratios with it are finite."""
 DECADE = 10.0 / 9.0
 """Length of the linear part of an axis that is logarithmic beyond it, in decades."""
+LONG = 7
+"""Number of letters beside an axis, beyond which a number has an exponent if this is shorter."""
 _SCALES = {3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p"}
 """Power of ten -> SI prefix."""
 
@@ -104,5 +106,10 @@ def scaled_unit(largest: float, unit: str, least: int = -3) -> tuple[float, str]
 
 
 def number(value: float) -> str:
-    """Number of a tick."""
-    return f"{value:.6g}".replace("e-0", "e-").replace("e+0", "e").replace("-", "−")
+    """Number of a tick; `chart.js` does the same."""
+    text = f"{value:.6g}"
+    if len(text.lstrip("-")) > LONG:
+        digits, power = f"{value:.5e}".split("e")
+        exponential = f"{digits.rstrip('0').rstrip('.')}e{int(power)}"
+        text = min(text, exponential, key=len)
+    return text.replace("e-0", "e-").replace("e+0", "e").replace("e+", "e").replace("-", "−")

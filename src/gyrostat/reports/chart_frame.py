@@ -10,6 +10,8 @@ from gyrostat.reports.axis import Axis, number
 WIDTH, HEIGHT = 440, 236
 """Size of a chart in its own units, which are pixels on a page of common width."""
 LEFT, RIGHT, TOP, BOTTOM = 52, 10, 24, 38
+MOST = 7
+"""Largest number of intervals of the horizontal axis; half of it where numbers are long."""
 LETTER = 7.0
 """Width of a letter of a tick."""
 
@@ -30,13 +32,16 @@ def ticks(
     wide, high = WIDTH - LEFT - RIGHT, height - TOP - BOTTOM
     parts = []
     is_long = LETTER * max(map(len, columns), default=0) > wide / max(len(columns), 1)
-    for value in range(len(columns)) if columns else x.ticks():
+    values = x.ticks(MOST)
+    if values and LETTER * max(len(number(value)) for value in values) > wide / len(values):
+        values = x.ticks(MOST // 2)
+    for value in range(len(columns)) if columns else values:
         position = float(x.place(np.array([value]))[0])
         at = LEFT + wide * position / 1000.0
         grid = Markup('<path d="M{:.1f} {}V{}"/>').format(at, TOP, height - BOTTOM)
         text = Markup('<text class="x" x="{:.1f}" y="{}">{}</text>')
         name = columns[int(value)] if columns and not is_long else number(value + bool(columns))
-        parts.append(grid + text.format(at, height - BOTTOM + 14, name))
+        parts.append(grid + text.format(at, height - BOTTOM + 16, name))
     for value in [] if rows else y.ticks(7 * height // HEIGHT):
         position = float(y.place(np.array([value]))[0])
         at = TOP + high * (1.0 - position / 1000.0)

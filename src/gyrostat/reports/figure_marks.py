@@ -16,8 +16,10 @@ from matplotlib.image import AxesImage, imsave
 from matplotlib.lines import Line2D
 from matplotlib.patches import Patch, Rectangle, StepPatch
 from matplotlib.text import Annotation
+from numpy.typing import NDArray
 
 from gyrostat.core.types import Vector
+from gyrostat.reports.axis import Axis
 from gyrostat.reports.chart import COLOURS, Chart
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
 from gyrostat.reports.thinned import thinned
@@ -26,6 +28,10 @@ MOST_POINTS = 1200
 """Largest number of points of a curve."""
 MOST_SAMPLES = 4000
 """Largest number of points of a cloud."""
+MOST_CELLS = 1000
+"""Largest number of cells of an image along an axis."""
+LARGE, THICK = 3.5, 2.0
+"""Least diameter of a large point and width of a thick bar, points."""
 DIM = 0.5
 """Opacity below which an area is of the lighter class."""
 KINDS = {MODEL: "s0", MARK: "alert", MEASURED: "grey", "#6b7077": "grey", "#444a52": "ink"}
@@ -112,6 +118,7 @@ class Marks:
             ends = np.array([segment for segment in artist.get_segments() if len(segment) == 2])
             if len(ends):
                 kind = self.kind(artist.get_color()[0])
+                kind += " thick" if np.max(artist.get_linewidth()) >= THICK else ""
                 chart.spans(ends[:, 0, 0] - shift, *np.sort(ends[:, :, 1], axis=1).T, kind)
         elif isinstance(artist, PathCollection):
             x, y = np.asarray(artist.get_offsets()).T
@@ -120,7 +127,10 @@ class Marks:
         elif isinstance(artist, QuadMesh):
             edges = np.asarray(artist.get_coordinates())
             values = np.asarray(artist.get_array()).reshape(np.subtract(edges.shape[:2], 1))
-            _image(chart, artist.to_rgba(values)[::-1], edges[0, [0, -1], 0], edges[[0, -1], 0, 1])
+            x, y = edges[0, :, 0], edges[:, 0, 1]
+            # an image has cells of one size: rows and columns are repeated by their widths
+            colours = artist.to_rgba(values)[_even(chart.y, y)[::-1]][:, _even(chart.x, x)]
+            _image(chart, colours, x[[0, -1]], y[[0, -1]])
         elif isinstance(artist, AxesImage):
             left, right, low, high = artist.get_extent()
             rows = artist.to_rgba(np.asarray(artist.get_array()))
@@ -139,7 +149,10 @@ class Marks:
             if not _is_none(line.get_marker()):
                 pick = slice(None, None, max(1, len(x) // MOST_SAMPLES))
                 fine = np.isfinite(y[pick])
-                chart.points(x[pick][fine], y[pick][fine], self.kind(line.get_color()))
+                # the marker "." has half of its nominal size
+                size = line.get_markersize() * (0.5 if line.get_marker() == "." else 1.0)
+                kind_of_points = self.kind(line.get_color()) + (" large" if size >= LARGE else "")
+                chart.points(x[pick][fine], y[pick][fine], kind_of_points)
             if not _is_none(line.get_linestyle()):
                 if line.get_drawstyle() == "steps-post":
                     x, y = np.repeat(x, 2)[1:], np.repeat(y, 2)[:-1]
@@ -178,6 +191,17 @@ def _patch(patch: Patch, axes: Axes, chart: Chart, shift: float) -> None:
         elif data == axes.get_xaxis_transform(which="grid"):
             heights = (chart.y.low, chart.y.high)
         chart.area(np.array(ends)[[0, 0, 1, 1]], np.array(heights)[[0, 1, 1, 0]], kind)
+
+
+def _even(axis: Axis, edges: Vector) -> NDArray[np.intp]:
+    """Index of the cell at each of evenly spaced places, from increasing edges of cells."""
+    places = axis.place(edges)
+    widths = np.diff(places)
+    if np.ptp(widths) < 1e-6 * np.max(widths):
+        return np.arange(len(widths))
+    count = min(MOST_CELLS, int(np.ceil(np.sum(widths) / np.min(widths))))
+    middles = places[0] + np.sum(widths) * (np.arange(count) + 0.5) / count
+    return np.minimum(np.searchsorted(places, middles, side="right") - 1, len(widths) - 1)
 
 
 def _image(chart: Chart, rows: Any, x: Vector, y: Vector) -> None:

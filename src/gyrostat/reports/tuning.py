@@ -166,14 +166,15 @@ def front_figure(found: FoundTuning) -> Figure:
         tuned = int(np.flatnonzero(np.all(found.tuned.tried == found.tuned.best, axis=1))[0])
         marks = [0, tuned]
         if not has_limit:
-            axes.plot(np.flatnonzero(fine), vertical[fine], ".", ms=3, color=MEASURED)
-            axes.plot(np.fmin.accumulate(np.where(fine, vertical, np.nan)), color=MODEL)
+            axes.plot(np.flatnonzero(fine), vertical[fine], "o", ms=3.5, color=MEASURED)
+            lowest = np.fmin.accumulate(np.where(fine, vertical, np.nan))
+            axes.step(np.arange(len(lowest)), lowest, where="post", color=MODEL)
             axes.set_xlabel("candidate")
         else:
             limit = question.limits[0]
             sign = -1.0 if limit.above else 1.0
             across, name = _scaled(sign * values[:, 1], limit.metric, metrics)
-            axes.plot(across[fine], vertical[fine], ".", ms=3, color=MEASURED)
+            axes.plot(across[fine], vertical[fine], "o", ms=3.5, color=MEASURED)
             best = np.flatnonzero(fine)[front(values[fine][:, :2])]
             best = best[np.argsort(across[best])]
             axes.plot(across[best], vertical[best], ".-", color=MODEL)

@@ -146,7 +146,7 @@ def progress_figure(found: FoundWorst) -> Figure:
     with panels(width=7.0, height=3.2, layout=None) as (figure, axes):
         runs = np.arange(len(value))
         axes.plot(runs, value, ".", ms=1.2, color=MEASURED, rasterized=True)
-        axes.plot(runs, largest, color=MODEL, lw=1.4)
+        axes.step(runs, largest, where="post", color=MODEL, lw=1.4)
         axes.plot(found.worst.number, value[found.worst.number], "o", ms=5, mfc="none", color=MARK)
         axes.set_xlabel("run")
         axes.set_ylabel(literal(labelled(name, unit)))

@@ -8,7 +8,12 @@ const make = (parent, name, attributes) => {
   for (const key in attributes) made.setAttribute(key, attributes[key]);
   return parent.appendChild(made);
 };
-const number = value => String(+value.toPrecision(6)).replace("-", "−");
+// as axis.number
+const number = value => {
+  const v = +value.toPrecision(6), size = Math.abs(v), exponential = v.toExponential();
+  const isShort = String(size).length > 7 && exponential.length - exponential.includes("+") < String(v).length;
+  return (v && (size < 1e-4 || size >= 1e6 || isShort) ? exponential : String(v)).replace("e+", "e").replaceAll("-", "−");
+};
 // what an axis shows linearly: the value, its logarithm, or one that is linear up to a size (Axis._scaled)
 const DECADE = 10 / 9, same = v => v;
 const warps = {
@@ -88,13 +93,15 @@ class Chart {
     const toX = v => 1000 * (v - this.x[0]) / (this.x[1] - this.x[0]), toY = v => 1000 * (this.y[1] - v) / (this.y[1] - this.y[0]);
     const most = Math.floor(7 * this.svg.viewBox.baseVal.height / 236), names = this.columns;
     const mostX = Math.max(7, Math.floor(wide / 90)), isLong = names && 7 * Math.max(...names.map(n => n.length)) > wide / names.length;
+    const atX = most => ticks(this.valueX(view[0]), this.valueX(view[0] + view[2]), this.logx, most).map(([at, value]) => [at, number(value)]);
+    const isTight = list => 7 * Math.max(...list.map(([, text]) => text.length)) > wide / list.length;
     const marks = names ? names.map((name, k) => [k, isLong ? k + 1 : name])
-      : ticks(this.valueX(view[0]), this.valueX(view[0] + view[2]), this.logx, mostX).map(([at, value]) => [at, number(value)]);
+      : isTight(atX(mostX)) ? atX(Math.floor(mostX / 2)) : atX(mostX);
     for (const [at, text] of marks) {
       const x = across(toX(at));
       if (x < left - 1 || x > left + wide + 1) continue;
       make(axes, "path", {d: `M${x} ${top}V${top + high}`});
-      make(axes, "text", {class: "x", x, y: top + high + 14}).textContent = text;
+      make(axes, "text", {class: "x", x, y: top + high + 16}).textContent = text;
     }
     for (const [at, value] of this.rows ? [] : ticks(this.valueY(view[1] + view[3]), this.valueY(view[1]), this.log, most, this.linear)) {
       make(axes, "path", {d: `M${left} ${down(toY(at))}H${left + wide}`});
