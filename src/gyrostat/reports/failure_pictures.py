@@ -64,7 +64,9 @@ def _sky(axes: Axes, drawn: Drawn) -> None:
     axes.tick_params(labelsize=7)
     axes.set_axisbelow(False)  # longitudes are written within the map
     boresight = ", ".join(f"{value:g}" for value in np.round(sky.boresight, 4))
-    axes.set_title(f"body direction {boresight}: {share(sky.fraction)} of the sky", fontsize=9, pad=12)
+    axes.set_title(
+        f"body direction {boresight}: {share(sky.fraction)} of the sky", fontsize=9, pad=12
+    )
 
 
 def recovery_figure(recovery: Recovery) -> Figure:
