@@ -11,9 +11,12 @@ from gyrostat.codegen.simd.batch import Lanes
 from gyrostat.codegen.simd.call import Compiled
 from gyrostat.codegen.simd.compiler import library
 from gyrostat.control.attitude.wheel_array_control import COARSEST
+from gyrostat.control.guidance.pointing import frame_of_axes
 from gyrostat.core.errors import InputError
 from gyrostat.reports.fly_limits import run_limits
 from gyrostat.runs.run_relations import run_relations
+from gyrostat.scenario.reference_kind import axes_apart
+from gyrostat.scenario.relation import less
 from gyrostat.scenario_files import read_scenario
 from gyrostat.scenario_files.run_file import relations_of_file
 
@@ -43,8 +46,8 @@ target = [1, 0, 0, 0]
 until_rate_below = "0.1 deg/s"
 [[reference.mode]]
 name = "science"
-kind = "fixed"
-target = [0.0, 0.6, 0.0, 0.8]
+kind = "nadir"
+altitude = "500 km"
 minimum_dwell = "2 s"
 [[reference.transition]]
 to = "safe"
@@ -57,9 +60,16 @@ to = "safe"
 at = "30 s"
 """
 SAFE = "reference.transition.to_safe"
+SCIENCE = "reference.mode.science"
 CHANGES = [
     ({}, ""),
     ({f"{SAFE}.rate_above": 0.006, f"{SAFE}.rate_below": 0.0061}, ""),
+    ({"reference.mode.safe.minimum_dwell": 3.0, f"{SAFE}.held": 2.0}, ""),
+    ({f"{SCIENCE}.to_earth.z": 0.0}, f"{SCIENCE}.to_earth: found no direction"),
+    (
+        {f"{SCIENCE}.along.x": 0.0, f"{SCIENCE}.along.z": 1.0},
+        f"{SCIENCE}: found parallel body axes",
+    ),
     ({f"{SAFE}.rate_above": 0.0071}, "found rate_above 0.0071 and rate_below 0.00698132"),
     ({f"{SAFE}.wheels_lost": 5.0}, "found wheels_lost 5 of 4 wheels"),
     ({"reference.transition.late.at": 0.0}, "found at 0 s, before which no mode"),
@@ -156,6 +166,28 @@ def test_compiled_relations_are_those_of_python(scenario):
     ]
     np.testing.assert_array_equal(found, expected)
     assert np.sum(np.ptp(found, axis=0)) >= 8  # most refuse some rows and not others
+
+
+@pytest.mark.parametrize("angle", [0.0, 0.9e-6, 1.1e-6, 1.0, np.pi])
+@pytest.mark.parametrize("lengths", [(1.0, 1.0), (1e6, 1e-3), (1.0, 0.0)])
+def test_axes_are_apart_if_they_have_a_frame(angle, lengths):
+    first = lengths[0] * np.array([0.6, 0.0, 0.8])
+    turned = np.cos(angle) * np.array([0.6, 0.0, 0.8]) + np.sin(angle) * np.array([0.0, 1.0, 0.0])
+    axes = {"first": first, "second": lengths[1] * turned}
+    relation = axes_apart("mode", [*axes])
+    values = {
+        f"mode.{name}.{end}": value
+        for name, axis in axes.items()
+        for end, value in zip("xyz", axis, strict=True)
+    }
+    frame = frame_of_axes(*axes.values())
+    assert relation.holds(values) == np.all(np.isfinite(frame))
+
+
+def test_a_message_has_the_values_of_keys_with_any_name():
+    key = "event.loss of {c}, 2nd-é.time"
+    relation = less(key, "run.duration", f"{key}: found {{{key}}} s, not {{run.duration}} s")
+    assert relation.message({key: 7.5, "run.duration": 5.0}) == f"{key}: found 7.5 s, not 5 s"
 
 
 def test_limits_of_the_parts_are_found(scenario):

@@ -11,9 +11,9 @@ from gyrostat.control.guidance.targets import NORMAL, SUN, VELOCITY
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jnp
 from gyrostat.scenario.component import ORBIT
-from gyrostat.scenario.reference_kind import PlannedReference, ProfileKind
+from gyrostat.scenario.reference_kind import PlannedReference, ProfileKind, axes_apart
 from gyrostat.scenario.relation import Relation
-from gyrostat.scenario.schema import Key, positive, size, vector
+from gyrostat.scenario.schema import Key, direction, positive, size, vector
 
 if TYPE_CHECKING:
     from gyrostat.control.guidance import Aim
@@ -28,9 +28,7 @@ class AimedKind(ProfileKind):
     """Pointing at a target along [orbit] (`gyrostat.control.guidance.Pointing`)."""
 
     needs = frozenset({ORBIT})
-    to_target: Annotated[
-        Vector3, vector("1", "Body axis that points to the target.", (0.0, 0.0, 1.0))
-    ]
+    to_target: Annotated[Vector3, direction("Body axis that points to the target.")]
     along: Annotated[
         Vector3,
         vector(
@@ -55,7 +53,7 @@ class AimedKind(ProfileKind):
 
     @classmethod
     def relations(cls, place: str, scenario: "Scenario") -> Iterator[Relation]:
-        """See `Kind.relations`: there is one second axis."""
+        """See `Kind.relations`: there is one second axis, not parallel to the first."""
         ends = {name: [f"{place}.{name}.{axis}" for axis in "xyz"] for name in SECOND}
 
         def count(values: Mapping[str, Any]) -> Any:
@@ -68,6 +66,7 @@ class AimedKind(ProfileKind):
         yield Relation(keys, text, lambda values: count(values) > 0.5)
         text = f"{place}: found several second axes, {expected}"
         yield Relation(keys, text, lambda values: count(values) < 1.5)
+        yield axes_apart(place, ("to_target", *SECOND))
 
     def target(self, planned: PlannedReference, place: str) -> "Aim":
         """Target whose second direction is the velocity.

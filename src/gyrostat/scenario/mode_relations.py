@@ -11,20 +11,25 @@ from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.timeline import END_OF_MODE, TRANSITION
 from gyrostat.scenario.transition_kind import CONDITIONS, PAIRS
 
+_DURATIONS = ("time_in_mode", "held", "minimum_dwell")
+"""Least durations beside other conditions; none is 0."""
 _KEYS = {TRANSITION: CONDITIONS, "reference.mode": {**UNTIL, **IN_MODE}}
 
 
 def mode_relations(scenario: Scenario) -> Iterator[Relation]:
     """Relations with which what `check_modes` has proven of a scenario is true of its runs.
 
-    A condition that is used stays in use, and no other one is used. Changes that take no time, and
-    of which only the limits exclude that they follow each other, exclude it in every run.
+    A condition that is used stays in use, and no other one is used; a change may take longer.
+    Changes that take no time, and of which only the limits exclude that they follow each other,
+    exclude it in every run.
     """
     for part in scenario.parts:
         for name, entry in _KEYS.get(part.section, {}).items():
-            if name != "unloading":
-                key = f"{part.section}.{part.name}.{name}"
-                yield _stays(key, entry.defaults()[0], scenario.values[key])
+            key = f"{part.section}.{part.name}.{name}"
+            default, nominal = entry.defaults()[0], scenario.values[key]
+            is_free = name == "unloading" or (name in _DURATIONS and nominal == default)
+            if not is_free:
+                yield _stays(key, default, nominal)
     instant = [edge for edge in edges(scenario) if edge.time == 0.0 and not edge.once]
     if cycle_of([edge._replace(limits=FREE) for edge in instant]):
         for pair in combinations([edge._replace(view=0.0) for edge in instant], 2):

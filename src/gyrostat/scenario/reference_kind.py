@@ -18,8 +18,10 @@ from gyrostat.control.guidance import (
     SlewLimits,
     WheelEnvelope,
 )
+from gyrostat.control.guidance.pointing import PARALLEL
 from gyrostat.core.arrays import Quaternion, Scalar
 from gyrostat.scenario.component import Kind
+from gyrostat.scenario.relation import Relation
 from gyrostat.scenario.schema import Key, positive, size
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.orbit.time_scales import Epoch
@@ -61,6 +63,29 @@ class PlannedReference(NamedTuple):
         """Pointing of a body axis along the orbit."""
         assert self.orbit is not None  # the kind needs it
         return Pointing.of(self.orbit, aim, axis, second)
+
+
+def axes_apart(place: str, names: Sequence[str]) -> Relation:
+    """Relation of the body axes of a pointing, which are not parallel, see `axes_of`.
+
+    Args:
+        place: Place of the reference or mode in the scenario.
+        names: Names of the first axis and of those whose sum is the second one.
+    """
+    axes = [[f"{place}.{name}.{axis}" for axis in "xyz"] for name in names]
+
+    def holds(values: Mapping[str, Any]) -> Any:
+        first, *others = ([values[key] for key in axis] for axis in axes)
+        a, b = first, [sum(each) for each in zip(*others, strict=True)]
+        across = [a[i] * b[j] - a[j] * b[i] for i, j in ((1, 2), (2, 0), (0, 1))]
+        cross, *sizes = (sum(each * each for each in vector) for vector in (across, a, b))
+        return cross > PARALLEL**2 * sizes[0] * sizes[1]
+
+    return Relation(
+        tuple(key for axis in axes for key in axis),
+        f"{place}: found parallel body axes, expected axes with different directions",
+        holds,
+    )
 
 
 class ModePart(NamedTuple):

@@ -1,6 +1,5 @@
 """Condition that several values of a scenario fulfil together."""
 
-import re
 from collections.abc import Callable, Iterable, Mapping
 from typing import Any, NamedTuple
 
@@ -24,7 +23,10 @@ class Relation(NamedTuple):
 
     def message(self, values: Mapping[str, float]) -> str:
         """Message about values that do not fulfil it."""
-        return re.sub(r"\{([\w.]+)\}", lambda match: f"{values[match[1]]:g}", self.text)
+        text = self.text
+        for key in self.keys:  # names in a text may have braces
+            text = text.replace(f"{{{key}}}", f"{values[key]:g}")
+        return text
 
 
 def less(low: str, high: str, text: str) -> Relation:
@@ -36,6 +38,19 @@ def less(low: str, high: str, text: str) -> Relation:
         text: See `Relation`.
     """
     return Relation((low, high), text, lambda values: values[low] < values[high])
+
+
+def has_direction(key: str) -> Relation:
+    """Relation of the components of a vector, which is not zero.
+
+    Args:
+        key: Key of the vector.
+    """
+    keys = tuple(f"{key}.{axis}" for axis in "xyz")
+    text = f"{key}: found no direction, expected a vector"
+    return Relation(
+        keys, text, lambda values: sum(values[each] * values[each] for each in keys) > 0.0
+    )
 
 
 def check_relations(relations: Iterable[Relation], values: Mapping[str, float]) -> None:

@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from gyrostat.scenario.kinds.registry import component, named_components
-from gyrostat.scenario.relation import Relation, less
+from gyrostat.scenario.relation import Relation, has_direction, less
 from gyrostat.scenario.scenario import INERTIA, Scenario
 from gyrostat.scenario.structure import measured_names
 from gyrostat.scenario.timeline import event_times
@@ -26,7 +26,10 @@ def relations_of(scenario: Scenario) -> Iterator[Relation]:
     yield from _appendages(scenario)
     yield from _limits(scenario)
     for place, section, kind in named_components(scenario):
-        yield from component(section, kind, scenario.sources).relations(place, scenario)
+        part = component(section, kind, scenario.sources)
+        directions = (name for name, entry in part.keys().items() if entry.is_direction)
+        yield from (has_direction(f"{place}.{name}") for name in directions)
+        yield from part.relations(place, scenario)
 
 
 def nominal_relations(scenario: Scenario) -> Iterator[Relation]:

@@ -39,6 +39,7 @@ class Key:
         without: Value without this source; None: a millionth of the value, whose effect in mean
             square is 1e-12 of that of the value.
         is_text: Whether the number stands for a text, so that it is not dispersed.
+        is_direction: Whether a vector must not be zero.
     """
 
     dimension: str
@@ -52,6 +53,7 @@ class Key:
     source: str = ""
     without: float | None = None
     is_text: bool = False
+    is_direction: bool = False
 
     @property
     def unit(self) -> str:
@@ -109,6 +111,11 @@ def vector(
 ) -> Key:
     """Key of a vector in body axes, (3,), zero by default."""
     return Key(dimension, default, meaning, shape=(3,), source=source)
+
+
+def direction(meaning: str, default: float | tuple[float, ...] | None = (0.0, 0.0, 1.0)) -> Key:
+    """Key of a vector in body axes of any length but zero, (3,), z by default."""
+    return Key("1", default, meaning, shape=(3,), is_direction=True)
 
 
 def between_poles(meaning: str, default: float | None = None) -> Key:

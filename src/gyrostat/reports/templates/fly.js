@@ -44,7 +44,7 @@ const limits = new Map([...panel.querySelectorAll(".slider")].map(({ dataset }) 
 let touched = "";
 const warn = line => {
   const fault = $(".fault");
-  (panel.querySelector(`.slider[data-key="${touched}"]`) ?? $(".choices")).after(fault);
+  ([...panel.querySelectorAll(".slider")].find(({ dataset }) => dataset.key === touched) ?? $(".choices")).after(fault);
   fault.hidden = !line; fault.textContent = line;
 };
 function outside(key, v) {
@@ -55,7 +55,7 @@ const together = () => about.coupled.filter(pair => pair.every(key => moved.has(
 // what is refused of values in any case, before the program looks at their relations
 const refusal = of => [...moved.keys()].map(key => outside(key, of(key))).find(Boolean) ?? together()[0] ?? "";
 // message of a relation, with its values
-const message = (row, of) => `${about.relations[row][1].replace(/\{([\w.]+)\}/g, (_, key) => plain(of(key), 6))}.`;
+const message = (row, of) => { const [places, line] = about.relations[row]; return `${places.map(k => keys[k]).reduce((said, key) => said.replaceAll(`{${key}}`, plain(of(key), 6)), line)}.`; };
 const concerned = () => about.relations.map(([places]) => places.some(k => moved.has(keys[k])));
 // makes a change of the values, or undoes it and says why
 function tried(change, undo) {
@@ -258,7 +258,8 @@ const sliders = [...panel.querySelectorAll(".slider")].map(label => {
     tell();
     if (done) fly();
   };
-  range.oninput = () => { set(+(factor * (low + (high - low) * range.value / 1000)).toPrecision(4) / factor); };
+  // a rounded value stays between the ends
+  range.oninput = () => { set(Math.min(high, Math.max(low, +(factor * (low + (high - low) * range.value / 1000)).toPrecision(4) / factor))); };
   box.onchange = () => { if (box.value !== "" && Number.isFinite(+box.value)) set(+box.value / factor); else tell(); };
   range.onchange = () => remember();
   box.addEventListener("change", () => remember());

@@ -6,7 +6,7 @@ from typing import Annotated
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.scenario.appendage_kind import AppendageKind
 from gyrostat.scenario.scenario import INERTIA
-from gyrostat.scenario.schema import Key, positive, vector
+from gyrostat.scenario.schema import Key, direction, positive, vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -17,7 +17,7 @@ class HingedPanel(AppendageKind):
     mass: Annotated[Scalar, positive("mass", None, "Mass of the panel.", source="vibration")]
     hinge: Annotated[Vector3, vector("length", "Position of the hinge, body axes.")]
     centre: Annotated[Vector3, vector("length", "Centre of mass of the panel, body axes.")]
-    axis: Annotated[Vector3, vector("1", "Direction of the hinge line, of any length.")]
+    axis: Annotated[Vector3, direction("Direction of the hinge line, of any length.", 0.0)]
 
     @classmethod
     def keys(cls) -> dict[str, Key]:

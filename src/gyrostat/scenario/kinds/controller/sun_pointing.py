@@ -7,7 +7,7 @@ from gyrostat.control.attitude.sun_pointing import SunPointing
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.scenario.component import part_named
 from gyrostat.scenario.controller_kind import IGNORED, Beginning, ControllerKind, DesignCase
-from gyrostat.scenario.schema import positive, vector
+from gyrostat.scenario.schema import direction, positive, vector
 
 
 @dataclass(frozen=True, eq=False)
@@ -22,7 +22,7 @@ class SunPointingKind(ControllerKind):
     losses = IGNORED
     follows = False
     needs = frozenset({part_named("sensor", "sun_sensor", "coarse_sun_sensors")})
-    axis: Annotated[Vector3, vector("1", "Body axis, of any length.", (0.0, 0.0, 1.0))]
+    axis: Annotated[Vector3, direction("Body axis, of any length.")]
     turn_gain: Annotated[Scalar, positive("1/s", 0.05, "Commanded rate per angle to the Sun.")]
     rate_gain: Annotated[Scalar, positive("1/s", 0.2, "Gain of the rate loop.")]
     largest_rate: Annotated[Scalar, positive("speed", 0.02, "Largest commanded rate.")]

@@ -5,7 +5,7 @@ from typing import Annotated
 
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.scenario.component import ORBIT, Context, Kind
-from gyrostat.scenario.schema import Key, size
+from gyrostat.scenario.schema import direction, size
 from gyrostat.spacecraft.sensors.keep_out import KeepOut
 
 
@@ -18,9 +18,7 @@ class Instrument(Kind):
 
     name = "instrument"
     needs = frozenset({ORBIT})
-    boresight: Annotated[
-        Vector3, Key("1", None, "Boresight in body axes, of any length.", shape=(3,))
-    ]
+    boresight: Annotated[Vector3, direction("Boresight in body axes, of any length.", None)]
     sun: Annotated[Scalar, size("angle", 0.0, "Smallest angle to the Sun.")]
     earth: Annotated[
         Scalar, size("angle", 0.0, "Smallest angle to the limb of the Earth; 0: it may be seen.")

@@ -1,14 +1,16 @@
 """Nadir pointing."""
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from typing import Annotated, Any
 
 from gyrostat.control.guidance import Nadir, Profile, to_earth
 from gyrostat.core.arrays import Vector3
 from gyrostat.scenario.circular_orbit import EitherOrbit, HasOrbit
-from gyrostat.scenario.reference_kind import PlannedReference, ProfileKind
-from gyrostat.scenario.schema import vector
+from gyrostat.scenario.reference_kind import PlannedReference, ProfileKind, axes_apart
+from gyrostat.scenario.relation import Relation
+from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.schema import direction
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,13 +22,10 @@ class NadirKind(EitherOrbit, ProfileKind):
     """
 
     name = "nadir"
-    to_earth: Annotated[
-        Vector3, vector("1", "Body axis that points to the Earth.", (0.0, 0.0, 1.0))
-    ]
+    to_earth: Annotated[Vector3, direction("Body axis that points to the Earth.")]
     along: Annotated[
         Vector3,
-        vector(
-            "1",
+        direction(
             "Body axis whose part across `to_earth` points along the velocity.",
             (1.0, 0.0, 0.0),
         ),
@@ -39,6 +38,12 @@ class NadirKind(EitherOrbit, ProfileKind):
         full_keys = {name: f"environment.{name}" for name in keys}
         defaults = {name: values[key] for name, key in full_keys.items() if key in values}
         return {**defaults, **row}
+
+    @classmethod
+    def relations(cls, place: str, scenario: Scenario) -> Iterator[Relation]:
+        """See `Kind.relations`: the axes are not parallel."""
+        yield from super().relations(place, scenario)
+        yield axes_apart(place, ("to_earth", "along"))
 
     def profile(self, planned: PlannedReference, place: str) -> Profile:
         """See `ProfileKind.profile`."""

@@ -7,7 +7,7 @@ from typing import Annotated, ClassVar
 from gyrostat.control.attitude.sun_condition import SunCondition
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.scenario.component import Context, Kind, part_named
-from gyrostat.scenario.schema import positive, vector
+from gyrostat.scenario.schema import direction, positive
 
 
 @dataclass(frozen=True, eq=False)
@@ -20,7 +20,7 @@ class SunSeen(Kind):
     name = "sun_seen"
     is_lost: ClassVar[bool] = False
     needs = frozenset({part_named("sensor", "sun_sensor", "coarse_sun_sensors")})
-    axis: Annotated[Vector3, vector("1", "Body axis, of any length.", (0.0, 0.0, 1.0))]
+    axis: Annotated[Vector3, direction("Body axis, of any length.")]
     angle: Annotated[
         Scalar, positive("angle", pi, "Angle from the axis; by default any direction.", most=pi)
     ]

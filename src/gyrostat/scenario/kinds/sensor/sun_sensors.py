@@ -8,7 +8,7 @@ from jaxtyping import Array, Float
 
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.scenario.sampled_kind import SampledKind
-from gyrostat.scenario.schema import Key, positive, size, vector
+from gyrostat.scenario.schema import Key, direction, positive, size, vector
 from gyrostat.spacecraft.sensors.sun_sensor import FACES, CoarseSunSensors, SunSensor
 
 
@@ -28,9 +28,7 @@ class SunSensorKind(SampledKind):
     misalignment: Annotated[
         Vector3, vector("angle", "Rotation vector from body to sensor axes.", source="misalignment")
     ]
-    boresight: Annotated[
-        Vector3, vector("1", "Boresight in body axes, of any length.", (0.0, 0.0, 1.0))
-    ]
+    boresight: Annotated[Vector3, direction("Boresight in body axes, of any length.")]
     field_of_view: Annotated[
         Scalar, positive("angle", pi, "Largest angle between boresight and Sun.", most=pi)
     ]

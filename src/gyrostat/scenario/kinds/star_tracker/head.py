@@ -6,7 +6,7 @@ from typing import Annotated
 
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.scenario.component import ORBIT, STAR_TRACKER, Context, Kind
-from gyrostat.scenario.schema import Key, positive, size, vector
+from gyrostat.scenario.schema import Key, direction, positive, size, vector
 from gyrostat.spacecraft.sensors.star_tracker_heads import FIELD_LENGTH, StarTrackerHead
 
 
@@ -31,9 +31,7 @@ class Head(Kind):
     about_sigma: Annotated[
         Scalar, positive("angle", None, "Standard deviation about the boresight.", source="noise")
     ]
-    boresight: Annotated[
-        Vector3, vector("1", "Boresight in body axes, of any length.", (0.0, 0.0, 1.0))
-    ]
+    boresight: Annotated[Vector3, direction("Boresight in body axes, of any length.")]
     misalignment: Annotated[
         Vector3,
         vector("angle", "Constant rotation of the measured attitude.", source="misalignment"),
