@@ -45,7 +45,7 @@ def test_ends_of_an_interval_read_apart():
     entry = {"value": 0.35203, "low": 0.352001, "high": 0.352052}
     assert told_percentile(entry, "1") == ("0.35203", "0.352", "0.35205")
     same = dict.fromkeys(("value", "low", "high"), 1e-3)
-    assert told_percentile(same, "N·m") == ("0.001 N·m",) * 3
+    assert told_percentile(same, "N·m") == ("1000 µN·m",) * 3
     assert told_percentile({**entry, "high": None}, "rad") == ("20.17 deg", "20.168 deg", "none")
 
 

@@ -44,7 +44,7 @@ def test_a_page_that_flies_has_no_sliders_of_what_slews_are_planned_from(slews):
     for scenario in slews:
         program = SimpleNamespace(read=[*scenario.values], designed=frozenset())
         rows = np.array([[0.0]])
-        keys.append({each.key for each in sliders(scenario, program, rows)})
+        keys.append({each.key for each in sliders(scenario, program, rows, [])[0]})
     planned, free = keys
     assert fixed <= free
     assert not fixed & planned
