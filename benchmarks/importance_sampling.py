@@ -19,7 +19,7 @@ from scipy.special import ndtr
 from scipy.stats import multivariate_normal
 from short_flights import AT_ONCE, short_flight
 
-from gyrostat.campaigns.draws import noise_keys, values_at
+from gyrostat.campaigns.draws import dispersed_relations, noise_keys, values_at
 from gyrostat.campaigns.engine import fly_given
 from gyrostat.search.condition import Condition
 from gyrostat.search.flights import allowed
@@ -33,11 +33,12 @@ class Sampler:
 
     def __init__(self, name):
         self.flight, self.count = short_flight(name), 0
+        self.relations = dispersed_relations(self.flight)
         self.failure = Condition.parse(FAILURES[name], self.flight, "benchmark")
 
     def responses(self, normal):
         values = values_at(self.flight, ndtr(normal))
-        fine = allowed(self.flight, values)
+        fine = allowed(self.flight, values, self.relations)
         numbers = self.count + np.arange(len(values))
         self.count += len(values)
         keys = noise_keys(SEED, numbers)

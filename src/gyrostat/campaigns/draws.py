@@ -8,6 +8,7 @@ independent.
 """
 
 import hashlib
+from collections.abc import Sequence
 
 import numpy as np
 from numpy.typing import ArrayLike
@@ -19,6 +20,7 @@ from gyrostat.runs.run_relations import run_relations
 from gyrostat.scenario.kinds.distributions import distributions_of
 from gyrostat.scenario.kinds.orbits import check_own_orbits, has_own_orbits
 from gyrostat.scenario.kinds.registry import numbers_of
+from gyrostat.scenario.relation import Relation
 from gyrostat.scenario.scenario import Scenario
 
 AT_ONCE = 4096
@@ -90,18 +92,28 @@ def check_draws(scenario: Scenario, seed: int, runs: int) -> None:
         InputError: A drawn value is not allowed, an inertia is impossible, or events change their
             order.
     """
+    relations = dispersed_relations(scenario)
     for first in range(0, runs, AT_ONCE):
         numbers = range(first, min(first + AT_ONCE, runs))
-        check_values(scenario, numbers, draw(scenario, seed, np.array(numbers))[0])
+        check_values(scenario, numbers, draw(scenario, seed, np.array(numbers))[0], relations)
 
 
-def check_values(scenario: Scenario, numbers: range, values: Matrix) -> None:
+def dispersed_relations(scenario: Scenario) -> list[Relation]:
+    """Relations of the values of each run, in which some dispersed one takes part."""
+    dispersed = {*scenario.dispersed}
+    return [each for each in run_relations(scenario) if not dispersed.isdisjoint(each.keys)]
+
+
+def check_values(
+    scenario: Scenario, numbers: range, values: Matrix, relations: Sequence[Relation]
+) -> None:
     """Validate dispersed values.
 
     Args:
         scenario: Scenario with dispersions.
         numbers: Numbers of the runs, for messages.
         values: Values, (n, keys).
+        relations: `dispersed_relations` of the scenario, which take milliseconds to make.
 
     Raises:
         InputError: As for `check_draws`.
@@ -117,18 +129,14 @@ def check_values(scenario: Scenario, numbers: range, values: Matrix) -> None:
                     f"dispersion of {key}: found {value:g} in run {numbers[int(index)]}, "
                     f"expected {entry.range(value)}: use less spread, or a distribution with limits"
                 )
-    _check_combinations(scenario, numbers, values)
-
-
-def _check_combinations(scenario: Scenario, numbers: range, values: Matrix) -> None:
     columns = dict(zip(scenario.dispersed, values.T, strict=True))
     if has_own_orbits(scenario.dispersed):
         check_own_orbits(scenario, values)
     every = {**scenario.values, **columns}
-    for relation in run_relations(scenario):
-        keys = [key for key in relation.keys if key in columns]
-        holds = relation.holds(every) if keys else True
+    for relation in relations:
+        holds = relation.holds(every)
         if not np.all(holds):
+            keys = [key for key in relation.keys if key in columns]
             row = int(np.argmin(np.broadcast_to(holds, len(numbers))))
             of_run = {key: np.broadcast_to(every[key], len(numbers))[row] for key in relation.keys}
             raise InputError(

@@ -16,13 +16,14 @@ from numpy.typing import NDArray
 from scipy.special import ndtr, ndtri
 
 from gyrostat.campaigns.description import Campaign
-from gyrostat.campaigns.draws import check_values, shares, values_at
+from gyrostat.campaigns.draws import check_values, dispersed_relations, shares, values_at
 from gyrostat.campaigns.engine import LANES
 from gyrostat.campaigns.executors import Opener, carry_out
 from gyrostat.campaigns.jobs import Job, work_here
 from gyrostat.campaigns.noise import PARENT, REPLACED, noise_of, parts_of
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.scenario.relation import Relation
 from gyrostat.scenario.scenario import Scenario
 from gyrostat.search.moves import FIRST, Answers, Moves
 
@@ -83,6 +84,7 @@ class Flights:
     ):
         self.count = self.refused = self._pieces = 0
         self._scenario, self._campaign, self._response = scenario, campaign, response
+        self._relations = dispersed_relations(scenario)
         self._found, self._store, self._opener = found, store, opener
         self._window = 2 * workers + 2
         self._on_progress = on_progress
@@ -121,12 +123,12 @@ class Flights:
             numbers = first + np.arange(moves.size)
             share = shares(scenario, self._campaign.seed, numbers)
             normal, values = ndtri(share), values_at(scenario, share)
-            check_values(scenario, range(first, first + moves.size), values)
+            check_values(scenario, range(first, first + moves.size), values, self._relations)
             fine = np.ones(moves.size, bool)
         else:
             normal = moves.normal
             values = values_at(scenario, ndtr(normal))
-            fine = allowed(scenario, values)
+            fine = allowed(scenario, values, self._relations)
             numbers = np.where(fine, first + np.cumsum(fine) - 1, FIRST)
         self.count += int(np.sum(fine))
         self.refused += int(np.sum(~fine))
@@ -199,12 +201,12 @@ class Flights:
         return {PARENT: self._parents[piece.runs], REPLACED: self._shares[piece.runs]}
 
 
-def allowed(scenario: Scenario, values: Matrix) -> NDArray[np.bool_]:
-    """Whether the dispersed values of runs are allowed, (n,)."""
+def allowed(scenario: Scenario, values: Matrix, relations: Sequence[Relation]) -> NDArray[np.bool_]:
+    """Whether the dispersed values of runs are allowed, (n,); see `check_values`."""
 
     def check(rows: range) -> bool:
         with contextlib.suppress(InputError):
-            check_values(scenario, rows, values[rows.start : rows.stop])
+            check_values(scenario, rows, values[rows.start : rows.stop], relations)
             return True
         return False
 
