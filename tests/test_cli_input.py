@@ -153,10 +153,10 @@ def test_a_wheel_may_have_any_name_in_a_figure(name):
     scenario = SimpleNamespace(
         wheels=(name,), events=(event,), values=values, requirements=(), parts=()
     )
-    charts = run_charts(scenario, {}, history)
+    charts = [chart.svg() for chart in run_charts(scenario, {}, history)]
     assert f'data-name="{escape(name)}"' in charts[2]
     assert f">{escape(name)}</text>" in charts[0]
-    charts = recovery_charts(history, (name,), None)
+    charts = [chart.svg() for chart in recovery_charts(history, (name,), None)]
     assert all(f'data-name="{escape(name)}"' in chart for chart in charts[2:])
 
 

@@ -97,7 +97,7 @@ def page(scenario, flown, tmp_path_factory):
     values = {name: column[0] for name, column in flown.columns.items()}
     history = flown.histories.of_run(0).arrays()
     runs = {"nominal": (0, None), "run 5": (5, draw(scenario, 3, [5])[0][0])}
-    content = fly_content(scenario, 3, runs, history, print)
+    content = fly_content(scenario, 3, runs, print)
     path = tmp_path_factory.mktemp("page") / "run.html"
     path.write_text(run_page(scenario, values, history, "small", "x", content))
     return path
@@ -281,7 +281,7 @@ def test_without_a_compiler_the_page_says_what_to_install(scenario, flown, monke
     monkeypatch.setattr(web, "web_compiler", lambda: None)
     values = {name: column[0] for name, column in flown.columns.items()}
     history, lines = flown.histories.of_run(0).arrays(), []
-    content = fly_content(scenario, 3, {"nominal": (0, None)}, history, lines.append)
+    content = fly_content(scenario, 3, {"nominal": (0, None)}, lines.append)
     text = run_page(scenario, values, history, "small", "x", content)
     assert "ziglang" in lines[0]
     assert "ziglang" in text

@@ -103,8 +103,8 @@ def test_a_large_campaign_keeps_its_extreme_runs_in_the_page(scenario, monkeypat
 
 def test_bars_count_every_run(made, scenario):
     (chart,) = histograms(scenario, made.columns, {"error_max": ["wheel.a.coulomb"]})
-    plot = re.search(r'class="plot".*?data-y="(\S+) (\S+)"', chart)
-    heights = re.findall(r"M\S+ 1000V(\S+?)H", chart)
+    plot = re.search(r'class="plot".*?data-y="(\S+) (\S+)"', chart.svg())
+    heights = re.findall(r"M\S+ 1000V(\S+?)H", chart.svg())
     total = sum((1000.0 - float(h)) / 1000.0 * float(plot[2]) for h in heights)
     assert total == pytest.approx(np.sum(np.isfinite(made.columns["error_max"])), abs=0.2)
 
@@ -113,7 +113,7 @@ def test_values_that_differ_in_the_last_digit_have_a_histogram(scenario):
     values = np.full(60, 0.3)
     values[7] = np.nextafter(0.3, 1.0)
     (chart,) = histograms(scenario, {"energy": values}, {"energy": []})
-    assert chart.count("1000V") == 1
+    assert chart.svg().count("1000V") == 1
 
 
 def test_required_values_are_drawn_where_they_have_a_meaning(made, scenario):
@@ -175,10 +175,10 @@ def test_a_summary_begins_with_requirements_or_else_windows(made, scenario):
 
 def test_events_of_a_run_are_at_its_own_times(small, scenario):
     with xr.open_dataset(small.store.history(5), engine="h5netcdf") as history:
-        charts = run_charts(scenario, {"event.loss.time": 6.123}, history)
-    assert 'data-x="6.123"' in charts[0]
-    assert 'data-x="18"' in charts[0]
-    assert 'data-x="8"' not in charts[0]
+        error = run_charts(scenario, {"event.loss.time": 6.123}, history)[0].svg()
+    assert 'data-x="6.123"' in error
+    assert 'data-x="18"' in error
+    assert 'data-x="8"' not in error
 
 
 @pytest.mark.parametrize(("low", "high"), [(0.0, 1.0), (-3e-7, 9e-7), (99990.0, 100020.0)])

@@ -234,7 +234,7 @@ def write_replay(
         if fly:
             own = np.array([values[key] for key in scenario.dispersed])
             runs = {f"run {run}": (run, own), "nominal": (0, None)}
-            flown = fly_content(scenario, known.seed, runs, history, say)
+            flown = fly_content(scenario, known.seed, runs, say)
         page = run_page(scenario, values, history, f"{scenario.name}, run {run}", command, flown)
         signals = {name: np.asarray(variable[...]) for name, variable in history.variables.items()}
     with store.locked(), store.results(known) as scratch:

@@ -37,13 +37,6 @@ def shown_metrics(scenario: Scenario, columns: Mapping[str, Vector]) -> list[str
 
 def histograms(
     scenario: Scenario, columns: Mapping[str, Vector], strongest: Mapping[str, Sequence[str]]
-) -> list[Markup]:
-    """Histograms as SVG; see `charts_of_metrics`."""
-    return [chart.svg() for chart in charts_of_metrics(scenario, columns, strongest)]
-
-
-def charts_of_metrics(
-    scenario: Scenario, columns: Mapping[str, Vector], strongest: Mapping[str, Sequence[str]]
 ) -> list[Chart]:
     """Histograms of metrics, with the 99.7 % percentile and required values.
 

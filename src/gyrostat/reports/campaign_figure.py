@@ -5,7 +5,7 @@ from pathlib import Path
 from matplotlib.figure import Figure
 
 from gyrostat.campaigns import Store
-from gyrostat.reports.campaign_charts import charts_of_metrics, shown_metrics
+from gyrostat.reports.campaign_charts import histograms, shown_metrics
 from gyrostat.reports.campaign_content import campaign_content
 from gyrostat.reports.chart_figure import figure_of
 from gyrostat.reports.error_budget import budget_figure
@@ -40,4 +40,4 @@ def campaign_figure(store: Store) -> Figure:
     varying = shown_metrics(scenario, columns)
     names = [name for name in content["headline"] if name in varying]
     names += [name for name in varying if name not in names]
-    return figure_of(charts_of_metrics(scenario, columns, dict.fromkeys(names[:MOST_METRICS], ())))
+    return figure_of(histograms(scenario, columns, dict.fromkeys(names[:MOST_METRICS], ())))

@@ -241,6 +241,10 @@ class Chart:
             )
         )
 
+    def __html__(self) -> Markup:
+        """The chart as a template of a page shows it."""
+        return self.svg()
+
     def svg(self) -> Markup:
         """The chart as an SVG element."""
         wide, high = WIDTH - LEFT - RIGHT, self.height - TOP - BOTTOM

@@ -15,11 +15,11 @@ from gyrostat.reports.campaign_content import campaign_content, campaign_lines
 from gyrostat.reports.campaign_figure import campaign_figure
 from gyrostat.reports.campaign_run import metric_rows, run_verdict
 from gyrostat.reports.chart_figure import figure_of
-from gyrostat.reports.run_charts import charts_of_run
+from gyrostat.reports.run_charts import run_charts
 from gyrostat.scenario import Scenario
 
 if TYPE_CHECKING:
-    from gyrostat.campaigns.engine import Flown
+    from gyrostat.campaigns.flown import Flown
 
 
 def run_figure(run: Run) -> Figure:
@@ -42,7 +42,7 @@ def run_figure(run: Run) -> Figure:
             f"plot: found the wheels {', '.join(wheels)}, expected {', '.join(scenario.wheels)}"
         )
     history = {str(name): run[name].to_numpy() for name in run.variables}
-    return figure_of(charts_of_run(scenario, _values(run), history))
+    return figure_of(run_charts(scenario, _values(run), history))
 
 
 def _is_over_time(history: xr.DataArray) -> bool:
@@ -54,7 +54,7 @@ def flown_figure(scenario: Scenario, flown: "Flown") -> Figure:
     values = {name: column[0].item() for name, column in flown.columns.items()}
     assert flown.histories is not None
     history = flown.histories.of_run(values["run"]).arrays()
-    return figure_of(charts_of_run(scenario, values, history))
+    return figure_of(run_charts(scenario, values, history))
 
 
 def run_lines(run: Run) -> list[str]:

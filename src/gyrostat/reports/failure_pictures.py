@@ -12,7 +12,7 @@ from gyrostat.reports.chart_figure import figure_of
 from gyrostat.reports.colours import BAND, MARK, MODEL
 from gyrostat.reports.drawing import panels
 from gyrostat.reports.feasibility import Drawn, share, sky_maps
-from gyrostat.reports.recovery import charts_of_recovery
+from gyrostat.reports.recovery import recovery_charts
 from gyrostat.reports.sky_map import THIN, angles, ring_of
 
 ROWS = 180
@@ -82,4 +82,4 @@ def recovery_figure(recovery: Recovery) -> Figure:
     if histories is None:
         raise InputError(f"plot: found no histories: {recovery.reason}")
     names = [str(name) for name in np.asarray(histories.coordinates["wheel"].values)]
-    return figure_of(charts_of_recovery(histories.arrays(), names, recovery.settle))
+    return figure_of(recovery_charts(histories.arrays(), names, recovery.settle))

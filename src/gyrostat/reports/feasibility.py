@@ -23,7 +23,6 @@ from gyrostat.reports.failure_inputs import (
     steps_content,
     unloading_rows,
 )
-from gyrostat.reports.page_policy import with_policy
 from gyrostat.reports.sky_map import sky_chart
 from gyrostat.reports.template import render
 from gyrostat.spacecraft import SpacecraftFile
@@ -116,8 +115,6 @@ def write_holdable(
         ],
         command=command,
     )
-    if fly is not None:
-        page = with_policy(page)
     with new_files(out, by="holdable", force=force) as folder:
         (folder / "report.html").write_text(page, encoding="utf-8")
         (folder / "holdable.json").write_text(text + "\n", encoding="utf-8")

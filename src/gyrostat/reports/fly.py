@@ -19,7 +19,6 @@ from gyrostat.reports.axis import scaled_unit
 from gyrostat.reports.fly_limits import Limit, run_limits
 from gyrostat.reports.page_units import shown_unit
 from gyrostat.reports.replay import MOST_FRAMES
-from gyrostat.reports.run_charts import torque_unit
 from gyrostat.runs.designs import phases_of
 from gyrostat.runs.planned_slews import keys_of_plans
 from gyrostat.runs.plans import plans_of
@@ -72,7 +71,6 @@ def fly_content(
     scenario: Scenario,
     seed: int,
     runs: Mapping[str, tuple[int, Vector | None]],
-    history: Mapping[Any, Any],
     say: Callable[[str], None],
 ) -> dict[str, Any]:
     """What the template of a page that flies needs.
@@ -84,7 +82,6 @@ def fly_content(
         seed: Seed of the noise and of the draws.
         runs: Name of a run in the page -> its number and its dispersed values, (keys,); None: the
             nominal ones, of one run. The page begins with the first.
-        history: Histories of the first run, from which its charts are drawn.
         say: Called with a line if the page cannot fly.
     """
     try:
@@ -115,7 +112,7 @@ def fly_content(
         "moving": scenario.reference != "fixed",
         "cloud": len(cloud),
         "seed": seed,
-        "torque": torque_unit(history)[0],
+        "torque": shown_unit("N·m")[0],
         "events": [event.name for event in scenario.events],
         "phases": _phases(scenario),
         "frames": MOST_FRAMES,

@@ -42,5 +42,5 @@ def fly_page(store: Store, campaign: Campaign, command: str, say: Callable[[str]
     assert nominal.histories is not None
     history = nominal.histories.of_run(0).arrays()
     row = {name: column[0].item() for name, column in nominal.columns.items()}
-    flown = fly_content(scenario, campaign.seed, runs, history, say)
+    flown = fly_content(scenario, campaign.seed, runs, say)
     return run_page(scenario, row, history, f"{scenario.name}: fly its runs", command, flown)

@@ -6,7 +6,6 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 
 from gyrostat.core.outputs import new_files
 from gyrostat.core.text import triple
@@ -192,13 +191,6 @@ def _text_without_brake(recovery: Recovery) -> str:
 
 
 def recovery_charts(
-    flight: Mapping[Any, Any], names: Sequence[str], settle: float | None
-) -> list[Markup]:
-    """Charts of a recovery as SVG; see `charts_of_recovery`."""
-    return [chart.svg() for chart in charts_of_recovery(flight, names, settle)]
-
-
-def charts_of_recovery(
     flight: Mapping[Any, Any], names: Sequence[str], settle: float | None
 ) -> list[Chart]:
     """Error, body rate, wheel momenta and torques over the time since the failure.

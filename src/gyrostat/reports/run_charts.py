@@ -4,7 +4,6 @@ from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
-from markupsafe import Markup
 
 from gyrostat.campaigns.pointing.text import angle_text, is_of_error
 from gyrostat.core.units import RPM
@@ -21,23 +20,7 @@ MOST_POINTS = 4000
 """Largest number of points of a curve in the page of a run."""
 
 
-def torque_unit(_history: Mapping[Any, Any]) -> tuple[float, str]:
-    """Factor from N·m and unit of motor torques: that of all pages, whatever the run."""
-    return shown_unit("N·m")
-
-
 def run_charts(
-    scenario: Scenario,
-    values: Mapping[str, Any],
-    history: Mapping[Any, Any],
-    group: str = "run",
-    most: int = MOST_POINTS,
-) -> list[Markup]:
-    """Charts of a run as SVG; see `charts_of_run`."""
-    return [chart.svg() for chart in charts_of_run(scenario, values, history, group, most)]
-
-
-def charts_of_run(
     scenario: Scenario,
     values: Mapping[str, Any],
     history: Mapping[Any, Any],
@@ -56,7 +39,7 @@ def charts_of_run(
     error = np.degrees(np.asarray(history["error"]))
     rate = np.degrees(np.linalg.norm(np.asarray(history["rate"]), axis=1))
     torque = np.asarray(history["torque"])
-    factor, unit = torque_unit(history)
+    factor, unit = shown_unit("N·m")
     sizes = [np.maximum(each, LEAST_SHOWN)[:, None] for each in (error, rate)]
     speed = np.asarray(history["wheel_speed"]) / RPM
     time = np.asarray(history["time"])

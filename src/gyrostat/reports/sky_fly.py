@@ -65,8 +65,8 @@ def sky_fly_content(
     limits = np.broadcast_to(np.asarray(wheels.momentum_limit, dtype=float), count)
     rows = {
         sum(1 << k for k in each.failed): {
-            "edges": padded(each)[0].ravel().tolist(),
-            "points": padded(each)[1].ravel().tolist(),
+            "edges": edges.ravel().tolist(),
+            "points": points.ravel().tolist(),
             "bands": len(each.sky.bands),
             "fraction": each.sky.fraction,
             "reason": each.reason,
@@ -79,7 +79,7 @@ def sky_fly_content(
                 (axes[:, k] * kept.get(k, 0.0) for k in each.failed), np.zeros(3)
             ).tolist(),
         }
-        for each in sets
+        for each, (edges, points) in zip(sets, map(padded, sets), strict=True)
     }
     towards = question.towards
     assert towards is not None

@@ -152,8 +152,7 @@ def simulated(
         if fly:
             from gyrostat.reports.fly import fly_content
 
-            arrays = results.histories.of_run(0).arrays()
-            content = fly_content(definition, seed, {"nominal": (0, None)}, arrays, say)
+            content = fly_content(definition, seed, {"nominal": (0, None)}, say)
         write_run(flown, results, path, command=command, say=say, force=force, fly=content)
         if figures:
             from gyrostat.reports.datasets import flown_figure
