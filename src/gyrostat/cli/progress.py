@@ -3,6 +3,7 @@
 from collections.abc import Callable
 
 from gyrostat.cli.arguments import say
+from gyrostat.verbs.progress import Pace
 
 
 class Progress:
@@ -31,17 +32,18 @@ class Progress:
         )
         self._bar.__enter__()
         self._task: TaskID | None = None
+        self._pace = Pace()
         return self._update
 
     def _update(self, complete_runs: int, total: int) -> None:
         import time
 
         now = time.monotonic()
+        rate = self._pace(complete_runs, now)
         if self._task is None:
-            self._start_time, self._start_runs, self._last_report = now, complete_runs, now
+            self._last_report = now
             self._task = self._bar.add_task("runs", total=total, completed=complete_runs, rate="")
             return
-        rate = (complete_runs - self._start_runs) / max(now - self._start_time, 1e-9)
         self._bar.update(self._task, completed=complete_runs, rate=f"{rate:.1f} per second")
         if self._bar.disable and (now - self._last_report > 10.0 or complete_runs == total):
             self._last_report = now

@@ -40,9 +40,7 @@ def turned(quaternion: Vector, axis: Vector, angle: float) -> Vector:
     cosine, half = np.cos(0.5 * angle), np.sin(0.5 * angle) * axis
     vector_part = scalar * half + cosine * vector + np.cross(vector, half)
     product = np.array([scalar * cosine - vector @ half, *vector_part])
-    # of q and -q, the one whose first component that is not zero is positive
-    sign = next((np.sign(part) for part in product if part != 0.0), 1.0)
-    return sign * product / np.linalg.norm(product) + np.zeros(4)
+    return _unit(product)
 
 
 def quaternion_of(matrix: Matrix) -> Vector:
@@ -60,8 +58,11 @@ def quaternion_of(matrix: Matrix) -> Vector:
         [d - b, c + g, f + h, 1.0 - a - e + i],
     ]
     largest = np.argmax(np.stack([rows[k][k] for k in range(4)]))
-    q = (1.0 * (np.arange(4) == largest)) @ np.stack([np.stack(row) for row in rows])
-    # of q and -q, the one whose first component that is not zero is positive
+    return _unit((1.0 * (np.arange(4) == largest)) @ np.stack([np.stack(row) for row in rows]))
+
+
+def _unit(q: Vector) -> Vector:
+    """Unit quaternion; of q and -q, the one whose first component that is not zero is positive."""
     first = q[3]
     for k in (2, 1, 0):
         first = np.where(q[k] != 0.0, q[k], first)

@@ -13,7 +13,7 @@ from gyrostat.scenario.scenario import Scenario
 
 def fast_wheels(scenario: Scenario) -> list[str]:
     """Line on each metric whose structure is not known up to the greatest speed of the wheels."""
-    metrics = [*_metrics(scenario)]
+    metrics = [(name, _highest_speed(text)) for name, text in _metrics(scenario)]
     if not metrics:
         return []
     from gyrostat.runs.sight_in_run import greatest_speed  # imports SciPy, which takes long
@@ -36,23 +36,28 @@ def unknown_jitter(scenario: Scenario, columns: Any) -> list[str]:
         columns: Mapping of the columns of the table of runs, (runs,), or the values of one run.
     """
     lines = []
-    for name, most in _metrics(scenario):
+    for name, text in _metrics(scenario):
         values, status = (np.atleast_1d(columns[each]) for each in (name, "status"))
         lacking = np.isnan(values) & (status == 0)
         if np.any(lacking):
             runs = "" if len(values) == 1 else f" in {np.sum(lacking)} of {len(values)} runs"
             lines.append(
                 f"warning: metric.{name}: found no value{runs}: a wheel is faster than "
-                f"{plain(most / RPM)} rpm in its windows, or they have no sample"
+                f"{plain(_highest_speed(text) / RPM)} rpm in its windows, or they have no sample"
             )
     return lines
 
 
-def _metrics(scenario: Scenario) -> Iterator[tuple[str, float]]:
-    """Name of each metric, and the highest speed of its structure, rad/s."""
+def _metrics(scenario: Scenario) -> Iterator[tuple[str, str]]:
+    """Name of each metric, and its structure as text."""
     texts = {text.path: text.text for text in scenario.texts}
     for part in scenario.parts:
         if part.section == "metric" and part.kind == JitterKind.name:
-            from gyrostat.microvibration.structure_text import structure_from  # imports SciPy
+            yield part.name, texts[f"metric.{part.name}"]
 
-            yield part.name, structure_from(texts[f"metric.{part.name}"]).speeds[1]
+
+def _highest_speed(text: str) -> float:
+    """Highest speed up to which a structure is known, rad/s."""
+    from gyrostat.microvibration.structure_text import structure_from  # imports SciPy
+
+    return structure_from(text).speeds[1]

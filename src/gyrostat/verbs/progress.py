@@ -24,21 +24,30 @@ def shown(on_progress: Update | None) -> Update | None:
     return None if write is None else _Bar(write)
 
 
+class Pace:
+    """Runs per second since the first update."""
+
+    def __init__(self):
+        self._start: tuple[float, int] | None = None
+
+    def __call__(self, done: int, now: float) -> float:
+        """Rate at a time of `time.monotonic`, s."""
+        self._start = self._start or (now, done)
+        return (done - self._start[1]) / max(now - self._start[0], 1e-9)
+
+
 class _Bar:
     """Counts, rate and time left, written at most every `PAUSE`."""
 
     def __init__(self, write: Callable[[int, int, str], None]):
-        self._write = write
-        self._start: tuple[float, int] | None = None
-        self._last = 0.0
+        self._write, self._pace, self._last = write, Pace(), 0.0
 
     def __call__(self, done: int, total: int) -> None:
         now = time.monotonic()
-        self._start = self._start or (now, done)
+        rate = self._pace(done, now)
         if now - self._last < PAUSE and done < total:
             return
         self._last = now
-        rate = (done - self._start[1]) / max(now - self._start[0], 1e-9)
         left = f", {(total - done) / rate:.0f} s left" if rate > 0.0 and done < total else ""
         self._write(done, total, f"{done} of {total} runs, {rate:.1f} per second{left}")
 
