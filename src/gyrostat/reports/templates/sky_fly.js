@@ -50,7 +50,7 @@ function sky([x, y]) {
 const svg = document.querySelector(".skymap svg"), bands = svg.querySelector("path.bands");
 svg.querySelectorAll("path.bands").forEach(each => { if (each !== bands) each.remove(); });
 const mark = name => svg.querySelector(`[data-mark="${name}"]`);
-if (!mark("nearest")) { const ring = mark("target").cloneNode(false); ring.dataset.mark = "nearest"; ring.innerHTML = '<circle r="6.5" fill="none" stroke="#1f5fa8" stroke-width="2.2"/>'; svg.append(ring); }
+if (!mark("nearest")) { const ring = mark("target").cloneNode(false); ring.dataset.mark = "nearest"; ring.innerHTML = '<g class="mark"><circle r="6.5" fill="none" stroke="#1f5fa8" stroke-width="2.2"/></g>'; svg.append(ring); }
 const ROWS = 240, grid = [...Array(ROWS).keys()].map(row => {
   const t = Math.asin(1 - (2 * row + 1) / ROWS), b = Math.asin((2 * t + Math.sin(2 * t)) / Math.PI), width = across * Math.cos(t);
   return { y: top - up + 2 * up * row / ROWS, width, b };
@@ -77,9 +77,7 @@ const buttons = [...panel.querySelectorAll(".wheels button:not(.reset)")], input
 function show() {
   const set = about.sets[state.failed], answer = set.reason === null ? nearest(state) : null, proof = answer?.held ? null : certificate(state);
   bands.setAttribute("d", areas());
-  // marks as large on a phone as on a screen
-  const size = Math.max(1, 480 / (svg.clientWidth || 480)).toFixed(2);
-  const put = (name, v) => { const [x, y] = place(toAngles(v)); mark(name)?.setAttribute("transform", `translate(${x.toFixed(1)} ${y.toFixed(1)}) scale(${size})`); };
+  const put = (name, v) => { const [x, y] = place(toAngles(v)); mark(name)?.setAttribute("transform", `translate(${x.toFixed(1)} ${y.toFixed(1)})`); };
   const axis = unit(state.momentum);
   put("target", state.towards); put("total momentum", axis); put("opposite direction", axis.map(v => -v));
   mark("nearest").style.display = answer ? "" : "none";
