@@ -47,9 +47,10 @@ def histograms(
     """
     metrics, charts = metrics_of(scenario), []
     for name, keys in strongest.items():
-        scale, label = _unit(columns[name], name, metrics[name].unit)
+        values = columns[name]
+        scale, label = _unit(values, name, metrics[name].unit)
         to_page, _ = page_unit(name, metrics[name].unit)
-        edges, counts = _histogram(columns[name], to_page, scale / to_page)
+        edges, counts = _histogram(values, to_page, scale / to_page)
         required = [(scale * v, text) for v, text in required_in(scenario, name)]
         x = _with(axis_of(edges, label), [v for v, _ in required])
         y = Axis(0.0, 1.05 * float(np.max(counts)), "runs")
@@ -58,10 +59,11 @@ def histograms(
         attributes["drivers"] = json.dumps(list(keys))
         chart = Chart(name, x, y, attributes)
         chart.bars(edges, counts.astype(float))
-        mark = scale * percentile_of(columns[name], PERCENT).value
+        mark = scale * percentile_of(values, PERCENT).value
+        del values  # before the next column is read
         chart.level(mark, "", "percentile", across=False)
-        for value, text in required:
-            chart.level(value, text, "required", across=False)
+        for level, text in required:
+            chart.level(level, text, "required", across=False)
         charts.append(chart)
     return charts
 
@@ -79,14 +81,17 @@ def scatter_plots(
     metrics, numbers = metrics_of(scenario), numbers_of(scenario)
     charts: dict[str, list[Markup]] = {}
     for name, keys in strongest.items():
-        fine = np.flatnonzero(np.isfinite(columns[name]))[:MOST_POINTS]
-        scale, unit = _unit(columns[name][fine], name, metrics[name].unit)
-        values = scale * columns[name][fine]
+        values = columns[name]
+        fine = _first_finite(values)
+        values = values[fine]
+        scale, unit = _unit(values, name, metrics[name].unit)
+        values = scale * values
         required = [(scale * v, text) for v, text in required_in(scenario, name)]
         y = _with(axis_of(values, unit), [v for v, _ in required])
         for key in keys[:DRIVERS]:
-            across, label = _unit(columns[key][fine], key, numbers[key].unit)
-            x_values = across * columns[key][fine]
+            x_values = columns[key][fine]
+            across, label = _unit(x_values, key, numbers[key].unit)
+            x_values = across * x_values
             x = axis_of(x_values, labelled(key, label))
             chart = Chart(labelled(name, unit), x, y, {"over": key, "of": name})
             pairs = (across, key, numbers[key].unit), (scale, name, metrics[name].unit)
@@ -97,6 +102,16 @@ def scatter_plots(
                 chart.level(value, each, "required")
             charts.setdefault(name, []).append(chart.svg())
     return charts
+
+
+def _first_finite(values: Vector) -> NDArray[np.int64]:
+    """Runs of a scatter plot; the indices of all runs would take as much memory as the values."""
+    found = np.zeros(0, np.int64)
+    for first in range(0, len(values), _AT_ONCE):
+        if len(found) < MOST_POINTS:
+            finite = np.isfinite(values[first : first + _AT_ONCE])
+            found = np.append(found, first + np.flatnonzero(finite))[:MOST_POINTS]
+    return found
 
 
 def _histogram(values: Vector, to_page: float, scale: float) -> tuple[Vector, NDArray[np.int64]]:
