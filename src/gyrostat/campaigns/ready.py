@@ -14,7 +14,7 @@ from gyrostat.codegen.jax_versions import require_supported
 from gyrostat.codegen.simd.compiler import require_compiler
 from gyrostat.core.engines import ACCELERATED
 from gyrostat.core.jax64 import jax
-from gyrostat.core.random_keys import random_keys
+from gyrostat.core.random_keys import is_random_key, random_keys
 from gyrostat.core.threefry import Words
 from gyrostat.core.types import Vector
 from gyrostat.runs.designs import Plans
@@ -60,7 +60,17 @@ class Ready:
 def _begin(structure: Structure) -> Callable[..., Any]:
     make = loop_of(structure)
     axes = tuple(0 if is_drawn else None for is_drawn in OWN)
-    return jax.jit(jax.vmap(lambda *arguments: make(*arguments).begin(), axes))
+
+    def begin(*arguments: Any) -> Any:
+        return jax.tree.map(_of_definite_type, make(*arguments).begin())
+
+    return jax.jit(jax.vmap(begin, axes))
+
+
+def _of_definite_type(leaf: Any) -> Any:
+    """Array whose type is not weak: with the weak types of Python's numbers, which the carry of a
+    scan loses, the chunk after the first one would be another program."""
+    return leaf if is_random_key(leaf) else jax.lax.convert_element_type(leaf, leaf.dtype)
 
 
 @dataclass(frozen=True)
