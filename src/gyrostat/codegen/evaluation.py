@@ -13,17 +13,13 @@ import equinox as eqx
 import numpy as np
 
 from gyrostat.codegen.jax_versions import closed, scan_counts
-from gyrostat.codegen.numpy_rules import RULES
+from gyrostat.codegen.numpy_rules import OPERATORS, RULES
 from gyrostat.codegen.tracing import CALLS
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.random_keys import is_random_key
 
 Function = Callable[..., Sequence[Any]]
 """Function of numbers and arrays of NumPy that returns some; random keys are arrays of JAX."""
-
-
-_Step = tuple[Function, list[int], list[int]]
-"""Operation, and the places of its operands and results in the memory."""
 
 
 def evaluated(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -99,61 +95,80 @@ class _Programs:
 
 
 class _Program:
-    """Jaxpr as functions of numbers, made at its first call: not every branch is taken."""
+    """Jaxpr as a function of Python, made at its first call: not every branch is taken.
+
+    Small functions are evaluated thousands of times in a loop, and a table of operations takes
+    longer to go through than many an operation of NumPy.
+    """
 
     def __init__(self, jaxpr: Any, programs: _Programs) -> None:
         self._jaxpr, self._programs = jaxpr, programs
-        self._places: dict[Any, int] = {}
-        self._memory: list[Any] = []
-        self._steps: list[_Step] | None = None
-        self._inputs: list[int] = []
-        self._outputs: list[int] = []
+        self._function: Function | None = None
 
-    def __call__(self, *values: Any) -> list[Any]:
-        with self._programs.lock:
-            steps = self._made() if self._steps is None else self._steps
-        memory = self._memory.copy()
-        for place, value in zip(self._inputs, values, strict=True):
-            memory[place] = value
-        for function, operands, results in steps:
-            made = function(*[memory[place] for place in operands])
-            for place, value in zip(results, made, strict=True):
-                memory[place] = value
-        return [memory[place] for place in self._outputs]
+    def __call__(self, *values: Any) -> Sequence[Any]:
+        if self._function is None:
+            with self._programs.lock:
+                self._function = _Source(self._programs).function(self._jaxpr)
+        return self._function(*values)
 
-    def _made(self) -> list[_Step]:
-        jaxpr = self._jaxpr
-        self._inputs = [*map(self._place, (*jaxpr.constvars, *jaxpr.invars))]
-        self._steps = [*map(self._step, jaxpr.eqns)]
-        self._outputs = [*map(self._place, jaxpr.outvars)]
-        return self._steps
 
-    def _place(self, atom: Any) -> int:
-        """Place of a variable or constant in the memory."""
+class _Source:
+    """Text of a function of Python, and the functions and constants that it names."""
+
+    def __init__(self, programs: _Programs) -> None:
+        self._programs = programs
+        self._objects: dict[str, Any] = {}
+        self._variables: dict[Any, str] = {}
+
+    def function(self, jaxpr: Any) -> Function:
+        """Function of the variables of a jaxpr."""
+        arguments = [*map(self._name, (*jaxpr.constvars, *jaxpr.invars))]
+        lines = [*map(self._line, jaxpr.eqns)]
+        lines.append(f"return [{', '.join(map(self._name, jaxpr.outvars))}]")
+        text = f"def function({', '.join(arguments)}):\n " + "\n ".join(lines)
+        exec(text, self._objects)
+        return self._objects["function"]
+
+    def _name(self, atom: Any) -> str:
+        """Name of a variable or constant."""
         value = getattr(atom, "val", None)  # of a constant
-        if value is None and atom in self._places:
-            return self._places[atom]
-        self._memory.append(None if value is None else np.asarray(value, atom.aval.dtype)[()])
-        if value is None:
-            self._places[atom] = len(self._memory) - 1
-        return len(self._memory) - 1
+        if value is not None:
+            return self._object(np.asarray(value, atom.aval.dtype)[()])
+        return self._variables.setdefault(atom, f"v{len(self._variables)}")
 
-    def _step(self, equation: Any) -> _Step:
-        operands = [*map(self._place, equation.invars)]
-        results = [*map(self._place, equation.outvars)]
-        return self._function(equation), operands, results
+    def _object(self, value: Any) -> str:
+        name = f"o{len(self._objects)}"
+        self._objects[name] = value
+        return name
 
-    def _function(self, equation: Any) -> Function:
+    def _line(self, equation: Any) -> str:
+        operands = [*map(self._name, equation.invars)]
+        results = "".join(f"{self._name(atom)}, " for atom in equation.outvars)
+        function = self._of_several(equation)
+        if function is None:
+            function = _rule(equation)
+            if function is not None:
+                results = results.removesuffix(", ")
+                if equation.primitive.name in OPERATORS:
+                    return f"{results} = {OPERATORS[equation.primitive.name].format(*operands)}"
+        call = f"{self._object(function or _by_jax(equation))}({', '.join(operands)})"
+        return f"{results} = {call}" if results else call
+
+    def _of_several(self, equation: Any) -> Function | None:
+        """Function that returns a sequence of results."""
         name, params, of = equation.primitive.name, equation.params, self._programs.of
         if name in _OF_PARAMETERS:
             return _OF_PARAMETERS[name](params, of)
-        if name in CALLS:
-            return of(closed(params[CALLS[name]], ()))
-        atoms = (*equation.invars, *equation.outvars)
-        has_keys = name != "random_bits" and any(is_random_key(atom.aval) for atom in atoms)
-        rule = None if has_keys else RULES.get(name)
-        function = None if rule is None else rule(equation)
-        return _by_jax(equation) if function is None else lambda *values: (function(*values),)
+        return of(closed(params[CALLS[name]], ())) if name in CALLS else None
+
+
+def _rule(equation: Any) -> Callable[..., Any] | None:
+    """Function that returns the only result of an equation, or None if it has no rule."""
+    name = equation.primitive.name
+    atoms = (*equation.invars, *equation.outvars)
+    has_keys = name != "random_bits" and any(is_random_key(atom.aval) for atom in atoms)
+    rule = None if has_keys else RULES.get(name)
+    return None if rule is None else rule(equation)
 
 
 def _by_jax(equation: Any) -> Function:
