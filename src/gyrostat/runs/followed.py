@@ -68,7 +68,7 @@ def taken_changes(
         period: Control period, s.
         count: Number of control periods.
     """
-    # a number of Python would be a constant of the program, which is compiled for each of its values
+    # a number of Python would be a constant of the program, compiled again for each of its values
     arrays = jax.tree.map(lambda x: np.asarray(x) if isinstance(x, float) else x, reference)
     *rows, before = _followed(arrays, speed, np.asarray(period), np.arange(count + 1))
     numbers, taken = map(np.asarray, rows)
