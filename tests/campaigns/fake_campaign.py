@@ -6,6 +6,7 @@ Store, executor and order of work are the real ones; only what a worker computes
 import os
 import signal
 import sys
+import threading
 import time
 from functools import partial
 from importlib import import_module
@@ -14,10 +15,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from gyrostat.campaigns import cluster, run_campaign
-from gyrostat.core.remote_folder import local_folder
 from gyrostat.scenario import Scenario
-from gyrostat.scenario.metrics.results import metrics_of
 
 if __name__ == "__main__":  # what is started in the background is told to ignore Ctrl-C
     signal.signal(signal.SIGINT, signal.default_int_handler)
@@ -80,12 +78,44 @@ def fly(job):
         "status": np.zeros(len(runs), np.int8),
         "ended": np.full(len(runs), 10.0),
     }
-    metrics = {name: np.sin(runs + k) for k, name in enumerate(metrics_of(SCENARIO))}
+    metrics = {name: np.sin(runs + k) for k, name in enumerate(metric_names())}
     return Flown(columns | metrics, History())
+
+
+def metric_names():
+    """Names of the metrics; a worker is given them, because their import takes most of its time."""
+    if "FAKE_METRICS" in os.environ:
+        return os.environ["FAKE_METRICS"].split()
+    from gyrostat.scenario.metrics.results import metrics_of
+
+    return [*metrics_of(SCENARIO)]
+
+
+def begin(words, outputs, environment):
+    """Simulate the campaign in a forked process, at the head of its group.
+
+    Args:
+        words: Words of the command line.
+        outputs: Files of both outputs.
+        environment: Variables of the environment.
+    """
+    os.setsid()
+    for stream, path in enumerate(outputs, start=1):
+        os.dup2(os.open(path, os.O_WRONLY | os.O_CREAT), stream)
+    signal.signal(signal.SIGINT, signal.default_int_handler)
+    sys.argv = [__file__, *words]
+    os.environ.update(environment, FAKE_METRICS=" ".join(metric_names()))
+    try:
+        run()
+    finally:
+        threading._shutdown()  # as of a program: threads end before what they use is closed
 
 
 def main():
     """Simulate the campaign."""
+    from gyrostat.campaigns import cluster, run_campaign
+    from gyrostat.core.remote_folder import local_folder
+
     # workers do not load the main module: what they compute must be importable, or sent by value
     by_value = len(sys.argv) > 4
     say = partial(print, file=sys.stderr)
@@ -106,7 +136,8 @@ def main():
     print(done)
 
 
-if __name__ == "__main__":
+def run():
+    """Simulate the campaign, and exit as the command line does."""
     from gyrostat.core.errors import InputError
 
     try:
@@ -115,3 +146,7 @@ if __name__ == "__main__":
         sys.exit(f"error: {error}")
     except KeyboardInterrupt:
         sys.exit(130)
+
+
+if __name__ == "__main__":
+    run()

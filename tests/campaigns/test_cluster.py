@@ -13,8 +13,8 @@ import pytest
 
 from gyrostat.core.instructions import environment, instructions
 from tests.campaigns.dask_processes import SOURCE, processes
+from tests.campaigns.test_faults import FAKE, begun, ended
 from tests.campaigns.test_faults import RUNS as FAKE_RUNS
-from tests.campaigns.test_faults import begun, ended, start
 
 pytest.importorskip("distributed", reason="distributed is not installed")
 RUNS = 70
@@ -28,6 +28,17 @@ def cluster(tmp_path_factory):
         started.worker(PATH="/nonexistent")
         started.wait()
         yield started
+
+
+def start(out, *words):
+    """The fake campaign as a process of its own, at the head of its group."""
+    return subprocess.Popen(
+        [sys.executable, str(FAKE), str(out), str(FAKE_RUNS), "0.0", *words],
+        stdout=subprocess.PIPE,
+        stderr=subprocess.PIPE,
+        text=True,
+        start_new_session=True,
+    )
 
 
 def command(folder, out, *options):
@@ -115,7 +126,7 @@ def test_a_slow_worker_and_a_killed_one_change_nothing(tmp_path, undisturbed):
         lost = cluster.worker(FAKE_PAUSE="0.3")
         cluster.worker(FAKE_PAUSE="0.05")
         cluster.wait()
-        process = start(tmp_path / "out", 0.0, cluster.address)
+        process = start(tmp_path / "out", cluster.address)
         begun(process, tmp_path / "out")
         lost.kill()
         began = time.monotonic()
@@ -130,7 +141,7 @@ def test_a_job_that_ends_its_workers_ends_the_campaign(tmp_path):
         for _ in range(4):
             cluster.worker(FAKE_DIES_AT="0")
         cluster.wait()
-        code, messages = ended(start(tmp_path / "out", 0.0, cluster.address))
+        code, messages = ended(start(tmp_path / "out", cluster.address))
     assert code == 1
     (line,) = messages.splitlines()
     assert "found 3 workers that ended during one job" in line
@@ -141,7 +152,7 @@ def test_a_lost_scheduler_ends_the_campaign_and_another_goes_on(tmp_path, undist
     with processes(tmp_path / "first") as cluster:
         cluster.worker(FAKE_PAUSE="0.4")
         cluster.wait()
-        process = start(out, 0.0, cluster.address)
+        process = start(out, cluster.address)
         begun(process, out)
         cluster.scheduler.kill()
         code, messages = ended(process)
@@ -152,7 +163,7 @@ def test_a_lost_scheduler_ends_the_campaign_and_another_goes_on(tmp_path, undist
     with processes(tmp_path / "second") as cluster:
         cluster.worker()
         cluster.wait()
-        code, messages = ended(start(out, 0.0, cluster.address))
+        code, messages = ended(start(out, cluster.address))
     assert code == 0
     assert f"of {FAKE_RUNS} runs are already complete" in messages
     assert (out / "runs.parquet").read_bytes() == undisturbed
@@ -221,7 +232,7 @@ def test_a_job_of_slurm_is_a_worker(tmp_path, undisturbed):
         worker.stdin.write(job)
         worker.stdin.close()
         try:
-            code, messages = ended(start(tmp_path / "out", 0.0, cluster.address))
+            code, messages = ended(start(tmp_path / "out", cluster.address))
         finally:
             os.killpg(worker.pid, signal.SIGKILL)
             worker.wait()

@@ -4,14 +4,17 @@ The runs cost nothing (fake_campaign.py beside this file); store, executor and p
 """
 
 import dataclasses
+import multiprocessing
 import os
 import random
 import re
 import shutil
 import signal
 import subprocess
-import sys
+import tempfile
 import time
+from importlib import import_module
+from multiprocessing import spawn
 from pathlib import Path
 
 import pyarrow.parquet as pq
@@ -20,20 +23,61 @@ import pytest
 from gyrostat.campaigns import Store
 
 FAKE = Path(__file__).with_name("fake_campaign.py")
+IMPORTS = (
+    *("fake_campaign", "gyrostat.campaigns.execute", "gyrostat.campaigns.cluster"),
+    *("gyrostat.core.remote_folder", "gyrostat.scenario.metrics.results", "pyarrow.parquet"),
+)
 RUNS = 41  # the last block is not full
 
 
-def start(out, pause=0.0, *scheduler, **environment):
-    """A campaign as a process of its own, at the head of its group."""
-    command = [sys.executable, str(FAKE), str(out), str(RUNS), str(pause), *scheduler]
-    return subprocess.Popen(
-        command,
-        env={**os.environ, **environment},
-        stdout=subprocess.PIPE,
-        stderr=subprocess.PIPE,
-        text=True,
-        start_new_session=True,
-    )
+class Campaign:
+    """A campaign as a process of its own, at the head of its group.
+
+    It is forked from a process that has imported what it needs, which takes most of its time.
+    """
+
+    def __init__(self, context, target, out, pause, environment):
+        self._files = [Path(tempfile.mkstemp()[1]) for _ in range(2)]
+        words = [str(out), str(RUNS), str(pause)]
+        self._process = context.Process(target=target, args=(words, self._files, environment))
+        self._process.start()
+        self.pid, self.kill, self.wait = self._process.pid, self._process.kill, self._process.join
+
+    @property
+    def returncode(self):
+        return self._process.exitcode
+
+    def poll(self):
+        return self.returncode
+
+    def communicate(self, timeout=None):
+        """Both outputs, after the end."""
+        self.wait(timeout)
+        assert self.returncode is not None
+        texts = [path.read_text() for path in self._files]
+        for path in self._files:
+            path.unlink()
+        return texts
+
+
+@pytest.fixture(scope="module")
+def start():
+    """Start a campaign."""
+    with pytest.MonkeyPatch.context() as patch:
+        patch.syspath_prepend(FAKE.parent)
+        # as of workers: the process does not run the main module, which is that of pytest
+        prepare = spawn.get_preparation_data
+
+        def without_main(name):
+            return {k: v for k, v in prepare(name).items() if not k.startswith("init_main")}
+
+        patch.setattr(spawn, "get_preparation_data", without_main)
+        context = multiprocessing.get_context("forkserver")
+        context.set_forkserver_preload([*IMPORTS])
+        target = import_module(FAKE.stem).begin
+        yield lambda out, pause=0.0, **environment: Campaign(
+            context, target, out, pause, environment
+        )
 
 
 def ended(process):
@@ -50,7 +94,7 @@ def begun(process, out):
 
 
 @pytest.fixture(scope="module")
-def undisturbed(tmp_path_factory):
+def undisturbed(start, tmp_path_factory):
     """Bytes of the table of a campaign that nothing happened to."""
     out = tmp_path_factory.mktemp("undisturbed")
     assert ended(start(out)) == (0, "")
@@ -70,7 +114,7 @@ def gone(process):
     return False
 
 
-def test_killed_at_ten_random_moments_it_ends_with_the_same_table(tmp_path, undisturbed):
+def test_killed_at_ten_random_moments_it_ends_with_the_same_table(start, tmp_path, undisturbed):
     moments, killed, processes = random.Random(7), 0, []
     for _ in range(10):
         # at most 10 of the 11 blocks are done before they are killed, however fast a process starts
@@ -91,7 +135,7 @@ def test_killed_at_ten_random_moments_it_ends_with_the_same_table(tmp_path, undi
     assert {p.name for p in tmp_path.rglob(".*")} == {".lock", ".gyrostat.json"}
 
 
-def test_a_killed_worker_costs_nothing(tmp_path, undisturbed):
+def test_a_killed_worker_costs_nothing(start, tmp_path, undisturbed):
     once = tmp_path / "died"
     process = start(tmp_path / "out", FAKE_DIES_AT="17", FAKE_DIES_ONCE=str(once))
     assert ended(process) == (0, "")
@@ -99,7 +143,7 @@ def test_a_killed_worker_costs_nothing(tmp_path, undisturbed):
     assert (tmp_path / "out" / "runs.parquet").read_bytes() == undisturbed
 
 
-def test_workers_that_always_die_end_the_campaign(tmp_path):
+def test_workers_that_always_die_end_the_campaign(start, tmp_path):
     process = start(tmp_path / "out", FAKE_DIES_AT="0")
     code, messages = ended(process)
     assert code == 1
@@ -107,7 +151,7 @@ def test_workers_that_always_die_end_the_campaign(tmp_path):
     assert "3 worker pools in a row" in messages
 
 
-def test_control_c_stops_cleanly_and_it_goes_on(tmp_path, undisturbed):
+def test_control_c_stops_cleanly_and_it_goes_on(start, tmp_path, undisturbed):
     process = start(tmp_path, 0.4)
     begun(process, tmp_path)
     os.killpg(process.pid, signal.SIGINT)  # a terminal sends it to all of them
@@ -120,7 +164,7 @@ def test_control_c_stops_cleanly_and_it_goes_on(tmp_path, undisturbed):
     assert (tmp_path / "runs.parquet").read_bytes() == undisturbed
 
 
-def test_damaged_blocks_are_flown_again(tmp_path, undisturbed):
+def test_damaged_blocks_are_flown_again(start, tmp_path, undisturbed):
     ended(start(tmp_path))
     (flipped,), (cut,) = (tmp_path.glob(f"blocks/00000{k}.*") for k in (3, 5))
     content = bytearray(flipped.read_bytes())
@@ -135,7 +179,7 @@ def test_damaged_blocks_are_flown_again(tmp_path, undisturbed):
     assert (tmp_path / "runs.parquet").read_bytes() == undisturbed
 
 
-def test_another_engine_is_refused(tmp_path):
+def test_another_engine_is_refused(start, tmp_path):
     ended(start(tmp_path))
     known = Store(tmp_path).known()
     other = dataclasses.replace(known, engine={**known.engine, "jaxlib": "0.0.1"})
@@ -146,7 +190,7 @@ def test_another_engine_is_refused(tmp_path):
     assert "expected 0.0.1, as recorded" in messages
 
 
-def test_results_of_unknown_origin_are_refused_and_hidden_files_left_alone(tmp_path):
+def test_results_of_unknown_origin_are_refused_and_hidden_files_left_alone(start, tmp_path):
     (tmp_path / ".abcdefgh.parquet").write_text("mine")
     (tmp_path / "runs.parquet").write_text("mine too")
     code, messages = ended(start(tmp_path))
@@ -158,7 +202,7 @@ def test_results_of_unknown_origin_are_refused_and_hidden_files_left_alone(tmp_p
     assert (tmp_path / ".abcdefgh.parquet").read_text() == "mine"
 
 
-def test_a_full_disk_is_told_and_survived(tmp_path, undisturbed):
+def test_a_full_disk_is_told_and_survived(start, tmp_path, undisturbed):
     small = tmp_path / "small"
     small.mkdir()
     mount = ["mount", "-t", "tmpfs", "-o", "size=44k", "tmpfs", str(small)]
@@ -183,7 +227,7 @@ def test_a_full_disk_is_told_and_survived(tmp_path, undisturbed):
         subprocess.run(["umount", str(small)], check=True)
 
 
-def test_two_at_once_are_refused(tmp_path):
+def test_two_at_once_are_refused(start, tmp_path):
     # long enough for the second to begin, on a busy machine too
     first = start(tmp_path, 2.0)
     begun(first, tmp_path)
