@@ -129,8 +129,8 @@ def test_runs_are_those_of_the_same_numbers_in_the_module(mission, tmp_path):
     same_tables(mission[1], tmp_path / "runs")
 
 
-def test_workers_give_the_same_table_without_the_folder(mission, tmp_path):
-    gs.campaign(mission[0], 2, tmp_path / "runs", seed=1, worst=0, workers=2)
+def test_a_worker_gives_the_same_table_without_the_folder(mission, tmp_path):
+    gs.campaign(mission[0], 2, tmp_path / "runs", seed=1, worst=0, workers=1)
     assert table(tmp_path / "runs") == table(mission[1])
 
 
@@ -201,7 +201,7 @@ python = "own.py:P"
 
 
 @pytest.fixture
-def small(tmp_path):
+def torque_scenario(tmp_path):
     """Reads a scenario with an environment torque; its constant W is in a file w.csv."""
     written(tmp_path, *FILES)
     (tmp_path / "w.csv").write_text("1e-7")
@@ -219,29 +219,31 @@ def torque(scenario, kind="own.py:P"):
     return made(None, None, 0.0)[0]
 
 
-def test_an_edited_file_is_noticed_in_the_same_process(small, tmp_path):
-    data = small('data = ["w.csv"]')
+def test_an_edited_file_is_noticed_in_the_same_process(torque_scenario, tmp_path):
+    data = torque_scenario('data = ["w.csv"]')
     assert torque(data) == 1e-7
     (tmp_path / "w.csv").write_text("2e-7")
-    other = small('data = ["w.csv"]')
+    other = torque_scenario('data = ["w.csv"]')
     assert (torque(other), torque(data)) == (2e-7, 1e-7)
     (tmp_path / "own.py").write_text(part(BESIDE, "pass").replace("self.size *", "2.0 *"))
-    third = small('data = ["w.csv"]')
+    third = torque_scenario('data = ["w.csv"]')
     assert (torque(third), torque(other)) == (4e-7, 2e-7)
     assert len({each.digest() for each in (data, other, third)}) == 3
 
 
-def test_data_do_not_take_the_place_of_modules(small, tmp_path):
+def test_data_do_not_take_the_place_of_modules(torque_scenario, tmp_path):
     shutil.copy(tmp_path / "weights.npz", tmp_path / "numpy.npz")
     (tmp_path / "helper.txt").write_text("raise ValueError")
     (tmp_path / "helper.py").write_text("FACTOR = 3.0\n")
     head = f"from helper import FACTOR\n{BESIDE} * FACTOR"
     (tmp_path / "own.py").write_text(part(head, "pass"))
-    assert torque(small('data = ["w.csv", "numpy.npz", "helper.txt"]')) == pytest.approx(3e-7)
+    assert torque(torque_scenario('data = ["w.csv", "numpy.npz", "helper.txt"]')) == pytest.approx(
+        3e-7
+    )
 
 
-def test_a_private_copy_that_was_changed_is_refused(small, tmp_path):
-    scenario = small('data = ["w.csv"]')
+def test_a_private_copy_that_was_changed_is_refused(torque_scenario, tmp_path):
+    scenario = torque_scenario('data = ["w.csv"]')
     folder, names = folder_of(package_of(scenario.sources))
     assert names == ("w.csv",)
     assert (folder / "w.csv").stat().st_mode & 0o777 == 0o400
@@ -273,29 +275,29 @@ REFUSED = {
 
 
 @pytest.mark.parametrize(("value", "expected"), REFUSED.values(), ids=REFUSED)
-def test_a_wrong_list_gives_one_line(small, tmp_path, value, expected):
+def test_a_wrong_list_gives_one_line(torque_scenario, tmp_path, value, expected):
     with (tmp_path / "large.bin").open("wb") as stream:
         stream.truncate(LARGEST_DATA + 1)
     (tmp_path / "link.csv").symlink_to("/etc/hosts")
     with pytest.raises(InputError) as caught:
-        small(f"data = {value}")
+        torque_scenario(f"data = {value}")
     message = str(caught.value)
     assert message.startswith(f"{tmp_path}/own.toml: key environment.torque[0].data")
     assert expected.format(folder=tmp_path) in message
     assert "\n" not in message
 
 
-def test_data_beside_a_kind_are_refused(small):
+def test_data_beside_a_kind_are_refused(torque_scenario):
     text = ELSEWHERE.replace('kind = "three_axis"', 'kind = "three_axis"\ndata = ["w.csv"]')
     with pytest.raises(InputError, match="found an unknown key"):
-        small('data = ["w.csv"]', text)
+        torque_scenario('data = ["w.csv"]', text)
 
 
-def test_an_undeclared_read_is_refused_by_the_command_line(small, run, tmp_path):
+def test_an_undeclared_read_is_refused_by_the_command_line(torque_scenario, run, tmp_path):
     line = "W = np.fromfile('w.csv')"
     (tmp_path / "own.py").write_text(part(line, "pass"))
     with pytest.raises(InputError):
-        small()
+        torque_scenario()
     code, out, err = run("simulate", tmp_path / "own.toml", "--out", tmp_path / "run.nc")
     assert (code, out) == (2, "")
     assert err == (
@@ -306,25 +308,25 @@ def test_an_undeclared_read_is_refused_by_the_command_line(small, run, tmp_path)
     assert not (tmp_path / "run.nc").exists()
 
 
-def test_a_reader_that_looks_for_its_file_first_names_the_remedy(small):
+def test_a_reader_that_looks_for_its_file_first_names_the_remedy(torque_scenario):
     """numpy.loadtxt asks whether the file exists, which cannot be seen."""
     with pytest.raises(InputError, match=r"line 3: found FileNotFoundError \(w.csv not") as caught:
-        small()
+        torque_scenario()
     expected = 'expected a file of the scenario: data = ["FILE", ...] beside python'
     assert str(caught.value).endswith(expected)
 
 
-def test_a_class_declares_its_data_beside_its_module(small, tmp_path):
+def test_a_class_declares_its_data_beside_its_module(torque_scenario, tmp_path):
     (tmp_path / "parts").mkdir()
     (tmp_path / "parts" / "own.py").write_text(part(BESIDE, 'data = ("w.csv",)'))
     (tmp_path / "parts" / "w.csv").write_text("5e-7")
-    scenario = small(text=ELSEWHERE.replace("own.py:P", "parts/own.py:P"))
+    scenario = torque_scenario(text=ELSEWHERE.replace("own.py:P", "parts/own.py:P"))
     assert [source.path for source in scenario.sources] == ["parts/own.py", "parts/w.csv"]
     assert torque(scenario, "parts/own.py:P") == 5e-7
 
 
-def test_objects_bring_the_data_of_their_class(small, tmp_path, monkeypatch):
-    plain = small('data = ["w.csv"]')
+def test_objects_bring_the_data_of_their_class(torque_scenario, tmp_path, monkeypatch):
+    plain = torque_scenario('data = ["w.csv"]')
     (tmp_path / "live_data_part.py").write_text(part(BESIDE, 'data = ("w.csv",)'))
     monkeypatch.syspath_prepend(str(tmp_path))
     import live_data_part  # pyright: ignore[reportMissingImports]
@@ -336,8 +338,8 @@ def test_objects_bring_the_data_of_their_class(small, tmp_path, monkeypatch):
         plain.replace(environment=(live_data_part.P(),))
 
 
-def test_a_class_of_a_notebook_brings_its_data(small, tmp_path, monkeypatch):
-    plain = small('data = ["w.csv"]')
+def test_a_class_of_a_notebook_brings_its_data(torque_scenario, tmp_path, monkeypatch):
+    plain = torque_scenario('data = ["w.csv"]')
     monkeypatch.chdir(tmp_path)
     module = ModuleType("__main__")
     monkeypatch.setitem(sys.modules, "__main__", module)
@@ -349,16 +351,16 @@ def test_a_class_of_a_notebook_brings_its_data(small, tmp_path, monkeypatch):
     assert os.getcwd() == str(tmp_path)
 
 
-def test_versions_of_imported_packages_are_in_the_digest(small, tmp_path, monkeypatch):
-    plain = small('data = ["w.csv"]')
+def test_versions_of_imported_packages_are_in_the_digest(torque_scenario, tmp_path, monkeypatch):
+    plain = torque_scenario('data = ["w.csv"]')
     assert plain.texts == ()  # the fingerprint of the engine has the version of NumPy
     (tmp_path / "own.py").write_text(part(f"import jinja2\n{BESIDE}", "pass"))
-    found = small('data = ["w.csv"]')
+    found = torque_scenario('data = ["w.csv"]')
     assert found.texts == (Source("package.jinja2", version("jinja2")),)
     assert packages.other_packages(found) == []
     monkeypatch.setattr(packages, "_version", lambda name: "0.1")
     assert packages.other_packages(found) == [f"jinja2 0.1, expected {version('jinja2')}"]
-    assert small('data = ["w.csv"]').digest() != found.digest()
+    assert torque_scenario('data = ["w.csv"]').digest() != found.digest()
     assert found.replace(environment="constant").digest() != found.digest()
     with pytest.raises(InputError, match=r"this process: found jinja2 0\.1, expected"):
         packages.refuse_other_packages(found)
