@@ -13,6 +13,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 import gyrostat as gs
+from gyrostat.codegen.evaluation import evaluated
 from gyrostat.control.guidance import PlannedTurns, reference_at
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.runs.followed import taken_changes
@@ -132,13 +133,12 @@ def scenario(tmp_path_factory):
     return write
 
 
-# Functions of the reference: as a constant of its program it would be compiled for each reference.
-@eqx.filter_jit
+@evaluated  # a few times: compiling takes longer
 def entered(reference, mode, to, begin):
     return reference.entered(mode, to, begin)
 
 
-@eqx.filter_jit
+@eqx.filter_jit  # as a constant of the program, each reference would be compiled
 def motion(reference, mode, times):
     return jax.vmap(lambda time: reference.at(mode, time))(times)
 
