@@ -34,6 +34,15 @@ def follow(
     return reference.advance(mode, Followed(at.attitude, at.rate, speed), time)
 
 
+def without_constants(tree: Any) -> Any:
+    """Tree whose numbers of Python are arrays.
+
+    As arguments of `equinox.filter_jit` they would be constants of the program, which is compiled
+    again for each of their values, such as the length of an orbit's tables.
+    """
+    return jax.tree.map(lambda x: np.asarray(x) if isinstance(x, float) else x, tree)
+
+
 class TakenChange(NamedTuple):
     """Change of mode that the reference takes if it is followed.
 
@@ -68,9 +77,8 @@ def taken_changes(
         period: Control period, s.
         count: Number of control periods.
     """
-    # a number of Python would be a constant of the program, compiled again for each of its values
-    arrays = jax.tree.map(lambda x: np.asarray(x) if isinstance(x, float) else x, reference)
-    *rows, before = _followed(arrays, speed, np.asarray(period), np.arange(count + 1))
+    arguments = without_constants((reference, speed, period, np.arange(count + 1)))
+    *rows, before = _followed(*arguments)
     numbers, taken = map(np.asarray, rows)
     origins = np.concatenate([[0], numbers[:-1]])
     return [

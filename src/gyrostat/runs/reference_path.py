@@ -14,7 +14,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Vector
 from gyrostat.runs.build import Setup
-from gyrostat.runs.followed import follow
+from gyrostat.runs.followed import follow, without_constants
 from gyrostat.runs.metrics.windows import WindowObserver
 from gyrostat.runs.plans import plans_of, setup_of
 from gyrostat.scenario.scenario import Scenario
@@ -94,7 +94,8 @@ def reference_path(scenario: Scenario, rows: int = ROWS) -> ReferencePath:
         found = _fixed(setup.starts, setup.targets, observers, period, first)
     else:
         speed = jnp.asarray(setup.start.wheel_speed)
-        found = _moving(setup.reference, speed, observers, period, first, stride)
+        rows_at = first, np.asarray(stride)
+        found = _moving(*without_constants((setup.reference, speed, observers, period, *rows_at)))
     attitude, rate, windows = jax.tree.map(np.asarray, found)
     return ReferencePath(stride * period, first * period, attitude, rate, windows)
 
@@ -180,18 +181,17 @@ def _moving(
     observers: tuple[WindowObserver, ...],
     period: Scalar,
     first: Int[np.ndarray, " rows"],
-    stride: int,
+    stride: Int[np.ndarray, ""],
 ) -> _Row:
     """Rows of a reference that is followed, with a mode that is updated in each control period."""
 
-    def entered(mode: Mode, k: Any) -> Mode:
+    def entered(k: Any, mode: Mode) -> Mode:
         return follow(reference, mode, speed, k * period)[0]
 
     def row(mode: Mode, k: Any) -> tuple[Mode, _Row]:
-        mode = entered(mode, k)
+        mode = jax.lax.fori_loop(jnp.maximum(k - stride + 1, 0), k + 1, entered, mode)
         at, time = reference.at(mode, k * period), k * period
-        found = _Row(at.attitude, at.rate, _in_windows(observers, time, mode))
-        return jax.lax.fori_loop(1, stride, lambda i, mode: entered(mode, k + i), mode), found
+        return mode, _Row(at.attitude, at.rate, _in_windows(observers, time, mode))
 
     return jax.lax.scan(row, reference.start(), first)[1]
 
