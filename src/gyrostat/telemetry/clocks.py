@@ -9,6 +9,7 @@ What viscous friction and a falling curve of friction add within a block has com
 """
 
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -121,10 +122,9 @@ def _distinct_lag(current: Record, speed: Record, step: float) -> float | None:
     means = np.diff(charge(current, edges[0])) / step
     at = np.interp(edges[1], speed.time[speed.valid], speed.speed[speed.valid])
     middle = 0.5 * (at[1:] + at[:-1])
-    friction = np.stack([np.ones_like(middle), middle, np.sign(middle)], axis=1)
     shortest = min(counts) // 2
     shifts = np.arange(shortest - counts[1], counts[0] - shortest + 1)
-    score = np.array([_gain(means, np.diff(at) / step, friction, int(k)) for k in shifts])
+    score = _gains(means, np.diff(at) / step, middle, shifts)
     best = int(np.argmax(score))
     others = score[np.abs(shifts - shifts[best]) > 3]
     if not score[best] - np.max(others, initial=0.0) > DISTINCT:
@@ -132,21 +132,47 @@ def _distinct_lag(current: Record, speed: Record, step: float) -> float | None:
     return float(edges[0][0] - edges[1][0] + shifts[best] * step)
 
 
-def _gain(
+def _gains(
     means: NDArray[np.float64],
     acceleration: NDArray[np.float64],
-    friction: NDArray[np.float64],
-    shift: int,
-) -> float:
-    """2 log(likelihood) that the current adds to friction, at a shift, in intervals."""
-    first, last = max(0, -shift), min(len(acceleration), len(means) - shift)
-    columns = np.column_stack([friction[first:last], means[first + shift : last + shift]])
-    basis, _ = np.linalg.qr(columns + 1e-300)
-    part = acceleration[first:last]
-    without = float(np.sum(part**2) - np.sum((basis[:, :3].T @ part) ** 2))
-    gain = float(basis[:, 3] @ part) ** 2
+    speed: NDArray[np.float64],
+    shifts: NDArray[np.intp],
+) -> NDArray[np.float64]:
+    """2 log(likelihood) that the current adds to friction, at each shift, in intervals.
+
+    Normal equations: their sums over the common intervals are differences of cumulative sums, and
+    those with the shifted current are correlations.
+    """
+    largest = max(float(np.max(np.abs(speed))), 1e-300)
+    friction = np.stack([np.ones_like(speed), speed / largest, np.sign(speed)])
+    first = np.maximum(0, -shifts)
+    last = np.minimum(len(acceleration), len(means) - shifts)
+
+    def total(series: NDArray[np.float64], since: Any, until: Any) -> NDArray[np.float64]:
+        sums = np.cumsum(series, axis=-1)
+        sums = np.concatenate([np.zeros_like(sums[..., :1]), sums], axis=-1)
+        return np.moveaxis(sums[..., until] - sums[..., since], -1, 0)
+
+    def shifted(series: NDArray[np.float64]) -> NDArray[np.float64]:
+        return np.correlate(means, series, "full")[shifts + len(series) - 1]
+
+    inverse = np.linalg.pinv(
+        total(friction[:, None] * friction, first, last), rcond=1e-10, hermitian=True
+    )
+    own = total(friction * acceleration, first, last)
+    other = np.stack([shifted(row) for row in friction], axis=-1)
+    projected = np.einsum("ni,nij->nj", other, inverse)
+    power = total(acceleration**2, first, last)
+    without = power - np.einsum("ni,nij,nj->n", own, inverse, own)
+    without = np.maximum(without, 1e-12 * power + 1e-300)
+    squares = total(means**2, first + shifts, last + shifts)
+    left = squares - np.sum(projected * other, axis=-1)
+    common = shifted(acceleration) - np.sum(projected * own, axis=-1)
+    # a current that friction explains shows no shift
+    shown = left > 1e-10 * squares
+    gain = np.where(shown, common**2 / np.where(shown, left, 1.0), 0.0)
     # neighbouring accelerations share a speed: half of them count
-    return 0.5 * (last - first) * np.log(without / max(without - gain, 1e-12 * without + 1e-300))
+    return 0.5 * (last - first) * np.log(without / np.maximum(without - gain, 1e-12 * without))
 
 
 def _blocks(speed: Record, size: int) -> list[NDArray[np.intp]]:
