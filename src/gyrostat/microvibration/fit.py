@@ -90,8 +90,9 @@ def _fit(
     """Fit of one kind, with a structural mode where it explains the data much better."""
     density, loads = waterfall.kinds[kind]
     used = (line_mask(waterfall, density, background, numbers) == 0).astype(float)
-    used[:, stationary_bins(density)] = 0.0
-    lines = measure_lines(waterfall, density, background, numbers)
+    stationary = stationary_bins(density)
+    used[:, stationary] = 0.0
+    lines = measure_lines(waterfall, density, background, numbers, stationary)
     model = KindModel(waterfall, density, loads, used, numbers, True, kind == "torque")
     before = earlier.get(kind)
     if before is not None:
@@ -162,11 +163,12 @@ def _loads(fit: KindFit, kind: str) -> dict[str, tuple[Matrix, Matrix]]:
     """Powers of the lines of each measured load and their variances, (H, S) each."""
     model = fit.model
     background = model.background(fit.values)[0]
+    stationary = stationary_bins(model.density)
     result = {}
     for load in KINDS[kind]:
         density = model.waterfall.density.get(load)
         if density is not None:
-            lines = measure_lines(model.waterfall, density, background, model.numbers)
+            lines = measure_lines(model.waterfall, density, background, model.numbers, stationary)
             single = replace(model, loads=1)
             variance = single.power_variance(fit.values, lines, fit.residuals.variance)
             result[load] = lines.power, variance

@@ -8,53 +8,17 @@ import numpy as np
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.microvibration.kind_model import SHAPE, KindModel
 from gyrostat.microvibration.lines import Lines
+from gyrostat.microvibration.residuals import Background, Residuals
 from gyrostat.microvibration.start import start_values
 
 STEPS = 60
 """Largest number of iterations."""
+STEP = 1e-5
+"""Difference of ln frequency, ln damping and inertia ratio for a derivative."""
 SETTLED = 1e-7
 """Relative decrease of the objective below which the fit has converged."""
 REJECTED = 9.0
 """Increase of a sum of squares, of one degree of freedom, by which a sense of whirl is rejected."""
-
-
-@dataclass(frozen=True)
-class Residuals:
-    """Statistics of the residuals between the lines.
-
-    Attributes:
-        spread: Relative variance of a bin of one spectrum.
-        correlated: Sum of correlations of a bin with all others, 1 for independent bins.
-        misfit: Correlation of residuals too far apart for the window: 0 for a model that fits.
-    """
-
-    spread: float
-    correlated: float
-    misfit: float
-
-    @property
-    def variance(self) -> float:
-        """Relative variance of a bin times the number of bins that count as one."""
-        return self.spread * self.correlated
-
-    @classmethod
-    def of(cls, model: KindModel, values: Vector) -> "Residuals":
-        """Statistics for parameters of a model."""
-        shown, shape = model.background(values)
-        scaled = model.used * (model.density / shown - 1.0) / np.sqrt(shape)
-        total = max(float(model.used.sum()), 1.0)
-        spread = float(np.sum(scaled**2)) / total
-        lags = {lag: _lagged(scaled, model.used, lag) / spread for lag in (1, 2, 3, 6, 9, 12)}
-        return cls(
-            spread,
-            1.0 + 2.0 * max(lags[1] + lags[2] + lags[3], 0.0),
-            float(np.mean([lags[lag] for lag in (6, 9, 12)])),
-        )
-
-
-def _lagged(scaled: Matrix, used: Matrix, lag: int) -> float:
-    pairs = float(np.sum(used[:, lag:] * used[:, :-lag]))
-    return float(np.sum(scaled[:, lag:] * scaled[:, :-lag])) / max(pairs, 1.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -94,15 +58,13 @@ def fit_kind(model: KindModel, lines: Lines, start: Vector | None = None) -> Kin
     count = len(model.numbers)
     senses = np.zeros((2, count), dtype=bool)
     senses[0] = np.isfinite(lines.power).sum(axis=1) > 0
-    residuals = Residuals.of(model, values)
+    residuals = Residuals.of(model, model.background(values))
     values = _coefficients(model, values, lines, senses, residuals)
     fit = _minimise(model, values, lines, senses)
     if model.has_mode and model.is_gyroscopic:
         better = _choose_senses(fit, senses)
         if np.any(better != senses):
-            values = _coefficients(
-                model, fit.values, lines, better, Residuals.of(model, fit.values)
-            )
+            values = _coefficients(model, fit.values, lines, better, fit.residuals)
             fit = _minimise(model, values, lines, better)
     return fit
 
@@ -115,7 +77,8 @@ def _with_shape(model: KindModel, start: Vector) -> Vector:
 def with_weights_of(fit: KindFit, other: KindFit) -> float:
     """Objective of another fit of the same data with the variances of the first."""
     weights = _Weights(fit.residuals, fit.line_variance, np.isfinite(fit.lines.power))
-    return _objective(other.model, other.values, other.lines, weights)
+    background = other.model.background(other.values)
+    return _objective(other.model, other.values, background, other.lines, weights)
 
 
 def _coefficients(
@@ -171,26 +134,28 @@ def _minimise(model: KindModel, values: Vector, lines: Lines, senses: Any) -> Ki
     free[len(SHAPE) :] = senses.ravel()
     damping, best = 1e-3, np.inf
     good = np.isfinite(lines.power)
+    background = model.background(values)
     for _ in range(STEPS):
-        residuals = Residuals.of(model, values)
+        residuals = Residuals.of(model, background)
         variance = model.power_variance(values, lines, residuals.variance)
         weights = _Weights(residuals, variance, good)
-        best = _objective(model, values, lines, weights)
-        gradient, information = _scores(model, values, lines, weights, free)
+        best = _objective(model, values, background, lines, weights)
+        gradient, information = _scores(model, values, background, lines, weights, free)
         scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
-        moved, trial, value = False, values, best
+        moved, trial, value, shown = False, values, best, background
         while damping < 1e8 and not moved:
             system = information / np.outer(scale, scale) + damping * np.eye(len(scale))
             step = np.linalg.solve(system, gradient / scale) / scale
             trial = values.copy()
             trial[free] += step
             trial = _bounded(trial, values)
-            value = _objective(model, trial, lines, weights)
+            shown = model.background(trial)
+            value = _objective(model, trial, shown, lines, weights)
             moved = value < best
             damping = damping * 0.1 if moved else damping * 10.0
         if not moved:
             break
-        values = trial
+        values, background = trial, shown
         if best - value < SETTLED * abs(best):
             break
     return _result(model, values, lines, free)
@@ -218,9 +183,11 @@ def _bounded(trial: Vector, values: Vector) -> Vector:
     return trial
 
 
-def _objective(model: KindModel, values: Vector, lines: Lines, weights: _Weights) -> float:
+def _objective(
+    model: KindModel, values: Vector, background: Background, lines: Lines, weights: _Weights
+) -> float:
     """Quasi-deviance of the densities and squares of the lines."""
-    shown, shape = model.background(values)
+    shown, shape = background
     ratio = np.maximum(model.density, 1e-300) / shown
     parts = 2.0 * model.used * (ratio - 1.0 - np.log(ratio)) / shape
     density = float(np.sum(parts)) / weights.residuals.variance
@@ -229,10 +196,15 @@ def _objective(model: KindModel, values: Vector, lines: Lines, weights: _Weights
 
 
 def _scores(
-    model: KindModel, values: Vector, lines: Lines, weights: _Weights, free: Any
+    model: KindModel,
+    values: Vector,
+    background: Background,
+    lines: Lines,
+    weights: _Weights,
+    free: Any,
 ) -> tuple[Vector, Matrix]:
     """Gradient for a step and expected information of the free parameters."""
-    shown, shape = model.background(values)
+    shown, shape = background
     weight = np.sqrt(model.used / (shape * weights.residuals.variance)) / shown
     root = np.where(weights.good, 1.0 / np.sqrt(np.where(weights.good, weights.variance, 1.0)), 0.0)
     powers = sum(model.powers(values))
@@ -246,6 +218,7 @@ def _scores(
     slopes = np.zeros((len(dense), residual[0].size))
     count = len(model.numbers)
     gains = model.line_gains(values)
+    linear = model.level_slopes(values)
     for row, k in enumerate(index):
         if k >= len(SHAPE):
             sense, harmonic = divmod(int(k) - len(SHAPE), count)
@@ -253,11 +226,13 @@ def _scores(
             part[harmonic] = gains[sense][harmonic]
             columns[row] = (root * part).ravel()
             continue
+        if k < len(linear):
+            slopes[row] = (weight * linear[k]).ravel()
+            continue
         trial = values.copy()
-        step = 1e-5 * (max(values[0], values[k]) if k < 2 else 1.0)
-        trial[k] += step
-        slopes[row] = (weight * (model.background(trial)[0] - shown) / step).ravel()
-        columns[row] = (root * (sum(model.powers(trial)) - powers) / step).ravel()
+        trial[k] += STEP
+        slopes[row] = (weight * (model.background(trial)[0] - shown) / STEP).ravel()
+        columns[row] = (root * (sum(model.powers(trial)) - powers) / STEP).ravel()
     information = columns @ columns.T
     information[: len(dense), : len(dense)] += slopes @ slopes.T
     gradient = columns @ residual[1]
@@ -266,7 +241,8 @@ def _scores(
 
 
 def _result(model: KindModel, values: Vector, lines: Lines, free: Any) -> KindFit:
-    residuals = Residuals.of(model, values)
+    background = model.background(values)
+    residuals = Residuals.of(model, background)
     variance = model.power_variance(values, lines, residuals.variance)
     good = np.isfinite(lines.power)
     line_residual = np.where(good, lines.power - sum(model.powers(values)), 0.0)
@@ -274,12 +250,12 @@ def _result(model: KindModel, values: Vector, lines: Lines, free: Any) -> KindFi
     freedom = int(good.sum()) - int(free[len(SHAPE) :].sum())
     scatter = float(squares.sum()) / freedom if freedom > 0 else 1.0
     weights = _Weights(residuals, variance * max(scatter, 1.0), good)
-    _, information = _scores(model, values, lines, weights, free)
+    _, information = _scores(model, values, background, lines, weights, free)
     scale = np.sqrt(np.maximum(np.diag(information), 1e-300))
     inverse = np.linalg.pinv(information / np.outer(scale, scale), rcond=1e-12, hermitian=True)
     covariance = np.zeros((len(values), len(values)))
     covariance[np.ix_(free, free)] = inverse / np.outer(scale, scale)
-    objective = _objective(model, values, lines, weights)
+    objective = _objective(model, values, background, lines, weights)
     return KindFit(
         model,
         values,

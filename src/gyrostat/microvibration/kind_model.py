@@ -58,7 +58,8 @@ class KindModel:
             one = np.ones(np.broadcast(frequency, speed).shape)
             return one, one
         w = TWO_PI * frequency
-        return mode.power_gain(w, speed), mode.power_gain(-w, speed)
+        forward = mode.power_gain(w, speed)
+        return forward, forward if mode.inertia_ratio == 0.0 else mode.power_gain(-w, speed)
 
     def noise(self, values: Vector, frequency: Any, speed: Any) -> tuple[Any, Any]:
         """Densities of x + iy at a frequency in Hz and its negative."""
@@ -69,11 +70,20 @@ class KindModel:
         """Density without lines as the window shows it, and its relative variance, (S, F) each."""
         speed = self.waterfall.speed[:, None]
         forward, backward = self.noise(values, self.waterfall.frequency[None], speed)
-        both = 0.5 * (forward + backward)
-        spread = (forward**2 + backward**2) / (forward + backward) ** 2
+        total = forward + backward
         kernel = self.waterfall.window.kernel
-        shown = convolve1d(both, kernel, axis=1, mode="nearest")
-        return shown, spread if self.loads == 2 else np.ones_like(both)
+        shown = convolve1d(0.5 * total, kernel, axis=1, mode="nearest")
+        if self.loads == 2:
+            return shown, (forward**2 + backward**2) / total**2
+        return shown, np.ones_like(total)
+
+    def level_slopes(self, values: Vector) -> tuple[Matrix, Matrix, Matrix]:
+        """Derivatives of the shown density by floor, noise and exponent, (S, F) each."""
+        unit = values.copy()
+        unit[:2] = 0.0, 1.0
+        shape = self.background(unit)[0]
+        logarithm = np.log(self.waterfall.speed / self.waterfall.speed[-1])[:, None]
+        return np.ones_like(shape), shape, values[1] * logarithm * shape
 
     def line_gains(self, values: Vector) -> tuple[Matrix, Matrix]:
         """Power of each line for squared coefficients of 1, forward and backward, (H, S)."""

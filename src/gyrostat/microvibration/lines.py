@@ -72,7 +72,13 @@ def _reach(
     return found
 
 
-def measure_lines(waterfall: Waterfall, density: Matrix, model: Matrix, numbers: Vector) -> Lines:
+def measure_lines(
+    waterfall: Waterfall,
+    density: Matrix,
+    model: Matrix,
+    numbers: Vector,
+    stationary: NDArray[np.bool_],
+) -> Lines:
     """Measure the power of each line above the density to both sides of it.
 
     Args:
@@ -80,10 +86,11 @@ def measure_lines(waterfall: Waterfall, density: Matrix, model: Matrix, numbers:
         density: Density of one kind of load, (S, F).
         model: Density without lines, (S, F).
         numbers: Numbers of the harmonics, (H,).
+        stationary: Bins of lines that do not move, next to which no harmonic is alone, (F,).
     """
     shape = (len(numbers), len(waterfall.speed))
     power, floor, flank, centre = (np.full(shape, np.nan) for _ in range(4))
-    count = line_mask(waterfall, density, model, numbers)
+    count = line_mask(waterfall, density, model, numbers) + stationary
     width, bins, step = waterfall.window.half_width, density.shape[1], waterfall.step
     offset = np.arange(-width, width + 1)
     for k, number in enumerate(numbers):

@@ -20,7 +20,7 @@ from typing import Any
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.spacecraft.wheel_modes import rocking_gain, translation_gain
+from gyrostat.spacecraft.wheel_modes import rocking_gain, rocking_power, translation_gain
 
 TWO_PI = 2.0 * np.pi
 
@@ -62,8 +62,7 @@ class Mode:
 
     def power_gain(self, frequency: Any, speed: Any) -> Any:
         """Square of the size of the gain, real."""
-        value = self.gain(frequency, speed)
-        return value.real**2 + value.imag**2
+        return rocking_power(frequency, speed, self.frequency, self.damping, self.inertia_ratio)
 
 
 @dataclass(frozen=True)

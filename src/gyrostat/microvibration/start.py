@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
-from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.types import Vector
 from gyrostat.microvibration.kind_model import SHAPE, KindModel
 from gyrostat.microvibration.model import TWO_PI
 
@@ -52,23 +52,25 @@ def _levels(
     trial = values.copy()
     trial[0], trial[1] = 0.0, 1.0
     ahead, behind = model.noise(trial, model.waterfall.frequency[None], speed)
-    shape = 0.5 * (ahead + behind)
-    used, density = model.used[rows], model.density[rows]
-    expected = np.full_like(density, float(np.median(density)))
+    shape = (0.5 * (ahead + behind)).ravel()
+    used, density = model.used[rows].ravel(), model.density[rows].ravel()
+    middle = float(np.median(density))
+    expected = np.full_like(density, middle)
     floor = noise = 0.0
     for _ in range(3):
         weight = used / expected**2
         floor, noise = _two_levels(weight, shape, density)
-        expected = np.maximum(floor + noise * shape, 1e-3 * float(np.median(density)))
+        expected = np.maximum(floor + noise * shape, 1e-3 * middle)
     ratio = np.maximum(density, 1e-300) / expected
     return floor, noise, float(np.sum(used * (ratio - 1.0 - np.log(ratio))))
 
 
-def _two_levels(weight: Matrix, shape: Matrix, density: Matrix) -> tuple[float, float]:
+def _two_levels(weight: Vector, shape: Vector, density: Vector) -> tuple[float, float]:
     """Least squares of density = floor + noise shape with neither below 0."""
-    matrix = np.array([[np.sum(weight), np.sum(weight * shape)], [0.0, np.sum(weight * shape**2)]])
-    matrix[1, 0] = matrix[0, 1]
-    right = np.array([np.sum(weight * density), np.sum(weight * density * shape)])
+    shaped = weight * shape
+    mixed = shape @ weight
+    matrix = np.array([[np.sum(weight), mixed], [mixed, shape @ shaped]])
+    right = np.array([weight @ density, shaped @ density])
     determinant = matrix[0, 0] * matrix[1, 1] - matrix[0, 1] ** 2
     if determinant > 1e-9 * matrix[0, 0] * matrix[1, 1]:
         floor, noise = np.linalg.solve(matrix, right)

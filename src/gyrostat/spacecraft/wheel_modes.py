@@ -55,9 +55,24 @@ def rocking_gain(
         damping: Damping ratio z at rest.
         inertia_ratio: Polar over transverse inertia g of the rotor.
     """
-    ratio = frequency / natural
-    stiffer = inertia_ratio * (speed / natural) * ratio
-    return _transmitted(1.0 - ratio**2 + stiffer, 2.0 * damping * ratio)
+    return _transmitted(*_rocking(frequency, speed, natural, damping, inertia_ratio))
+
+
+def rocking_power(
+    frequency: Any, speed: Any, natural: Any, damping: Any, inertia_ratio: Any
+) -> Any:
+    """Square of the size of `rocking_gain`; without inertia ratio also that of `translation_gain`.
+
+    Args:
+        frequency: Angular frequency of the torque; its sign is the sense of rotation, rad/s.
+        speed: Speed W of the rotor, rad/s.
+        natural: Natural frequency n at rest, rad/s.
+        damping: Damping ratio z at rest.
+        inertia_ratio: Polar over transverse inertia g of the rotor.
+    """
+    stiffness, damped = _rocking(frequency, speed, natural, damping, inertia_ratio)
+    square = damped**2
+    return (1.0 + square) / (stiffness**2 + square)
 
 
 def whirl_frequencies(speed: Any, natural: Any, inertia_ratio: Any) -> tuple[Any, Any]:
@@ -89,6 +104,15 @@ def rocking_matrix(speed: float, natural: float, damping: float, inertia_ratio: 
     eye, zero = np.eye(2), np.zeros((2, 2))
     rate = inertia_ratio * speed * turn - 2.0 * damping * natural * eye
     return np.block([[zero, eye], [-(natural**2) * eye, rate]])
+
+
+def _rocking(
+    frequency: Any, speed: Any, natural: Any, damping: Any, inertia_ratio: Any
+) -> tuple[Any, Any]:
+    """Dynamic stiffness of a rocking mode over that at rest, real and imaginary part."""
+    ratio = frequency / natural
+    stiffer = inertia_ratio * (speed / natural) * ratio
+    return 1.0 - ratio**2 + stiffer, 2.0 * damping * ratio
 
 
 def _transmitted(stiffness: Any, damping: Any) -> Gain:
