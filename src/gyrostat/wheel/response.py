@@ -102,6 +102,11 @@ def sample_intervals(
     return duration, slope
 
 
+def slope_within(slope: Scalar, hold: Literal["zero-order", "linear"]) -> Scalar:
+    """Slope of the current within an interval, for `advance`: the number 0.0 of a held current."""
+    return 0.0 if hold == "zero-order" else slope
+
+
 def speed_response(
     wheel: Wheel,
     time: Float[Array, " samples"],
@@ -135,7 +140,8 @@ def speed_response(
 
     def interval(carry, sample):
         speed, resolved = carry
-        step = advance(wheel, speed, *sample)
+        start, change, length = sample
+        step = advance(wheel, speed, start, slope_within(change, hold), length)
         return (step.speed, resolved & step.resolved), step.speed
 
     start = jnp.asarray(initial_speed, dtype=float)

@@ -17,7 +17,7 @@ from gyrostat.identification.read.slopes import (
 from gyrostat.telemetry import Record
 from gyrostat.wheel import Wheel
 from gyrostat.wheel.friction import Friction
-from gyrostat.wheel.response import advance, sample_intervals
+from gyrostat.wheel.response import advance, sample_intervals, slope_within
 
 CurrentHold = Literal["zero-order", "linear"]
 
@@ -84,6 +84,7 @@ def compiled_response(model: type[Friction], hold: CurrentHold):
         def interval(carry, sample):
             speed, sensitivity, resolved = carry
             start, change, length, anew, initial = sample
+            change = slope_within(change, hold)
 
             def move(at):
                 wheel = build_wheel(model, dict(zip(names, at[1:-1], strict=True)))

@@ -27,7 +27,7 @@ from gyrostat.identification.fit.prediction import (
 from gyrostat.identification.uncertainty.speed_error import corrected, first_covariance, predicted
 from gyrostat.identification.uncertainty.torque_noise import TorqueNoise
 from gyrostat.wheel.friction import Friction
-from gyrostat.wheel.response import advance, sample_intervals
+from gyrostat.wheel.response import advance, sample_intervals, slope_within
 
 FAR = 8.0
 """Distance from its limit, in standard deviations, from which a parameter has no limit."""
@@ -218,7 +218,7 @@ def density(model: type[Friction], hold: CurrentHold, shared: int):
             total = total + share * error[:, None] * error
             gains, spread = corrected(spread, share)
             x, u, b = (each + k * error for each, k in zip(state, gains, strict=True))
-            step = advance(wheel, speed, start + bias, change, length)
+            step = advance(wheel, speed, start + bias, slope_within(change, hold), length)
             motion = step.speed, speed, resolved & step.resolved
             return (motion, predicted((x, u, b), spread, noise, squared), total), None
 
