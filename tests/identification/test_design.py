@@ -1,6 +1,7 @@
 """Design of the next record: its information, its limits and its files."""
 
 import json
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -32,17 +33,33 @@ ESTIMATED = [0, 2, 3, 4]
 has, 601, their information needs one program."""
 
 
+def shorten(patch):
+    """A search of few profiles."""
+    patch.setattr(experiment_design, "FIRST", 8)
+    patch.setattr(experiment_design, "ROUNDS", 2)
+    patch.setattr(experiment_design, "FINAL_WHEELS", 32)
+
+
 @pytest.fixture
 def short_search(monkeypatch):
-    """A search of few profiles."""
-    monkeypatch.setattr(experiment_design, "FIRST", 8)
-    monkeypatch.setattr(experiment_design, "ROUNDS", 2)
-    monkeypatch.setattr(experiment_design, "FINAL_WHEELS", 32)
+    shorten(monkeypatch)
 
 
 @pytest.fixture(scope="module")
 def known(given):
     return KnownWheel.from_fit(given)
+
+
+@pytest.fixture(scope="module")
+def designs(known):
+    """Designs for the static torque: without a ripple, and with a known one and a target."""
+    options = ({"ripple": 0.0}, {"ripple": 0.04, "targets": [8.7e-6]})
+    with pytest.MonkeyPatch.context() as patch:
+        shorten(patch)
+        return [
+            design_record(known, ["static-coulomb"], LIMITS, speed_sigma=NOISE, **each)
+            for each in options
+        ]
 
 
 def test_the_uncertainty_after_a_record_is_that_of_linear_regression():
@@ -137,20 +154,16 @@ def test_no_profile_leaves_the_limits_of_the_driver(family, coordinates, duratio
     assert np.max(np.abs(np.diff(found, prepend=0.0))) <= slew * 0.1 * (1.0 + 1e-9) + 1e-15
 
 
-def test_one_minute_shows_the_static_torque(known, short_search):
+def test_one_minute_shows_the_static_torque(known, designs, short_search):
     """Without a ripple; with what the fit expects of one, less."""
-    wanted = ["static-coulomb"]
-    design = design_record(known, wanted, LIMITS, speed_sigma=NOISE, ripple=0.0)
-    expected = design_record(known, wanted, LIMITS, speed_sigma=NOISE)
+    design, rippled = designs
+    expected = design_record(known, ["static-coulomb"], LIMITS, speed_sigma=NOISE)
     wanted = design.wanted[0]
     assert wanted.reliable < wanted.before / 3.0
     assert wanted.reliable < expected.wanted[0].reliable < wanted.before / 2.0
     assert design.events >= 1.0
     assert wanted.after <= wanted.reliable
     assert all(row.after <= row.before for row in design.parameters)
-    rippled = design_record(
-        known, ["static-coulomb"], LIMITS, speed_sigma=NOISE, ripple=0.04, targets=[8.7e-6]
-    )
     assert rippled.needed == int(np.ceil((0.04 * known.dry_torque() / 8.7e-6) ** 2))
     assert rippled.events > 1.0
     assert rippled.reached is None
@@ -273,11 +286,11 @@ def test_a_stated_ripple_of_slow_breakaways_is_in_the_sigma(record):
     assert 0.7 * torque < sigma[0.04] < 1.5 * torque
 
 
-def test_without_a_ripple_the_text_says_what_one_would_cost(known, short_search):
-    design = design_record(known, ["static-coulomb"], LIMITS, speed_sigma=NOISE, ripple=0.0)
+def test_without_a_ripple_the_text_says_what_one_would_cost(known, designs, short_search):
+    design, rippled = designs
     assert "no torque ripple is assumed" in repr(design)
-    rippled = design_record(known, ["static-coulomb"], LIMITS, speed_sigma=NOISE, ripple=0.04)
-    assert "N·m/sqrt(n); turn the wheel" in repr(rippled)
+    assert f"N·m/sqrt(n): the target takes at least {rippled.needed}; turn" in repr(rippled)
+    assert "N·m/sqrt(n); turn the wheel" in repr(replace(rippled, needed=None))
     assert rippled.wanted[0].after > 0.5 * 0.04 * known.dry_torque()
     viscous = design_record(known, ["viscous"], LIMITS, speed_sigma=NOISE, ripple=0.04)
     assert "ripple" not in repr(viscous)
