@@ -419,9 +419,9 @@ def test_a_good_first_result_costs_no_second_start(record):
 
 
 def test_what_no_start_explains_is_said(record, changed, plain):
-    whole = record()
+    whole = record(duration=220.0)
     disturbed = changed(whole, speed=whole.speed + 8.0 * np.sin(0.7 * whole.time))
-    fit = identify(disturbed, inertia=INERTIA)
+    fit = identify(disturbed, inertia=INERTIA, white_noise=True)
     assert any("times the noise that the record itself shows" in w for w in fit.warnings)
     assert not any("times the noise" in w for w in plain.warnings)
 

@@ -229,9 +229,10 @@ def test_steps_of_equal_size_are_not_clipped(record, truth):
 
 
 def test_a_pulse_counter_is_named(record, changed):
-    steps = record(sigma_rpm=0.1)
+    steps = record(sigma_rpm=0.1, duration=220.0)
     step = 2.0 * np.pi / 6.0 / 0.1
-    fit = identify(changed(steps, speed=step * np.round(steps.speed / step)), inertia=INERTIA)
+    counted = changed(steps, speed=step * np.round(steps.speed / step))
+    fit = identify(counted, inertia=INERTIA, white_noise=True)
     assert fit.findings[0].names == ("quantum",)
     assert "with 6 pulses per turn and a gate of 0.1 s" in fit.findings[0].titles[0]
 

@@ -120,7 +120,7 @@ def test_a_correction_that_explains_the_record_worse_is_refused(record, monkeypa
         return replace(mixture, coefficients=wrong, effects=tuple(effects))
 
     monkeypatch.setattr("gyrostat.identification.averaged.average", astray)
-    fit = identify(record("stribeck", seed=12, sigma_rpm=1.0), inertia=INERTIA)
+    fit = identify(record("stribeck", seed=12, sigma_rpm=1.0, duration=220.0), inertia=INERTIA)
     assert any("does not follow the record" in reason for reason in fit.impossible)
 
 
