@@ -78,7 +78,8 @@ def feasible_attitudes(
     Returns:
         The attitudes; NaN where none is feasible.
     """
-    rests = [nearest_attitude(Case.of(spacecraft, each, failed), target) for each in momenta]
+    case = Case.of(spacecraft, momenta[0], failed)
+    rests = [nearest_attitude(case.at(each), target) for each in momenta]
     return np.array([np.full(4, np.nan) if rest is None else rest.attitude for rest in rests])
 
 

@@ -1,7 +1,7 @@
 """Validated inputs of a feasibility query."""
 
 from collections.abc import Mapping
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any
 
 import numpy as np
@@ -53,7 +53,6 @@ class Case:
         if axes.ndim != 2 or inertia.ndim != 2:
             raise InputError("spacecraft: found several, expected one")
         count = axes.shape[1]
-        total = vector(momentum, 3, "momentum", "N·m·s")
         for wheel, value in failed.items():
             if wheel not in range(count):
                 raise InputError(f"failed: found wheel {wheel}, expected 0 to {count - 1}")
@@ -63,18 +62,28 @@ class Case:
         torques = np.broadcast_to(np.asarray(spacecraft.wheels.torque_limit, float), count)
         working = [k for k in range(count) if k not in failed]
         frozen = sum((axes[:, k] * value for k, value in failed.items()), np.zeros(3))
-        radius = float(np.linalg.norm(total))
-        if radius < NEGLIGIBLE_RATE * np.linalg.eigvalsh(inertia)[0]:
-            radius = 0.0
-        return Case(
+        case = Case(
             inertia=inertia,
-            momentum=total,
-            radius=radius,
+            momentum=np.zeros(3),
+            radius=0.0,
             working=tuple(working),
             failed=dict(failed),
             torque_limits=torques[working],
             held=MomentumSet.of(axes[:, working], limits[working], frozen),
         )
+        return case.at(momentum)
+
+    def at(self, momentum: Any) -> "Case":
+        """The same wheels with another total momentum, inertial axes, (3,), N·m·s.
+
+        Raises:
+            InputError: The momentum is invalid.
+        """
+        total = vector(momentum, 3, "momentum", "N·m·s")
+        radius = float(np.linalg.norm(total))
+        if radius < NEGLIGIBLE_RATE * np.linalg.eigvalsh(self.inertia)[0]:
+            radius = 0.0
+        return replace(self, momentum=total, radius=radius)
 
     def all_wheels(self, working: Vector) -> Vector:
         """Momenta of all wheels, N·m·s, from those of the working wheels."""
