@@ -262,6 +262,46 @@ def fault(browser):
     return pytest.fail("nothing was refused")
 
 
+WORKERS_THAT_FAIL = """
+(() => { const Real = Worker; let count = 0;
+window.Worker = class { constructor() {
+  const good = document.getElementById('fly-worker').textContent;
+  const text = count++ < 1 ? "throw new Error('no start')" : `${good}
+    { const { fly } = Flight.prototype; let flights = 0;
+      Flight.prototype.fly = function (...values) {
+        if (++flights > 2) throw new Error("no memory");
+        return fly.apply(this, values);
+      }; }`;
+  return new Real(URL.createObjectURL(new Blob([text])));
+} } })()
+"""
+"""The first worker does not start; the others throw from their third flight on."""
+
+
+def test_page_says_which_worker_fails_and_flies_again(scenario, flown, browser, page):
+    added = browser.call("Page.addScriptToEvaluateOnNewDocument", source=WORKERS_THAT_FAIL)
+    panel, box = "document.querySelector('.fly')", "document.querySelector('.fly input.cloud')"
+    key = "controller.turn_gain"
+    slider = f"document.querySelector('.slider[data-key=\"{key}\"] input[type=range]')"
+    browser.open(page.as_uri())
+    browser.call("Page.removeScriptToEvaluateOnNewDocument", **added)
+    assert "no start" in fault(browser)
+    browser.ask(f"({panel}.querySelector('.reset').onclick(), 0)")
+    same(scenario, flight(browser, 0)["results"], flown.columns)
+    assert browser.ask("document.querySelector('.fault').hidden")
+    browser.ask(f"({slider}.value = 700, {slider}.oninput(), 0)")
+    assert "no memory" in fault(browser)
+    assert key not in dict(moved(browser))  # the values are again those of the charts
+    assert browser.ask(f"{panel}.dataset.state") == "failed"
+    result = move(browser, key, 600)
+    changed = scenario.replace(**{key: float(dict(moved(browser))[key])})
+    same(changed, result["results"], fly(changed, 3, None, engine="native").columns)
+    browser.ask(f"({box}.checked = true, {box}.onchange(), 0)")
+    assert "no memory" in fault(browser)
+    browser.ask(f"({box}.checked = false, {box}.onchange(), 0)")
+    flight(browser, pictures(browser) - 1)
+
+
 def test_the_cloud_is_the_first_runs_of_the_campaign(scenario, browser, page):
     show(browser, page)
     count = pictures(browser)

@@ -6,14 +6,13 @@ const parts = (values, count) => {
   values.forEach((v, k) => { const part = Math.floor(k / size); if (!(kept[part] >= v)) kept[part] = v; });
   return kept;
 };
-onmessage = async ({ data }) => {
+async function answered(data) {
   if (data.module) {
     const { instance } = await WebAssembly.instantiate(data.module, {});
     flight = new Flight(instance, data.about, data.shared);
-    postMessage({ ready: true });
-    return;
+    return [{}, []];
   }
-  const began = performance.now(), { nominal, runs, wanted, cloud, concerned } = data, answer = { id: data.id };
+  const began = performance.now(), { nominal, runs, wanted, cloud, concerned } = data, answer = {};
   answer.refused = concerned ? flight.refused(cloud ?? runs, nominal, concerned) : [];
   if (cloud) {
     const flown = cloud.filter((_, k) => answer.refused[k] < 0);
@@ -23,5 +22,12 @@ onmessage = async ({ data }) => {
         answer.cloud.push({ results: run.results, error: parts(run.signals.error, 120) });
   } else if (!(answer.refused[0] >= 0)) answer.run = flight.fly(runs, nominal, wanted)[0];
   answer.time = performance.now() - began;
-  postMessage(answer, Object.values(answer.run?.signals ?? {}).map(each => each.buffer));
+  return [answer, Object.values(answer.run?.signals ?? {}).map(each => each.buffer)];
+}
+// the page hears of no error of a promise in its worker
+onmessage = async ({ data }) => {
+  try {
+    const [answer, moved] = await answered(data);
+    postMessage({ ...answer, id: data.id }, moved);
+  } catch (error) { postMessage({ failed: String(error) }); }
 };

@@ -2,7 +2,14 @@
 // Flies the run of the page again when a slider moves.
 (async () => {
 const panel = document.querySelector(".fly"), $ = name => panel.querySelector(name), text = id => document.getElementById(id).textContent;
-const fail = error => { panel.dataset.state = "failed"; $(".fault").hidden = false; $(".fault").textContent = `This page cannot fly: ${error.message ?? error}`; };
+// beside the slider that was moved last
+let touched = "";
+const warn = line => {
+  const fault = $(".fault");
+  ([...panel.querySelectorAll(".slider")].find(({ dataset }) => dataset.key === touched) ?? $(".choices")).after(fault);
+  fault.hidden = !line; fault.textContent = line;
+};
+const fail = (error, next = "") => { panel.dataset.state = "failed"; warn(`This page cannot fly: ${error?.message ?? error}.${next}`); };
 addEventListener("unhandledrejection", event => fail(event.reason));
 const unpacked = async id => {
   const packed = Uint8Array.from(atob(text(id)), c => c.charCodeAt(0));
@@ -14,23 +21,31 @@ const words = new BigInt64Array(buffer), shared = words.subarray(0, about.words.
 const nominal = new Float64Array(buffer, 0, keys.length);
 const runAt = k => words.slice(shared.length + k * width, shared.length + (k + 1) * width);
 const manyAt = shared.length + about.runs.length * width, short = spread.length + 1;
-// --- workers: the first flies the run; all of them the cloud
-const address = URL.createObjectURL(new Blob([text("fly-worker")], { type: "text/javascript" })), waiting = new Map();
-let number = 0;
+// --- workers: the first flies the run; all of them the cloud. One that fails is replaced before the next flight
+const address = URL.createObjectURL(new Blob([text("fly-worker")], { type: "text/javascript" })), workers = [];
 function worker() {
-  const made = new Worker(address);
-  made.ready = new Promise((resolve, reject) => {
-    made.onerror = event => reject(new Error(event.message));
-    made.onmessage = ({ data }) => { if (data.ready) resolve(made); else { waiting.get(data.id)(data); waiting.delete(data.id); } };
-  });
-  made.postMessage({ module, about, shared });
+  const made = new Worker(address), waiting = new Map();
+  let number = 0;
+  const lost = error => {
+    made.terminate();
+    if (workers.includes(made)) workers.splice(workers.indexOf(made), 1);
+    for (const [, reject] of waiting.values()) reject(error);
+    waiting.clear();
+  };
+  made.onerror = event => { event.preventDefault(); lost(new Error(event.message || "its worker cannot start")); };
+  made.onmessage = ({ data }) => {
+    if (data.failed) { lost(new Error(data.failed)); return; }
+    waiting.get(data.id)[0](data);
+    waiting.delete(data.id);
+  };
+  made.ask = message => new Promise((...settle) => { waiting.set(++number, settle); made.postMessage({ ...message, id: number }); });
+  made.ready = made.ask({ module, about, shared });
+  made.ready.catch(() => {}); // said when it is asked
+  workers.push(made);
   return made;
 }
-const workers = [worker()];
-const ask = async (each, message) => {
-  await each.ready;
-  return new Promise(resolve => { waiting.set(++number, resolve); each.postMessage({ ...message, id: number }); });
-};
+const ask = async (each, message) => { await each.ready; return each.ask(message); };
+worker();
 // --- values: those that were moved, key -> SI
 let moved = new Map(), good = [new Map(), 0];
 const index = new Map(keys.map((key, k) => [key, k])), column = new Map(spread.map((k, j) => [keys[k], j]));
@@ -40,13 +55,6 @@ const start = key => column.has(key) ? real(runAt(shown))[column.get(key)] : nom
 const value = key => moved.get(key) ?? start(key);
 // --- values that simulate refuses, which are not flown
 const limits = new Map([...panel.querySelectorAll(".slider")].map(({ dataset }) => [dataset.key, Object.assign(dataset, about.sliders[dataset.key])]));
-// beside the slider that was moved last
-let touched = "";
-const warn = line => {
-  const fault = $(".fault");
-  ([...panel.querySelectorAll(".slider")].find(({ dataset }) => dataset.key === touched) ?? $(".choices")).after(fault);
-  fault.hidden = !line; fault.textContent = line;
-};
 function outside(key, v) {
   const { least, most, expected } = limits.get(key);
   return v >= +least && v <= +most ? "" : `${key}: found ${plain(v)}, expected ${expected}.`;
@@ -205,42 +213,61 @@ function table() {
 const wanted = ["error", "rate", "wheel_speed", "torque", "attitude", ...["target", "mode"].filter(name => about.signals[name])];
 let busy = false, again = false, first = null;
 const isMany = () => $(".cloud")?.checked;
+// the values of the last flight again, which the charts show
+function back() {
+  [moved, shown] = [new Map(good[0]), good[1]];
+  $(".run").value = shown; tell(); remember();
+}
 async function fly() {
   if (busy) { again = true; return; }
   busy = true;
   do {
     again = false;
-    const began = performance.now(), asked = [new Map(moved), shown], answer = await ask(workers[0], { ...inputs(), wanted });
-    if (!answer.run) {
+    panel.dataset.state = "flying";
+    try { await flight(); } catch (error) {
       if (again) continue;
-      warn(message(answer.refused[0], value));
-      [moved, shown] = [new Map(good[0]), good[1]];
-      $(".run").value = shown; tell(); remember();
-      again = panel.dataset.picture === "0";
-      continue;
+      fail(error, " Move a slider, or press reset, to try again.");
+      if (last) back();
     }
-    good = asked; last = answer.run; cloud = null;
-    draw(); table();
-    panel.flown = { results: [...last.results], error: last.signals.error, flight: answer.time, picture: performance.now() - began };
-    if (!again && isMany()) {
-      const whole = performance.now(), { nominal: values, cloud: runs, refused, of, concerned } = many(), count = Math.min(8, navigator.hardwareConcurrency || 1);
-      while (workers.length < count) workers.push(worker());
-      // whole groups of lanes; a worker that is done takes the next one
-      const parts = [...Array(Math.ceil(runs.length / 4)).keys()], answers = [];
-      await Promise.all(workers.map(async each => {
-        for (let k; (k = parts.shift()) !== undefined;) answers[k] = await ask(each, { nominal: values, cloud: runs.slice(4 * k, 4 * k + 4), concerned });
-      }));
-      cloud = answers.flatMap(each => each.cloud);
-      answers.flatMap(each => each.refused).forEach((row, k) => { if (row >= 0) refused.push(message(row, of(runs[k]))); });
-      if (refused.length) warn(`${refused.length} of ${about.cloud} runs left out: ${refused[0]}`);
-      if (!again) { draw(); table(); }
-      Object.assign(panel.flown, { cloud: cloud.map(each => [...each.results]), many: performance.now() - whole });
-    }
-    const { picture, many: whole } = panel.flown;
-    $(".speed").textContent = `${picture.toFixed(0)} ms${whole ? `, ${cloud.length} runs ${whole.toFixed(0)} ms` : ""}`;
-    panel.dataset.picture = +panel.dataset.picture + 1;
   } while (again);
   busy = false;
+}
+async function flight() {
+  const one = workers[0] ?? worker();
+  if (!first) {
+    first = (await ask(one, { nominal, runs: [runAt(about.nominal)], wanted })).run; ghost = curves(first);
+    still = figure ? frames(first).attitude : null;
+  }
+  const began = performance.now(), asked = [new Map(moved), shown], answer = await ask(one, { ...inputs(), wanted });
+  if (!answer.run) {
+    if (again) return;
+    warn(message(answer.refused[0], value));
+    back();
+    again = panel.dataset.picture === "0";
+    return;
+  }
+  good = asked; last = answer.run; cloud = null;
+  draw(); table();
+  panel.flown = { results: [...last.results], error: last.signals.error, flight: answer.time, picture: performance.now() - began };
+  if (!again && isMany()) await fly_cloud();
+  const { picture, many: whole } = panel.flown;
+  $(".speed").textContent = `${picture.toFixed(0)} ms${whole ? `, ${cloud.length} runs ${whole.toFixed(0)} ms` : ""}`;
+  panel.dataset.state = "ready";
+  panel.dataset.picture = +panel.dataset.picture + 1;
+}
+async function fly_cloud() {
+  const began = performance.now(), { nominal: values, cloud: runs, refused, of, concerned } = many(), count = Math.min(8, navigator.hardwareConcurrency || 1);
+  while (workers.length < count) worker();
+  // whole groups of lanes; a worker that is done takes the next one
+  const parts = [...Array(Math.ceil(runs.length / 4)).keys()], answers = [];
+  await Promise.all(workers.map(async each => {
+    for (let k; (k = parts.shift()) !== undefined;) answers[k] = await ask(each, { nominal: values, cloud: runs.slice(4 * k, 4 * k + 4), concerned });
+  })).finally(() => { parts.length = 0; });
+  cloud = answers.flatMap(each => each.cloud);
+  answers.flatMap(each => each.refused).forEach((row, k) => { if (row >= 0) refused.push(message(row, of(runs[k]))); });
+  if (refused.length) warn(`${refused.length} of ${about.cloud} runs left out: ${refused[0]}`);
+  if (!again) { draw(); table(); }
+  Object.assign(panel.flown, { cloud: cloud.map(each => [...each.results]), many: performance.now() - began });
 }
 // --- sliders
 const sliders = [...panel.querySelectorAll(".slider")].map(label => {
@@ -307,9 +334,5 @@ $(".file").onclick = event => {
   link.download = `${about.name.replace(/[^\w.-]+/g, "_")}_run.json`;
 };
 recall(); tell();
-await workers[0].ready;
-first = (await ask(workers[0], { nominal, runs: [runAt(about.nominal)], wanted })).run; ghost = curves(first); last = first;
-still = figure ? frames(first).attitude : null;
-panel.dataset.state = "ready";
 await fly();
 })();

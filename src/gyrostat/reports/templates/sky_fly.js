@@ -96,7 +96,11 @@ function show() {
   $(".command").textContent = `gyrostat feasible ${about.spacecraft}${lost} --momentum=${comma(state.momentum)} --boresight=${comma(about.body)} --towards=${comma(state.towards)} --out feasible`;
   Object.assign(panel, { answer: { ...state, ...answer, ...proof, fraction: set.fraction, reason: set.reason } });
 }
-function change(part) { state = { ...state, ...part }; show(); }
+function change(part) {
+  const before = state;
+  state = { ...state, ...part };
+  try { show(); fault(""); } catch (error) { state = before; fault(`The map cannot be moved there: ${error.message ?? error}`); }
+}
 const move = (name, v) => change(name === "target" ? { towards: v } : { momentum: v.map(x => radius * x) });
 function remember() {
   const parts = new URLSearchParams({ towards: state.towards.join(), momentum: state.momentum.join(), failed: state.failed });
@@ -113,7 +117,7 @@ buttons.forEach((button, k) => { button.onclick = () => { change({ failed: state
 $(".reset").onclick = () => { change(start()); history.replaceState(null, "", "#"); };
 inputs.forEach((input, k) => { input.onchange = () => {
   const pair = inputs.slice(k - k % 2, k - k % 2 + 2).map(each => each.value === "" ? NaN : +each.value * DEG);
-  if (pair.every(Number.isFinite) && Math.abs(pair[1]) <= 90 * DEG) { move(input.dataset.of, toUnit(pair)); remember(); fault(""); } else fault("longitude and latitude: expected two numbers in deg, a latitude of -90 to 90.");
+  if (pair.every(Number.isFinite) && Math.abs(pair[1]) <= 90 * DEG) { move(input.dataset.of, toUnit(pair)); remember(); } else fault("longitude and latitude: expected two numbers in deg, a latitude of -90 to 90.");
 }; });
 let dragged = null;
 const at = event => { const p = new DOMPoint(event.clientX, event.clientY).matrixTransform(svg.getScreenCTM().inverse()); return [p.x, p.y]; };
