@@ -1,7 +1,10 @@
 """Sky map on which target and momentum are dragged: in a browser, from a file."""
 
 import json
+import os
 import re
+import shlex
+import subprocess
 import time
 from pathlib import Path
 
@@ -17,6 +20,7 @@ from gyrostat.failures.attitudes import matrix_of
 SPACECRAFT = Path(__file__).parents[2] / "examples" / "three_wheels.toml"
 QUESTION = {"failed": {"x": 0.28}, "boresight": (0.6, 0.0, 0.8), "towards": (0.9, -0.2, 0.1)}
 MOMENTUM = (0.46, -0.04, 0.82)
+LAST_WHEEL = "z'down';$HOME*"
 PANEL = "document.querySelector('.skyfly')"
 
 
@@ -24,9 +28,11 @@ PANEL = "document.querySelector('.skyfly')"
 def page(tmp_path_factory):
     if web_compiler() is None:
         pytest.skip("neither zig (ziglang) nor clang with wasi-libc and lld")
-    out = tmp_path_factory.mktemp("feasible")
-    gs.feasible(SPACECRAFT, MOMENTUM, out, fly=True, **QUESTION)
-    return out / "report.html"
+    out = tmp_path_factory.mktemp("it's a  \"page\" of $HOME")
+    spacecraft = out / "three & wheels.toml"
+    spacecraft.write_text(SPACECRAFT.read_text().replace('"z"', f'"{LAST_WHEEL}"'))
+    gs.feasible(spacecraft, MOMENTUM, out / "feasible", fly=True, **QUESTION)
+    return out / "feasible" / "report.html"
 
 
 def answer(browser):
@@ -105,13 +111,14 @@ def test_what_is_dragged_is_answered_as_by_the_command(browser, page):
     same(moved)
     assert np.linalg.norm(moved["momentum"]) == pytest.approx(np.linalg.norm(MOMENTUM), rel=1e-12)
     assert moved["momentum"] != near["momentum"]
-    for wheels in ("y", "z", "x", "y"):  # fails, fails, lives again, lives again
+    for wheels in ("y", LAST_WHEEL, "x", "y"):  # fails, fails, lives again, lives again
         browser.ask(
-            f"([...{PANEL}.querySelectorAll('button')].find(b => b.textContent === '{wheels}')"
-            ".click(), 0)"
+            f"([...{PANEL}.querySelectorAll('button')]"
+            f".find(b => b.textContent === {json.dumps(wheels)}).click(), 0)"
         )
         same(answer(browser))
     state = answer(browser)
+    check_command(browser, page, state)
     fragment = browser.ask("location.hash")
     browser.open("about:blank")
     browser.open(page.as_uri() + fragment)
@@ -120,6 +127,26 @@ def test_what_is_dragged_is_answered_as_by_the_command(browser, page):
     np.testing.assert_allclose(again["towards"], state["towards"], atol=1e-15)
     policy = browser.ask("document.querySelector('meta[http-equiv]').content")
     assert "connect-src 'none'" in policy
+
+
+def check_command(browser, page, state):
+    """A shell reads the command as it is shown; state: with the last wheel failed."""
+    command = browser.ask(f"{PANEL}.querySelector('.command').innerText")
+    shell = ["sh", "-c", f"gyrostat() {{ printf '%s\\0' \"$@\"; }}; {command}"]
+    words = subprocess.run(shell, capture_output=True, text=True, check=True).stdout.split("\0")
+    assert words[:4] == [
+        "feasible",
+        os.fspath(page.parents[1] / "three & wheels.toml"),
+        "--failed",
+        f"{LAST_WHEEL}=0",
+    ]
+    options = dict(word.removeprefix("--").split("=") for word in words[4:7])
+    for name, numbers in {**state, "boresight": QUESTION["boresight"]}.items():
+        if name in ("momentum", "towards", "boresight"):
+            given = np.array(options.pop(name).split(","), float)
+            np.testing.assert_allclose(given, numbers, atol=1e-14)
+    assert (options, words[7:]) == ({}, ["--out", "feasible", ""])
+    assert command == shlex.join(["gyrostat", *words[:-1]])
 
 
 def test_the_drawn_bands_are_those_of_the_sky_map(browser, page):

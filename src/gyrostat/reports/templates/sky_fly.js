@@ -35,6 +35,8 @@ const unit = v => { const n = Math.hypot(...v); return v.map(x => x / n); }, dot
 const toAngles = ([x, y, z]) => [Math.atan2(y, x), Math.atan2(z, Math.hypot(x, y))];
 const toUnit = ([a, b]) => [Math.cos(b) * Math.cos(a), Math.cos(b) * Math.sin(a), Math.sin(b)];
 const plain = (v, digits = 4) => String(+v.toPrecision(digits)), list = (v, digits) => v.map(x => plain(Math.abs(x) < 1e-12 ? 0 : x, digits)).join(", ");
+// word of a command line as a shell reads it, quoted as by Python's shlex.quote
+const quoted = word => /^[\w@%+=:,./-]+$/.test(word) ? word : `'${word.replaceAll("'", `'"'"'`)}'`;
 // --- the map: Mollweide projection, by bisection as Newton's method fails at the poles
 function place([longitude, latitude]) {
   const aim = Math.PI * Math.sin(latitude);
@@ -91,9 +93,10 @@ function show() {
   $(".answer").replaceChildren(...rows.map(row => { const tr = document.createElement("tr"); tr.append(...row.map(entry => { const td = document.createElement("td"); td.textContent = entry; return td; })); return tr; }));
   buttons.forEach((button, k) => button.setAttribute("aria-pressed", state.failed >> k & 1 ? "true" : "false"));
   inputs.forEach((input, k) => { if (input !== document.activeElement) input.value = +(toAngles(input.dataset.of === "target" ? state.towards : state.momentum)[k % 2] / DEG).toFixed(4); });
-  const lost = about.names.map((name, k) => [name, k]).filter(([, k]) => state.failed >> k & 1).map(([name, k]) => ` --failed ${name}=${about.kept[k]}`).join("");
+  const lost = about.names.map((name, k) => [name, k]).filter(([, k]) => state.failed >> k & 1).flatMap(([name, k]) => ["--failed", `${name}=${about.kept[k]}`]);
   const comma = v => v.map(x => +x.toPrecision(15)).join(",");
-  $(".command").textContent = `gyrostat feasible ${about.spacecraft}${lost} --momentum=${comma(state.momentum)} --boresight=${comma(about.body)} --towards=${comma(state.towards)} --out feasible`;
+  const words = ["gyrostat", "feasible", about.spacecraft, ...lost, `--momentum=${comma(state.momentum)}`, `--boresight=${comma(about.body)}`, `--towards=${comma(state.towards)}`, "--out", "feasible"];
+  $(".command").textContent = words.map(quoted).join(" ");
   Object.assign(panel, { answer: { ...state, ...answer, ...proof, fraction: set.fraction, reason: set.reason } });
 }
 function change(part) {
