@@ -28,7 +28,7 @@ PANEL = "document.querySelector('.skyfly')"
 def page(tmp_path_factory):
     if web_compiler() is None:
         pytest.skip("neither zig (ziglang) nor clang with wasi-libc and lld")
-    out = tmp_path_factory.mktemp("it's a  \"page\" of $HOME")
+    out = tmp_path_factory.mktemp('it\'s a  "page" of $HOME')
     spacecraft = out / "three & wheels.toml"
     spacecraft.write_text(SPACECRAFT.read_text().replace('"z"', f'"{LAST_WHEEL}"'))
     gs.feasible(spacecraft, MOMENTUM, out / "feasible", fly=True, **QUESTION)
