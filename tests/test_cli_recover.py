@@ -1,6 +1,7 @@
 """`gyrostat recover` as an operator meets it."""
 
 import json
+import re
 import sys
 from pathlib import Path
 
@@ -25,10 +26,17 @@ def test_a_recovery_is_flown_and_written(run, tmp_path, monkeypatch):
     assert told["settled"]
     assert told["failed"] == {"x": "rundown"}
     assert f"{told['settle']:g} s after the failure" in err
-    assert (tmp_path / "report.html").read_text().count('role="img"') == 4
+    page = (tmp_path / "report.html").read_text()
+    assert page.count('role="img"') == 4
     with xr.open_dataset(tmp_path / "run.nc", engine="h5netcdf") as flight:
         momentum = flight.wheel_momentum.values
+        largest = 1e6 * float(np.max(np.abs(flight.torque.values)))
         assert np.degrees(flight.error.values[-1]) < 0.05
+    # one unit for each quantity, in rows and charts
+    assert f"<td>largest wheel torque</td><td>{largest:.0f} µN·m</td>" in page
+    assert "torque command (µN·m)" in page
+    assert re.findall(r"\S+ [µm]?N·m(?!·s)\b", page.replace("µN·m", "")) == []
+    assert "rad/s" not in page
     # the dead wheel runs down with its time constant, 0.015 kg·m² at 180 rpm
     wanted = 0.015 * 180.0 * 2.0 * np.pi / 60.0 * np.exp(-0.5 * np.arange(1201) / 60.0)
     np.testing.assert_allclose(momentum[:, 0], wanted, atol=5e-3)

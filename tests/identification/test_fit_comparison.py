@@ -1,6 +1,7 @@
 """Comparison of fits: one wheel over dates, the wheels of a batch."""
 
 import json
+import re
 from datetime import datetime, timedelta
 from itertools import pairwise
 
@@ -237,8 +238,11 @@ def test_the_command_compares_files(run, files, tmp_path):
     assert "static" not in changed
     assert "the error of the inertia is common" in err
     page = (out / "comparison.html").read_text(encoding="utf-8")
-    assert "<svg" in page
-    assert "2026-02-01" in page
+    labels = re.findall(r'<text class="x"[^>]*>([^<]+)</text>', page)
+    assert labels
+    assert all(re.fullmatch(r"202[56]-\d\d-\d\d( \d\d:\d\d)?", label) for label in labels)
+    assert "coulomb (mN·m)</text>" in page
+    assert not re.search(r"[ (>]N·m\b", page)  # charts and tables have the same units
     code, _, err = run("compare", *(p.parent for p in files), "--out", out, "--wheels", "different")
     assert code == 0
     assert "fits of different wheels" in err

@@ -1,13 +1,17 @@
 """Pictures of Matplotlib as charts of a page: every mark is where its numbers are."""
 
 import io
+import json
 import re
 from base64 import b64decode
+from pathlib import Path
 
 import numpy as np
 import pytest
+from matplotlib.dates import AutoDateLocator, ConciseDateFormatter
 from matplotlib.image import imread
 
+import gyrostat.reports.chart
 from gyrostat.reports.axis import Axis
 from gyrostat.reports.chart_frame import LETTER, ticks
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
@@ -16,6 +20,7 @@ from gyrostat.reports.figure_charts import figure_charts
 from gyrostat.reports.figure_marks import plain_text
 
 X = np.linspace(1.0, 9.0, 17)
+SCRIPT = Path(gyrostat.reports.chart.__file__).with_name("templates") / "chart.js"
 
 
 def axes_of(chart):
@@ -198,6 +203,26 @@ def test_an_axis_that_is_linear_near_zero_keeps_the_order_of_all_values():
     assert places[7] - places[6] == pytest.approx((places[8] - places[7]) / 5.0)
     assert 0.0 in axis.ticks()
     assert axis.ticks() == [-v for v in reversed(axis.ticks())]
+
+
+def test_dates_are_the_ticks_of_an_axis_in_days(browser, tmp_path):
+    when = np.datetime64("2024-02-27") + np.arange(9)  # of a leap year
+    with panels(height=3.0) as (figure, axes):
+        axes.plot(when, np.arange(9.0), color=MODEL)
+        locator = AutoDateLocator()
+        axes.xaxis.set_major_locator(locator)
+        axes.xaxis.set_major_formatter(ConciseDateFormatter(locator))
+    content = str(figure_charts(figure))
+    (axis, _), (x, _) = axes_of(content), curve(content, r'class="line s0"[^>]* d="(.*?)"')
+    axis = axis._replace(since=re.search(r'data-since="(\S+)"', content)[1])
+    assert [axis.named(round(day)) for day in x] == [*when.astype(str)]
+    assert axis.named(round(x[0]) + 0.75) == "02-27 18:00"
+    page = tmp_path / "page.html"
+    page.write_text(f"{content}<script>{SCRIPT.read_text()}</script>")
+    browser.open(page.as_uri())
+    days = [axis.low, *axis.ticks(), 0.123, 3.999]
+    shown = browser.ask(f"{json.dumps(days)}.map(gyrostatCharts[0].named)")
+    assert shown == [axis.named(day) for day in days]
 
 
 @pytest.mark.parametrize(

@@ -26,6 +26,7 @@ class Axis(NamedTuple):
         label: Quantity with unit.
         is_log: Whether the axis is logarithmic.
         linear: Size up to which an axis that is logarithmic beyond it is linear; 0 for other axes.
+        since: Date of the value 0 of an axis in days, as in ISO 8601, whose ticks are dates.
     """
 
     low: float
@@ -33,6 +34,15 @@ class Axis(NamedTuple):
     label: str
     is_log: bool = False
     linear: float = 0.0
+    since: str = ""
+
+    def named(self, value: float) -> str:
+        """Name of a tick; `chart.js` does the same."""
+        if not self.since:
+            return number(value)
+        minutes = np.timedelta64(round(1440.0 * value), "m")
+        text = str(np.datetime64(self.since, "m") + minutes)
+        return text[:10] if text.endswith("T00:00") else text[5:].replace("T", " ")
 
     def place(self, values: Vector) -> Vector:
         """Places of values between 0 and 1000."""

@@ -289,4 +289,5 @@ class Chart:
             "linear": f"{self.y.linear:.9g}" if self.y.linear else None,
             "rows": "|".join(self.rows) or None,
             "columns": "|".join(self.columns) or None,
+            "since": self.x.since or None,
         }

@@ -33,14 +33,14 @@ def ticks(
     parts = []
     is_long = LETTER * max(map(len, columns), default=0) > wide / max(len(columns), 1)
     values = x.ticks(MOST)
-    if values and LETTER * max(len(number(value)) for value in values) > wide / len(values):
+    if values and LETTER * max(len(x.named(value)) for value in values) > wide / len(values):
         values = x.ticks(MOST // 2)
     for value in range(len(columns)) if columns else values:
         position = float(x.place(np.array([value]))[0])
         at = LEFT + wide * position / 1000.0
         grid = Markup('<path d="M{:.1f} {}V{}"/>').format(at, TOP, height - BOTTOM)
         text = Markup('<text class="x" x="{:.1f}" y="{}">{}</text>')
-        name = columns[int(value)] if columns and not is_long else number(value + bool(columns))
+        name = columns[int(value)] if columns and not is_long else x.named(value + bool(columns))
         parts.append(grid + text.format(at, height - BOTTOM + 16, name))
     for value in [] if rows else y.ticks(7 * height // HEIGHT):
         position = float(y.place(np.array([value]))[0])

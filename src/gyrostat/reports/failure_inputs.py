@@ -11,6 +11,7 @@ from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
 from gyrostat.failures import Telemetry, attitude_text, euler_angles
 from gyrostat.failures.steps import NextStep
+from gyrostat.reports.page_units import told
 
 Row = tuple[str, str]
 THRUSTER_TORQUE = 1e-3
@@ -55,7 +56,7 @@ class Inputs:
             speeds = zip(self.wheel_names, state.wheel_speed / RPM, strict=True)
             rows += [
                 ("attitude at the failure", attitude_text(state.attitude)),
-                ("body rate at the failure", f"{triple(state.rate)} rad/s ({rate} deg/s), body"),
+                ("body rate at the failure", f"{rate} deg/s, body"),
                 ("wheels at the failure", ", ".join(f"{n} {plain(v, 6)} rpm" for n, v in speeds)),
             ]
         return rows
@@ -103,7 +104,7 @@ def unloading_rows(unload: Vector | None) -> list[Row]:
         (
             "time to unload it",
             f"{_time(size / THRUSTER_TORQUE)} with a thruster torque of "
-            f"{THRUSTER_TORQUE * 1e3:g} mN·m; at least {_time(rods)} with torque rods of "
+            f"{told(THRUSTER_TORQUE, 'N·m')}; at least {_time(rods)} with torque rods of "
             f"{ROD_DIPOLE:g} A·m² in a field of {FIELD * 1e6:g} µT; inversely proportional to each",
         ),
     ]

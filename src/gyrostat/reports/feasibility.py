@@ -212,7 +212,7 @@ def rows_of(question: Question, answer: Holdable) -> list[Row]:
         if proof.rate > 0.0:
             along = f" along body {triple(proof.direction)}" if np.any(proof.direction) else ""
             excess = f"{plain(proof.excess)} N·m·s that the wheels cannot absorb{along}"
-            rows.append((name, f"{plain(proof.rate)} rad/s ({degrees(proof.rate)}/s): {excess}"))
+            rows.append((name, f"{degrees(proof.rate)}/s: {excess}"))
     if question.tolerance is not None and not answer.holdable:
         bound = f"at most {plain(answer.dwell)} s" if answer.dwell is not None else "no known bound"
         rows.append((f"stays within {degrees(question.tolerance)} of the target", bound))

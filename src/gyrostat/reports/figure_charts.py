@@ -67,11 +67,11 @@ def _chart(figure: Figure, axes: Axes, panels: list[Axes], group: str, marks: Ma
     titles = [axes.get_title("left") or axes.get_title(), *upright[:1]]
     title = ": ".join(plain_text(text) for text in titles if text)
     (left, right), (low, high) = axes.get_xlim(), axes.get_ylim()
-    shift, names = 0.0, []
+    shift, since, names = 0.0, "", []
     formatter = axes.xaxis.get_major_formatter()
     if isinstance(formatter, ConciseDateFormatter):
         shift = float(np.floor(left))
-        label = f"days since {num2date(shift):%Y-%m-%d}"
+        label, since = "date", f"{num2date(shift):%Y-%m-%d}"
     elif isinstance(axes.xaxis.get_major_locator(), FixedLocator):
         places = axes.get_xticks()
         if np.array_equal(places, np.arange(len(places))):
@@ -82,7 +82,7 @@ def _chart(figure: Figure, axes: Axes, panels: list[Axes], group: str, marks: Ma
     is_flat = _columns(axes) == 1 and len(panels) > 2 and height < FLAT * width
     chart = Chart(
         title,
-        Axis(left - shift, right - shift, label, axes.get_xscale() == "log"),
+        Axis(left - shift, right - shift, label, axes.get_xscale() == "log", since=since),
         Axis(low, high, "", axes.get_yscale() == "log", getattr(symlog, "linthresh", 0.0)),
         {"group": f"{group}{panels.index(siblings[0] if siblings else axes)}"},
         columns=names,
@@ -90,7 +90,7 @@ def _chart(figure: Figure, axes: Axes, panels: list[Axes], group: str, marks: Ma
         height=LOW if is_flat else HEIGHT,
     )
     unit = re.search(r"\(([^()]*)\)$|, (\S+)$", label)
-    chart.attributes["unit"] = (unit[1] or unit[2]) if unit else ("d" if shift else "")
+    chart.attributes["unit"] = (unit[1] or unit[2]) if unit else ""
     marks.draw(axes, chart, shift)
     return chart
 

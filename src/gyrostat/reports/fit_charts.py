@@ -13,11 +13,13 @@ from gyrostat.identification.torque_points import torque_points
 from gyrostat.reports.axis import Axis, axis_of
 from gyrostat.reports.chart import Chart
 from gyrostat.reports.chart_frame import HEIGHT
+from gyrostat.reports.page_units import BENCH_TORQUE
 from gyrostat.reports.thinned import thinned
 from gyrostat.telemetry import Record
 
 MOST_SAMPLES, MOST_POINTS = 6000, 1200
 """Largest number of samples of a record, and of points of a curve."""
+FACTOR, UNIT = BENCH_TORQUE
 MOST_CROSSINGS = 200
 """Largest number of zero crossings that are marked."""
 AGES = 5
@@ -90,7 +92,7 @@ def friction_charts(fit: Fit) -> list[list[Markup]]:
     columns = []
     for limit, sides, where in zip(limits, curves, ("", " near zero speed"), strict=True):
         across = Axis(-1.03 * limit / RPM, 1.03 * limit / RPM, "speed (rpm)")
-        curve = _friction_chart(fit, limit, sides, f"friction torque (mN·m){where}", across)
+        curve = _friction_chart(fit, limit, sides, f"friction torque ({UNIT}){where}", across)
         ends = (-limit / RPM, limit / RPM)
         counts, edges = np.histogram(speeds / RPM, bins=60, range=ends)
         up = Axis(0.0, 1.05 * max(1.0, float(np.max(counts))), "")
@@ -122,7 +124,7 @@ def _friction_chart(
     for (speed, torque, _), (low, high) in zip(sides, bands, strict=True):
         fine = np.isfinite(low) & np.isfinite(high)
         chart.band(speed[fine] / RPM, low[fine], high[fine], "narrow")
-        chart.line(speed / RPM, torque * 1e3, "model")
+        chart.line(speed / RPM, torque * FACTOR, "model")
     chart.level(0.0, "", "zero")
     if points is not None:
         when = np.ones(len(near)) if points.when is None else points.when[near]
@@ -135,8 +137,8 @@ def _friction_chart(
 
 
 def _ends(torque: Vector, sigma: Vector) -> tuple[Vector, Vector]:
-    """Ends of 95 % intervals, mN·m, from torques and their standard deviations, N·m."""
-    return (torque - 2.0 * sigma) * 1e3, (torque + 2.0 * sigma) * 1e3
+    """Ends of 95 % intervals, in the unit of the charts, from torques and their sigmas, N·m."""
+    return (torque - 2.0 * sigma) * FACTOR, (torque + 2.0 * sigma) * FACTOR
 
 
 def residual_charts(fit: Fit) -> list[list[Markup]]:

@@ -4,10 +4,13 @@ import math
 
 from gyrostat.core.text import plain
 from gyrostat.core.units import RPM
+from gyrostat.reports.axis import scaled_unit
 
 _SHOWN = {"rad": (math.degrees(1.0), "deg"), "rad/s": (math.degrees(1.0), "deg/s")}
 _SHOWN |= {"N·m": (1e6, "µN·m"), "1": (1.0, "")}
 """SI unit -> factor to the unit in which all pages show a quantity, and this unit."""
+BENCH_TORQUE = 1e3, "mN·m"
+"""Factor from SI and unit of the friction of a wheel on all pages of records and fits."""
 WHOLE = 1e4, 1e7
 """Sizes from and below which a number is shown without an exponent."""
 
@@ -15,6 +18,11 @@ WHOLE = 1e4, 1e7
 def shown_unit(unit: str) -> tuple[float, str]:
     """Factor from SI and unit in which reports show a value; the unit of a ratio is empty."""
     return _SHOWN.get(unit, (1.0, unit))
+
+
+def bench_unit(unit: str, largest: float) -> tuple[float, str]:
+    """Factor from SI and unit of a parameter of a wheel, whose values are up to a size."""
+    return BENCH_TORQUE if unit == "N·m" else scaled_unit(largest, unit, 0)
 
 
 def labelled(name: str, unit: str) -> str:

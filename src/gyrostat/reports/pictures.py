@@ -33,6 +33,7 @@ from gyrostat.reports.failure_pictures import holdable_figure, recovery_figure
 from gyrostat.reports.health_picture import health_figure
 from gyrostat.reports.lot import histograms
 from gyrostat.reports.microvibration import sight_figure, waterfall_figure
+from gyrostat.reports.page_units import BENCH_TORQUE
 from gyrostat.reports.pool import over_conditions
 from gyrostat.search.budget_result import ErrorBudget
 from gyrostat.telemetry import Record
@@ -152,21 +153,22 @@ def _speeds(
 
 def _friction(axes: Axes, fit: Fit) -> None:
     """Friction curve with its 95 % interval, and the measured torques."""
+    factor, unit = BENCH_TORQUE
     points = fit.friction_points or torque_points(fit)
     speeds = [np.abs(r.speed[r.valid]) for r in fit.records]
     speeds += [] if points is None else [np.abs(points.speed)]
     reach = max((float(np.max(each)) for each in speeds), default=0.0) or 1.0
     half = np.linspace(1e-6, 1.0, CURVE) ** 2 * reach
     if points is not None:
-        torque, sigma = 1e3 * points.torque, 2e3 * points.sigma
+        torque, sigma = factor * points.torque, 2.0 * factor * points.sigma
         axes.errorbar(
             points.speed / RPM, torque, yerr=sigma, fmt=".", ms=3, lw=0.7, color=MEASURED, zorder=1
         )
     for speed in (-half[::-1], half):
-        torque, sigma = (1e3 * values for values in fit.friction_curve(speed))
+        torque, sigma = (factor * values for values in fit.friction_curve(speed))
         ends = (torque - 2.0 * sigma, torque + 2.0 * sigma)
         axes.fill_between(speed / RPM, *ends, color=BAND, alpha=0.7, lw=0)
         axes.plot(speed / RPM, torque, color=MODEL, lw=1.2)
     axes.axvline(0.0, color=MARK, lw=0.6)
     axes.set_xlabel("speed (rpm)")
-    axes.set_ylabel("friction (mN·m)")
+    axes.set_ylabel(f"friction ({unit})")

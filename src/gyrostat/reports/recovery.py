@@ -23,6 +23,7 @@ from gyrostat.reports.failure_inputs import (
     unloading_rows,
 )
 from gyrostat.reports.feasibility import degrees
+from gyrostat.reports.page_units import shown_unit, told
 from gyrostat.reports.template import render
 from gyrostat.reports.time_chart import held, time_chart
 from gyrostat.spacecraft import SpacecraftFile
@@ -144,14 +145,15 @@ def rows_of(
                 "error at the end" if found.drift is None else "error to what is feasible then",
                 degrees(float(flight["error"][-1])),
             ),
-            ("criterion for settled", f"below {degrees(ANGLE)} and {RATE:g} rad/s{beyond}"),
-            ("largest wheel torque", f"{float(np.max(np.abs(flight['torque']))):.3g} N·m"),
-            (
-                "largest wheel momentum",
-                f"{float(np.max(np.abs(flight['wheel_momentum']))):.3g} N·m·s",
-            ),
+            ("criterion for settled", f"below {degrees(ANGLE)} and {told(RATE, 'rad/s')}{beyond}"),
+            ("largest wheel torque", told(_largest(flight["torque"]), "N·m", 3)),
+            ("largest wheel momentum", told(_largest(flight["wheel_momentum"]), "N·m·s", 3)),
         ]
     return rows + unloading_rows(answer.unload)
+
+
+def _largest(history: Any) -> float:
+    return float(np.max(np.abs(np.asarray(history))))
 
 
 def drift_rows(drift: MomentumDrift) -> list[tuple[str, str]]:
@@ -162,12 +164,15 @@ def drift_rows(drift: MomentumDrift) -> list[tuple[str, str]]:
         outcome = "no attitude is feasible at the end"
     else:
         outcome = f"the feasible attitude drifts by about {degrees(drift.angle)} until the end"
-    return [("external torque", f"{size:.3g} N·m: {change}"), ("drift to be expected", outcome)]
+    return [
+        ("external torque", f"{told(size, 'N·m', 3)}: {change}"),
+        ("drift to be expected", outcome),
+    ]
 
 
 def _slowing(name: str, loss: Loss) -> str:
     if loss.brake_torque:
-        return f"{name} braked by {loss.brake_torque:g} N·m"
+        return f"{name} braked by {told(loss.brake_torque, 'N·m')}"
     if loss.brake_time:
         return f"{name} braked with the time constant {loss.brake_time:g} s"
     return f"{name} runs down"
@@ -203,13 +208,14 @@ def recovery_charts(
     time, momentum, torque = (
         np.asarray(flight[name]) for name in ("time", "wheel_momentum", "torque")
     )
+    factor, unit = shown_unit("N·m")
     sizes = np.asarray(flight["error"]), np.linalg.norm(np.asarray(flight["rate"]), axis=1)
     error, rate = (np.maximum(np.degrees(each), LEAST_SHOWN)[:, None] for each in sizes)
     charts = [
         time_chart(time, error, "error (deg)", ["error"], MOST_POINTS, is_log=True),
         time_chart(time, rate, "body rate (deg/s)", ["rate"], MOST_POINTS, is_log=True),
         time_chart(time, momentum, "wheel momentum (N·m·s)", names, MOST_POINTS),
-        time_chart(*held(time, torque), "torque command (N·m)", names, MOST_POINTS),
+        time_chart(*held(time, factor * torque), f"torque command ({unit})", names, MOST_POINTS),
     ]
     for chart, limit in zip(charts, (ANGLE, RATE), strict=False):
         chart.level(float(np.degrees(limit)), "settled below", "required")

@@ -1,5 +1,6 @@
 """Comparison of fits as text."""
 
+from collections.abc import Callable, Mapping
 from typing import Any
 
 from gyrostat.core.text import aligned, measured, plain
@@ -16,21 +17,22 @@ YEAR = 365.25
 """Days of a year."""
 
 
-def _change(item: Change) -> tuple[str, ...]:
+def _change(item: Change, factor: float, unit: str) -> tuple[str, ...]:
     difference = ""
     if item.difference is not None and item.sigma is not None:
-        difference = measured(item.difference, item.sigma)
-    return item.parameter, item.fit, item.reference, difference, item.unit
+        difference = measured(factor * item.difference, factor * item.sigma)
+    return item.parameter, item.fit, item.reference, difference, unit
 
 
-def _trend(item: Trend) -> tuple[str, ...]:
-    slope = measured(YEAR * item.slope, YEAR * item.sigma)
-    return item.parameter, slope, f"{item.unit} per year"
+def _trend(item: Trend, factor: float, unit: str) -> tuple[str, ...]:
+    slope = measured(YEAR * factor * item.slope, YEAR * factor * item.sigma)
+    return item.parameter, slope, f"{unit} per year"
 
 
-def _spread(item: BatchSpread) -> tuple[str, ...]:
-    spread = f"{plain(item.spread, 3)} ({plain(item.low, 2)} to {plain(item.high, 2)})"
-    return item.parameter, measured(item.mean, item.mean_sigma), spread, item.unit
+def _spread(item: BatchSpread, factor: float, unit: str) -> tuple[str, ...]:
+    low, high = (plain(factor * end, 2) for end in (item.low, item.high))
+    mean = measured(factor * item.mean, factor * item.mean_sigma)
+    return item.parameter, mean, f"{plain(factor * item.spread, 3)} ({low} to {high})", unit
 
 
 def _significance(item: Any) -> tuple[str, str]:
@@ -38,8 +40,15 @@ def _significance(item: Any) -> tuple[str, str]:
     return chance, "YES" if item.significant else "no"
 
 
-def tables(comparison: Comparison) -> list[tuple[str, tuple[str, ...], list[Any]]]:
-    """Title, header, and rows with their results, of each table that has a row."""
+def tables(
+    comparison: Comparison, units: Mapping[str, tuple[float, str]] | None = None
+) -> list[tuple[str, tuple[str, ...], list[Any]]]:
+    """Title, header, and rows with their results, of each table that has a row.
+
+    Args:
+        comparison: Comparison of fits.
+        units: Parameter -> factor from SI and unit in which it is shown; None: SI units.
+    """
     changes = ("parameter", "fit", "against", "difference ± sigma", "unit")
     trends = ("parameter", "change per year ± sigma", "unit")
     spreads = ("parameter", "mean ± sigma", "spread between wheels (95 %)", "unit")
@@ -52,11 +61,19 @@ def tables(comparison: Comparison) -> list[tuple[str, tuple[str, ...], list[Any]
         (
             title,
             (*header, "p", "significant"),
-            [((*text(item), *_significance(item)), item) for item in items],
+            [((*_in_units(text, item, units or {}), *_significance(item)), item) for item in items],
         )
         for title, header, text, items in every
         if items
     ]
+
+
+def _in_units(
+    text: Callable[[Any, float, str], tuple[str, ...]],
+    item: Any,
+    units: Mapping[str, tuple[float, str]],
+) -> tuple[str, ...]:
+    return text(item, *units.get(item.parameter, (1.0, item.unit)))
 
 
 def verdict(comparison: Comparison) -> str:

@@ -45,12 +45,16 @@ class Chart {
     this.svg = svg;
     this.plot = svg.querySelector(".plot");
     this.box = ["x", "y", "width", "height"].map(name => +this.plot.getAttribute(name));
-    const {log, logx, linear, rows, columns} = this.plot.dataset;
+    const {log, logx, linear, rows, columns, since} = this.plot.dataset;
     this.log = log !== undefined;
     this.logx = logx !== undefined;
     this.linear = +(linear ?? 0);
     this.rows = rows?.split("|");
     this.columns = columns?.split("|");
+    // as Axis.named; an axis in days since a date
+    this.moment = days => new Date(Date.parse(`${since}T00:00Z`) + 6e4 * Math.round(1440 * days)).toISOString();
+    this.named = !since ? number : days => (text => text.includes("T00:00") ? text.slice(0, 10) : text.slice(5, 16).replace("T", " "))(this.moment(days));
+    this.since = since;
     [this.toX, this.fromX] = this.logx ? warps.log : [same, same];
     [this.toY, this.fromY] = this.log ? warps.log : this.linear ? warps.linear(this.linear) : [same, same];
     this.x = this.plot.dataset.x.split(" ").map(Number).map(this.toX);
@@ -93,7 +97,7 @@ class Chart {
     const toX = v => 1000 * (v - this.x[0]) / (this.x[1] - this.x[0]), toY = v => 1000 * (this.y[1] - v) / (this.y[1] - this.y[0]);
     const most = Math.floor(7 * this.svg.viewBox.baseVal.height / 236), names = this.columns;
     const mostX = Math.max(7, Math.floor(wide / 90)), isLong = names && 7 * Math.max(...names.map(n => n.length)) > wide / names.length;
-    const atX = most => ticks(this.valueX(view[0]), this.valueX(view[0] + view[2]), this.logx, most).map(([at, value]) => [at, number(value)]);
+    const atX = most => ticks(this.valueX(view[0]), this.valueX(view[0] + view[2]), this.logx, most).map(([at, value]) => [at, this.named(value)]);
     const isTight = list => 7 * Math.max(...list.map(([, text]) => text.length)) > wide / list.length;
     const marks = names ? names.map((name, k) => [k, isLong ? k + 1 : name])
       : isTight(atX(mostX)) ? atX(Math.floor(mostX / 2)) : atX(mostX);
@@ -135,8 +139,8 @@ class Chart {
       return `${name} ${text}`;
     });
     const step = (this.x[1] - this.x[0]) / 2000, at = this.valueX(place);
-    const x = this.columns ? this.columns[Math.round(at)] ?? "" : this.logx ? this.fromX(at).toPrecision(3) : at.toFixed(Math.max(0, -Math.floor(Math.log10(step))));
-    this.told.textContent = `${x} ${this.columns ? "" : this.svg.dataset.unit ?? "s"}`.trim() + `: ${parts.filter(Boolean).join(", ")}`;
+    const x = this.since ? this.moment(at).slice(0, step > 0.01 ? 10 : 16).replace("T", " ") : this.columns ? this.columns[Math.round(at)] ?? "" : this.logx ? this.fromX(at).toPrecision(3) : at.toFixed(Math.max(0, -Math.floor(Math.log10(step))));
+    this.told.textContent = `${x} ${this.columns || this.since ? "" : this.svg.dataset.unit ?? "s"}`.trim() + `: ${parts.filter(Boolean).join(", ")}`;
   }
 }
 const charts = all.map(svg => new Chart(svg));

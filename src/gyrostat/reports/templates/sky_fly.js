@@ -89,7 +89,7 @@ function show() {
   verdict.className = `verdict ${set.reason !== null ? "invalid" : answer.held ? "good" : "warning"}`;
   const rows = [["working wheels", about.names.filter((_, k) => !(state.failed >> k & 1)).join(", ") || "none"], ["feasible share of the sky", `${(100 * set.fraction).toFixed(1)} %`], ["total momentum, inertial", `${list(state.momentum)} N·m·s`]];
   if (answer && !answer.held) rows.push(["nearest direction, inertial", list(answer.direction, 6)], ["attitude there (scalar first)", list(answer.attitude, 9)]);
-  if (proof?.rate > 0) rows.push(["lower bound of the body rate, at the target", `${plain(proof.rate)} rad/s (${plain(proof.rate / DEG)} deg/s): ${plain(proof.excess)} N·m·s that the wheels cannot absorb along body ${list(proof.along)}`]);
+  if (proof?.rate > 0) rows.push(["lower bound of the body rate, at the target", `${plain(proof.rate / DEG)} deg/s: ${plain(proof.excess)} N·m·s that the wheels cannot absorb along body ${list(proof.along)}`]);
   $(".answer").replaceChildren(...rows.map(row => { const tr = document.createElement("tr"); tr.append(...row.map(entry => { const td = document.createElement("td"); td.textContent = entry; return td; })); return tr; }));
   buttons.forEach((button, k) => button.setAttribute("aria-pressed", state.failed >> k & 1 ? "true" : "false"));
   inputs.forEach((input, k) => { if (input !== document.activeElement) input.value = +(toAngles(input.dataset.of === "target" ? state.towards : state.momentum)[k % 2] / DEG).toFixed(4); });
