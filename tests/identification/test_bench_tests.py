@@ -337,6 +337,13 @@ def test_plan_records_and_report_from_end_to_end(sheet_file, measured, tmp_path)
     path = sheet_file()
     plan = gs.bench(path, tmp_path / "plan", tests="coast-down,zero-crossing")
     assert [each.test.name for each in plan.tests] == ["coast-down", "zero-crossing"]
+    for axes, planned in zip(plan.plot().axes, plan.tests, strict=True):
+        record = planned.records[0]
+        assert axes.get_title() == record.name
+        x, y = axes.get_lines()[0].get_data()
+        assert (x[0], x[-1]) == (record.time[0], record.time[-1])
+        assert (min(y), max(y)) == (min(record.current), max(record.current))
+    assert "data:image/png" in plan._repr_html_()
     template = tmp_path / "plan/records/coast-down-positive.csv"
     assert template.read_text(encoding="utf-8").splitlines()[-1] == "time_s,current_A,speed_rad/s"
     with pytest.raises(InputError, match="no filled record"):

@@ -12,6 +12,7 @@ from scipy.stats import binomtest
 
 import gyrostat as gs
 from gyrostat.campaigns.flown import Flown
+from gyrostat.core.units import RPM
 from gyrostat.microvibration import (
     Harmonic,
     ModalModel,
@@ -233,6 +234,24 @@ def test_a_plan_appended_to_its_scenario_flies_without_crossings(mission, tmp_pa
     assert result.after == {"zero": 0, "band": 0}
     assert result.planned.distance > result.clearance > result.present.distance
     check_pages(result)
+    check_picture(result)
+
+
+def check_picture(result):
+    """The picture has the wheel speeds by both laws; nothing unloads in them."""
+    panels = result.plot().axes
+    names = ("present law", "with the plan")
+    flights = (result.present, result.planned)
+    for axes, name, flight in zip(panels, names, flights, strict=True):
+        assert axes.get_title("left") == f"wheel speed (rpm), {name}"
+        drawn = [line.get_ydata() for line in axes.get_lines() if line.get_label()[0] != "_"]
+        speed = flight.speed / RPM
+        assert len(drawn) == speed.shape[1]
+        ends = [(np.min(each), np.max(each)) for each in drawn]
+        np.testing.assert_allclose(ends, np.transpose([speed.min(axis=0), speed.max(axis=0)]))
+        assert axes.collections  # the science windows
+    assert str(result).splitlines() == lines_of(result)
+    assert "data:image/png" in result._repr_html_()
 
 
 def check_pages(result):

@@ -13,6 +13,7 @@ import gyrostat as gs
 from gyrostat.core.directions import spread_evenly
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
+from gyrostat.reports.placement import write_placement
 from gyrostat.runs.blind_windows import blind_windows
 from gyrostat.runs.body_sky import BodySky, body_sky
 from gyrostat.runs.placement import DIRECTIONS, Blocked, Exclusion, evaluated, margins, place_heads
@@ -337,7 +338,14 @@ def test_a_panel_faces_a_sun_that_stays():
     assert found.mean == pytest.approx(found.direction @ sun)
 
 
-def test_place_writes_what_it_finds(folder, scenario, run):
+def test_place_writes_what_it_finds(folder, scenario, run, monkeypatch):
+    results = []
+
+    def write(result, *arguments, **options):
+        results.append(result)
+        write_placement(result, *arguments, **options)
+
+    monkeypatch.setattr("gyrostat.reports.placement.write_placement", write)
     out = folder / "placed"
     words = ("place", folder / "scenario.toml", "--out", out, "--window", "late", "--json")
     code, printed, said = run(*words)
@@ -356,6 +364,18 @@ def test_place_writes_what_it_finds(folder, scenario, run):
     page = (out / "report.html").read_text(encoding="utf-8")
     assert "heads of the scenario" in page
     assert page.count('class="mark"') == 2 + 2 + 2
+    # the picture has the directions where they are: longitude about body z, from x
+    (placed,) = results
+    (axes, bar) = placed.plot().axes
+    drawn = {line.get_label(): line.get_xydata() for line in axes.get_lines()}
+    for name, heads in (("best 2 heads", "best"), ("heads of the scenario", "present")):
+        x, y, z = np.transpose(np.atleast_1d(content[heads])[-1]["directions"])
+        expected = np.transpose([np.arctan2(y, x), np.arcsin(z)])
+        np.testing.assert_allclose(drawn[name], expected, atol=1e-9)
+    blind = next(each for each in axes.collections if each.get_array() is not None).get_array()
+    assert 0.0 <= np.min(blind) < np.max(blind) <= 100.0
+    assert bar.get_ylabel() == "blind (% of the time)"
+    assert "data:image/png" in placed._repr_html_()
 
 
 @pytest.mark.parametrize(

@@ -50,6 +50,12 @@ def test_the_best_gain_is_found_and_written(folder, gains, tmp_path):
     assert tuned.values == read_scenario(path).replace(**found["values"]).values
     assert json.loads((tmp_path / "report.json").read_text())["free"][0]["before"] == 0.4
     assert any("0.4 -> 0.8" in line or "0.4 -> 0.79" in line for line in said)
+    # in a notebook: the candidates with the lowest value so far, and the sentences of the verb
+    lowest = found.plot().axes[0].get_lines()[-1].get_ydata()
+    assert np.nanmin(lowest) == lowest[-1]
+    assert len(lowest) == found["candidates"]
+    assert {*str(found).splitlines()} <= {*said}
+    assert "data:image/png" in found._repr_html_()
 
 
 def test_a_limit_holds_for_most_runs(scenario, gains, tmp_path):

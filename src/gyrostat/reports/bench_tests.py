@@ -7,7 +7,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from gyrostat.identification.bench_tests import plan_text, verdict_text
-from gyrostat.identification.bench_tests.bench_test import Panel
+from gyrostat.identification.bench_tests.bench_test import Panel, PlannedRecord
 from gyrostat.identification.bench_tests.plan import PlannedTest, TestPlan
 from gyrostat.identification.bench_tests.verdict import BenchVerdict, TestResult
 from gyrostat.identification.judge.acceptance_lines import FAIL, PASS
@@ -59,12 +59,34 @@ def _profiles(planned: PlannedTest) -> Figure:
     rows = -(-len(records) // columns)
     with panels(rows, columns, height=1.9 * rows, squeeze=False, sharey=True) as (figure, grid):
         for axes, record in zip(grid.flat, records, strict=False):
-            # the ends of each step stay visible
-            index = np.unique(np.linspace(0, len(record.time) - 1, MOST_POINTS).astype(int))
-            axes.step(record.time[index], record.current[index], where="post", lw=0.9, color=MODEL)
-            axes.set_title(record.name, fontsize=8)
-            axes.set_xlabel("time (s)")
+            _profile(axes, record)
         for axes in grid[:, 0]:
+            axes.set_ylabel("current (A)")
+    return figure
+
+
+def _profile(axes: Axes, record: PlannedRecord) -> None:
+    """Current of a record over time."""
+    # the ends of each step stay visible
+    index = np.unique(np.linspace(0, len(record.time) - 1, MOST_POINTS).astype(int))
+    axes.step(record.time[index], record.current[index], where="post", lw=0.9, color=MODEL)
+    axes.set_title(record.name, fontsize=8)
+    axes.set_xlabel("time (s)")
+
+
+def plan_figure(plan: TestPlan) -> Figure:
+    """Draw the current of the first record of each test.
+
+    Args:
+        plan: Plan of tests.
+    """
+    first = [each.records[0] for each in plan.tests if each.records]
+    rows = max(1, -(-len(first) // 2))
+    with panels(rows, 2, height=1.9 * rows, squeeze=False) as (figure, grid):
+        for axes in grid.flat[len(first) :]:
+            axes.set_visible(False)
+        for axes, record in zip(grid.flat, first, strict=False):
+            _profile(axes, record)
             axes.set_ylabel("current (A)")
     return figure
 

@@ -35,6 +35,8 @@ AXES = {
     **{"-y": (0.0, -1.0, 0.0), "-z": (0.0, 0.0, -1.0)},
 }
 """Body axes that are named on the map; -x is its edge."""
+HEAD, SURFACE, PRESENT = "head", "surface", "present"
+"""Kinds of directions on the map."""
 
 
 def body_sky_chart(result: Placement) -> tuple[Markup, list[tuple[Markup, str]]]:
@@ -58,7 +60,8 @@ def body_sky_chart(result: Placement) -> tuple[Markup, list[tuple[Markup, str]]]
         f'<ellipse {outline} fill="none" stroke="{QUIET}"/>',
     ]
     legend = []
-    for name, mark, directions in _paths(result):
+    for name, colour, directions in paths(result):
+        mark = f'<circle r="3" fill="{colour}"/>'
         parts += [translate(mark, *_place(direction)) for direction in directions]
         legend.append((name, mark))
     for name, axis in AXES.items():
@@ -81,8 +84,8 @@ def body_sky_chart(result: Placement) -> tuple[Markup, list[tuple[Markup, str]]]
     return Markup("".join([*parts, "</svg>"])), drawn
 
 
-def _paths(result: Placement) -> list[tuple[str, str, Matrix]]:
-    """Name, mark and directions of Sun, Earth and Moon."""
+def paths(result: Placement) -> list[tuple[str, str, Matrix]]:
+    """Name, colour and directions of Sun, Earth and Moon."""
     sky = result.sky
     rows = [
         ("Sun, in sunlight", "#e0a100", sky.sun[sky.sunlight > 0.0]),
@@ -92,7 +95,7 @@ def _paths(result: Placement) -> list[tuple[str, str, Matrix]]:
     return [
         (
             name,
-            f'<circle r="3" fill="{colour}"/>',
+            colour,
             directions[np.unique(np.linspace(0, len(directions) - 1, DOTS).astype(int))],
         )
         for name, colour, directions in rows
@@ -100,24 +103,33 @@ def _paths(result: Placement) -> list[tuple[str, str, Matrix]]:
     ]
 
 
-def _directions(result: Placement) -> list[tuple[str, list[str], Matrix]]:
-    """Name, mark of each and directions of what was found, and of the heads of the scenario."""
+def found_directions(result: Placement) -> list[tuple[str, str, Matrix]]:
+    """Name, kind and directions of what was found, and of the heads of the scenario."""
     best, present = result.best[-1].directions, result.present
-    rows = []
-    ring = f'<circle r="8" fill="white" stroke="{MODEL}" stroke-width="2.2"/>'
-    numbers = [ring + _letter(str(k)) for k in range(1, len(best) + 1)]
-    rows.append((f"best {len(best)} head{'s' if len(best) > 1 else ''}", numbers, best))
-    square = f'<rect x="-8" y="-8" width="16" height="16" fill="white" stroke="{INK}"/>'
+    rows = [(f"best {len(best)} head{'s' if len(best) > 1 else ''}", HEAD, best)]
     for name, surface in (("radiator", result.radiator), ("panel", result.panel)):
         if surface is not None:
-            mark = square + _letter(name[0].upper())
-            rows.append((f"normal of the {name}", [mark], surface.direction[None]))
+            rows.append((f"normal of the {name}", SURFACE, surface.direction[None]))
     if present is not None:
         # last: where a surface is best, there is often a head already
-        cross = f'<path stroke="{MARK}" stroke-width="2" d="M-5-5L5 5M5-5L-5 5"/>'
-        rows.append(
-            ("heads of the scenario", [cross] * len(present.directions), present.directions)
-        )
+        rows.append(("heads of the scenario", PRESENT, present.directions))
+    return rows
+
+
+def _directions(result: Placement) -> list[tuple[str, list[str], Matrix]]:
+    """Name, mark of each and directions of what was found."""
+    ring = f'<circle r="8" fill="white" stroke="{MODEL}" stroke-width="2.2"/>'
+    square = f'<rect x="-8" y="-8" width="16" height="16" fill="white" stroke="{INK}"/>'
+    cross = f'<path stroke="{MARK}" stroke-width="2" d="M-5-5L5 5M5-5L-5 5"/>'
+    rows = []
+    for name, kind, directions in found_directions(result):
+        count = len(directions)
+        marks = [cross] * count
+        if kind == HEAD:
+            marks = [ring + _letter(str(k)) for k in range(1, count + 1)]
+        elif kind == SURFACE:
+            marks = [square + _letter(name.split()[-1][0].upper())] * count
+        rows.append((name, marks, directions))
     return rows
 
 
@@ -129,8 +141,8 @@ def _place(direction: Vector) -> Vector:
     return pixels(*angles(direction))[0]
 
 
-def _shades(result: Placement) -> list[str]:
-    """Areas in which a head is blind for shares of the time."""
+def blind_shares(result: Placement) -> tuple[Vector, Vector, Matrix]:
+    """Longitudes and latitudes of the middles of cells, rad, and shares of time blind there."""
     latitude = np.radians(np.arange(-90, 90, CELL) + 0.5 * CELL)
     longitude = np.radians(np.arange(-180, 180, CELL) + 0.5 * CELL)
     east, north = np.meshgrid(longitude, latitude)
@@ -141,18 +153,24 @@ def _shades(result: Placement) -> list[str]:
     blind = np.mean(margin < 0.0, axis=0)
     for cone in result.blocked:
         blind[cells.reshape(-1, 3) @ cone.direction >= np.cos(cone.angle)] = 1.0
-    levels = np.searchsorted(SHADES, blind, side="right").reshape(east.shape)
-    paths: list[list[str]] = [[] for _ in SHADES]
+    return longitude, latitude, blind.reshape(east.shape)
+
+
+def _shades(result: Placement) -> list[str]:
+    """Areas in which a head is blind for shares of the time."""
+    longitude, latitude, blind = blind_shares(result)
+    levels = np.searchsorted(SHADES, blind, side="right")
+    areas: list[list[str]] = [[] for _ in SHADES]
     half = np.radians(0.5 * CELL)
     for middle, row in zip(latitude, levels, strict=True):
         ends = np.flatnonzero(np.diff(row)) + 1
         for first, last in zip(np.r_[0, ends], np.r_[ends, len(row)], strict=True):
             if row[first] > 0:
                 west, edge = longitude[first] - half, longitude[last - 1] + half
-                paths[row[first] - 1].append(_band(west, edge, middle - half, middle + half))
+                areas[row[first] - 1].append(_band(west, edge, middle - half, middle + half))
     return [
         f'<path fill="{BAND}" fill-opacity="{0.12 + 0.12 * k:.2f}" d="{"".join(cells)}"/>'
-        for k, cells in enumerate(paths)
+        for k, cells in enumerate(areas)
         if cells
     ]
 

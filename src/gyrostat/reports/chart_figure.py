@@ -5,7 +5,9 @@ from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.colors import ListedColormap
 from matplotlib.figure import Figure
+from numpy.typing import NDArray
 
 from gyrostat.core.types import Vector
 from gyrostat.reports.chart import Chart
@@ -21,6 +23,7 @@ FURTHER = ("#d9822b", "#3a9a5b", "#a05bb5", "#b8413c", "#3fa7b5", "#8a7a3c", "#8
 COLOURS = {"s0": MODEL, **{f"s{k}": each for k, each in enumerate(FURTHER, 1)}}
 COLOURS |= {"measured": MEASURED, "required": MARK, "event": MARK, "thin": MODEL, "zero": MEASURED}
 COLOURS |= {"percentile": MEASURED, "narrow": BAND, "wide": BAND, "unknown": MEASURED}
+COLOURS |= {"avoided": MARK}
 DOTTED = {"event": ":", "percentile": ":", "required": "--"}
 
 
@@ -28,8 +31,8 @@ def figure_of(charts: Sequence[Chart], columns: int = 2) -> Figure:
     """Draw charts as the panels of a figure.
 
     Args:
-        charts: Charts with the marks of runs and campaigns: curves, bands, bars, points, stays and
-            levels.
+        charts: Charts with the marks of runs and campaigns: curves, bands, bars, points, stays,
+            cells and levels.
         columns: Number of columns of panels.
     """
     rows = -(-len(charts) // columns)
@@ -112,7 +115,13 @@ def _level(axes: Axes, value: float, name: str, kind: str, *, across: bool = Tru
         axes.text(value, 1.0, f" {literal(name)}", **place, **label)
 
 
+def _cells(axes: Axes, x: Vector, y: Vector, chosen: NDArray[np.bool_], kind: str) -> None:
+    filled = np.where(chosen, 1.0, np.nan)
+    colours = ListedColormap([_colour(kind)])
+    axes.pcolormesh(x, y, filled, cmap=colours, alpha=0.3, lw=0, rasterized=True)
+
+
 _MARKS = {
     **{"line": _line, "band": _band, "bars": _bars, "spans": _spans, "points": _points},
-    **{"stays": _stays, "level": _level},
+    **{"stays": _stays, "level": _level, "cells": _cells},
 }

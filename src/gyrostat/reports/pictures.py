@@ -13,6 +13,7 @@ from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
 from gyrostat.failures import Holdable, Recovery
 from gyrostat.identification import Fit, Validation
+from gyrostat.identification.bench_tests.plan import TestPlan
 from gyrostat.identification.experiment.design import Design
 from gyrostat.identification.gyro.result import GyroNoise
 from gyrostat.identification.judge.fit_changes import Comparison
@@ -23,6 +24,7 @@ from gyrostat.microvibration.result import WaterfallFit
 from gyrostat.microvibration.sight import LineOfSight
 from gyrostat.monitoring.health import Health
 from gyrostat.reports.allan import allan_figure
+from gyrostat.reports.bench_tests import plan_figure as test_plan_figure
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
 from gyrostat.reports.comparison import comparison_figure
 from gyrostat.reports.datasets import run_figure, runs_figure
@@ -34,8 +36,14 @@ from gyrostat.reports.health_picture import health_figure
 from gyrostat.reports.lot import histograms
 from gyrostat.reports.microvibration import sight_figure, waterfall_figure
 from gyrostat.reports.page_units import BENCH_TORQUE
+from gyrostat.reports.placement_picture import placement_figure
 from gyrostat.reports.pool import over_conditions
+from gyrostat.reports.speed_plan_charts import plan_figure as speed_plan_figure
+from gyrostat.reports.tuning import tuning_figure
+from gyrostat.runs.placement_result import Placement
 from gyrostat.search.budget_result import ErrorBudget
+from gyrostat.search.speed_plan import SpeedPlan
+from gyrostat.search.tuning import TunedGains
 from gyrostat.telemetry import Record
 
 HEIGHT = 2.1
@@ -118,6 +126,10 @@ picture.register(LineOfSight, sight_figure)
 picture.register(Lot, histograms)
 picture.register(Pool, over_conditions)
 picture.register(WaterfallFit, waterfall_figure)
+picture.register(Placement, placement_figure)
+picture.register(SpeedPlan, speed_plan_figure)
+picture.register(TestPlan, test_plan_figure)
+picture.register(TunedGains, tuning_figure)
 picture.register(Run, run_figure)
 picture.register(Runs, runs_figure)
 picture.register(Holdable, holdable_figure)

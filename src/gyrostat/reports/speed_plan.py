@@ -14,6 +14,7 @@ from gyrostat.core.units import RPM
 from gyrostat.microvibration.sight import LineOfSight
 from gyrostat.microvibration.sight_text import ARCSEC, bands_text
 from gyrostat.reports.axis import scaled_unit
+from gyrostat.reports.page_units import shown_unit
 from gyrostat.reports.speed_plan_charts import plan_charts
 from gyrostat.reports.template import render
 from gyrostat.runs.speed_plan.flight import Flight
@@ -225,10 +226,10 @@ def page_of(result: SpeedPlan, command: str) -> str:
             without = [result.outside_before, result.outside_after]
             rows.append(("dispersed runs without time in the windows, not in the share", without))
     entries = [entry for _, entry in named_entries(result.plan)]
-    torque, torque_unit = _scaled([entry.torque for entry in entries], "N·m")
-    momentum, momentum_unit = _scaled(
-        [np.append(entry.momentum, entry.null_space) for entry in entries], "N·m·s"
-    )
+    torque, torque_unit = shown_unit("N·m")
+    momenta = [np.append(entry.momentum, entry.null_space) for entry in entries]
+    largest = float(np.max(np.abs(momenta), initial=0.0))
+    momentum, momentum_unit = scaled_unit(largest, "N·m·s", least=0)
     table = [
         (
             f"{entry.window[0]:g} to {entry.window[1]:g}",
@@ -253,10 +254,6 @@ def page_of(result: SpeedPlan, command: str) -> str:
         momentum_unit=momentum_unit,
         command=command,
     )
-
-
-def _scaled(vectors: list[Vector], unit: str) -> tuple[float, str]:
-    return scaled_unit(float(np.max(np.abs(vectors), initial=0.0)), unit, least=0)
 
 
 def _row(vector: Vector) -> str:

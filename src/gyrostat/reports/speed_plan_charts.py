@@ -1,11 +1,13 @@
 """Charts of a plan of wheel speeds beside the present law."""
 
 import numpy as np
-from markupsafe import Markup
+from matplotlib.figure import Figure
 
 from gyrostat.core.units import RPM
-from gyrostat.reports.axis import Axis, axis_of, scaled_unit
+from gyrostat.reports.axis import Axis, axis_of
 from gyrostat.reports.chart import COLOURS, Chart
+from gyrostat.reports.chart_figure import figure_of
+from gyrostat.reports.page_units import shown_unit
 from gyrostat.reports.thinned import thinned
 from gyrostat.reports.time_chart import held
 from gyrostat.runs.speed_plan.flight import Flight
@@ -18,7 +20,7 @@ GROUP = "plan"
 """Charts that are zoomed together."""
 
 
-def plan_charts(result: SpeedPlan) -> list[Markup]:
+def plan_charts(result: SpeedPlan) -> list[Chart]:
     """Wheel speeds and torques of the external actuator over time, by each law on common axes.
 
     Args:
@@ -29,7 +31,7 @@ def plan_charts(result: SpeedPlan) -> list[Markup]:
         flights.append(("with the plan", result.planned))
     speeds = np.concatenate([flight.speed.ravel() for _, flight in flights]) / RPM
     torques = np.concatenate([flight.unloading.ravel() for _, flight in flights])
-    factor, unit = scaled_unit(float(np.max(np.abs(torques), initial=0.0)), "N·m")
+    factor, unit = shown_unit("N·m")
     charts = []
     for name, flight in flights:
         x = Axis(float(flight.time[0]), float(flight.time[-1]), "time (s)")
@@ -54,7 +56,16 @@ def plan_charts(result: SpeedPlan) -> list[Markup]:
             charts.append(chart)
     for chart in charts:
         chart.attributes["group"] = GROUP
-    return [chart.svg() for chart in charts]
+    return charts
+
+
+def plan_figure(result: SpeedPlan) -> Figure:
+    """Draw the charts of a plan; the science windows are grey, the speeds to avoid red.
+
+    Args:
+        result: Plan of wheel speeds.
+    """
+    return figure_of(plan_charts(result), 1 if result.planned is None else 2)
 
 
 def _windows(chart: Chart, flight: Flight) -> None:

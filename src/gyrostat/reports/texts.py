@@ -10,6 +10,10 @@ from gyrostat.failures import Holdable, Recovery
 from gyrostat.reports.datasets import run_lines, runs_lines
 from gyrostat.reports.feasibility import answer_lines
 from gyrostat.reports.recovery import rows_of, verdict_of
+from gyrostat.reports.speed_plan import lines_of
+from gyrostat.reports.tuning import tuning_lines
+from gyrostat.search.speed_plan import SpeedPlan
+from gyrostat.search.tuning import TunedGains
 
 
 @singledispatch
@@ -35,6 +39,18 @@ def _(result: Runs) -> str:
         return "\n".join(runs_lines(result))
     except InputError:
         return xr.Dataset.__repr__(result)
+
+
+@text_of.register
+def _(result: SpeedPlan) -> str:
+    """Crossings by the present law and with the plan."""
+    return "\n".join(lines_of(result))
+
+
+@text_of.register
+def _(result: TunedGains) -> str:
+    """Old and new values, and their proof."""
+    return "\n".join(tuning_lines(result))
 
 
 @text_of.register

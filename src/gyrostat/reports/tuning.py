@@ -18,11 +18,16 @@ from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.metrics.results import metrics_of
 from gyrostat.scenario.unlikely import unlikely_numbers
 from gyrostat.search.tune import COMMON, PERCENT, PROOF
-from gyrostat.search.tuning import FoundTuning, found_tuning
+from gyrostat.search.tuning import FoundTuning, TunedGains, found_tuning
 from gyrostat.search.worst import at_bound
 
 ENOUGH = 0.02
 """Relative improvement below which the given values are as good as the best found."""
+
+
+def tuning_figure(found: TunedGains) -> Figure:
+    """Draw the candidates of a search, from its folder."""
+    return front_figure(found_tuning(found.folder))
 
 
 def tuning_page(folder: Path, command: str, address: str) -> tuple[dict[str, Any], str, list[str]]:
@@ -51,7 +56,7 @@ def tuning_page(folder: Path, command: str, address: str) -> tuple[dict[str, Any
         folder=address,
         command=command,
     )
-    return content, page, _lines(content)
+    return content, page, tuning_lines(content)
 
 
 def _content(tuning: FoundTuning) -> dict[str, Any]:
@@ -114,7 +119,7 @@ def _doubts(metrics: tuple[str, ...], after: Vector) -> list[str]:
     ]
 
 
-def _lines(content: dict[str, Any]) -> list[str]:
+def tuning_lines(content: dict[str, Any]) -> list[str]:
     """The outcome as lines for a terminal."""
     lines = [f"{content['candidates']} candidates, {content['runs']} runs of {content['scenario']}"]
     for each in content["free"]:

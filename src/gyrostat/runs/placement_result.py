@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.core.pictured import Pictured
 from gyrostat.core.text import plain, triple
 from gyrostat.runs.blind_windows import percent
 from gyrostat.runs.body_sky import BodySky
@@ -14,7 +15,7 @@ from gyrostat.runs.surface_placement import Surface
 
 
 @dataclass(frozen=True, eq=False)
-class Placement:
+class Placement(Pictured):
     """Best directions in body axes, and what they see.
 
     Attributes:

@@ -9,6 +9,7 @@ import numpy as np
 from gyrostat.campaigns.engine import LANES, fly, fly_nominal
 from gyrostat.campaigns.summary import share_bounds
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import PicturedText
 from gyrostat.microvibration.sight import LineOfSight
 from gyrostat.runs.sight_in_run import SightInRun
 from gyrostat.runs.speed_plan.demand import Limits, bands_of, demand_of
@@ -24,7 +25,7 @@ FLIGHTS = 3
 
 
 @dataclass(frozen=True)
-class SpeedPlan:
+class SpeedPlan(PicturedText):
     """Plan of wheel speeds for the science windows of a scenario.
 
     Attributes:

@@ -3,11 +3,12 @@
 from collections.abc import Generator, Iterable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple, Self, final
 
 import numpy as np
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import PicturedText
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.scenario.kinds.registry import numbers_of
 from gyrostat.scenario.scenario import Dispersion, Scenario
@@ -175,6 +176,17 @@ def _bounds(scenario: Scenario, key: str, text: str | None) -> tuple[float, floa
     if not low < high:
         raise InputError(f"--free {key}: found {low:g} to {high:g}, expected the smaller one first")
     return low, high
+
+
+@final
+class TunedGains(dict[str, Any], PicturedText):
+    """Content of report.json of a search for gains, as `tune` returns it.
+
+    Attributes:
+        folder: Folder of the search.
+    """
+
+    folder: Path
 
 
 class FoundTuning(NamedTuple):

@@ -13,6 +13,7 @@ from gyrostat.verbs.scenario_check import say_unlikely, scenario_of
 
 if TYPE_CHECKING:
     from gyrostat.scenario import Scenario
+    from gyrostat.search.tuning import TunedGains
 
 TUNED = "tuned.toml"
 """Name of the tuned scenario."""
@@ -35,7 +36,7 @@ def tune(
     say: Say = silent,
     command: str = "gyrostat.tune",
     **changes: Any,
-) -> dict[str, Any]:
+) -> "TunedGains":
     """Search for the values of free numbers that minimise a metric, and prove them on fresh runs.
 
     All candidates are simulated with the same draws and noise. A candidate is judged by the values
@@ -62,14 +63,14 @@ def tune(
 
     Returns:
         The content of report.json, SI units; "values" has the best value of each free key, for
-        `Scenario.replace`.
+        `Scenario.replace`. Its `plot()` draws the candidates with their front.
 
     Raises:
         InputError: A key, metric or limit does not fit the scenario, or options cannot be used.
     """
     from gyrostat.core.files import check_writable
     from gyrostat.search.execute import Options
-    from gyrostat.search.tuning import Tuning
+    from gyrostat.search.tuning import TunedGains, Tuning
     from gyrostat.verbs.searches import run_question
 
     folder = Path(out)
@@ -87,7 +88,9 @@ def tune(
     values = {each["key"]: each["after"] for each in content["free"]}
     if isinstance(scenario, str | Path) and not changes:
         _write(Path(scenario), definition.replace(**values), values, folder, say)
-    return {**content, "values": values}
+    result = TunedGains(content, values=values)
+    result.folder = folder
+    return result
 
 
 def _write(

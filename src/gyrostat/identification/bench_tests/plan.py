@@ -4,6 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import Pictured
 from gyrostat.core.views import lines
 from gyrostat.identification.bench_tests.bench_sheet import BenchSheet
 from gyrostat.identification.bench_tests.bench_test import BenchTest, PlannedRecord, bench_tests
@@ -28,7 +29,7 @@ class PlannedTest:
 
 
 @dataclass(frozen=True, repr=False)
-class TestPlan:
+class TestPlan(Pictured):
     """Plan of bench tests.
 
     Attributes:
