@@ -31,6 +31,7 @@ from gyrostat.papers.carrara_kuga.dispersed import crossing_figure
 from gyrostat.reports import friction_charts, record_charts, sky_chart
 from gyrostat.reports.allan import allan_figure
 from gyrostat.reports.body_sky_map import body_sky_chart
+from gyrostat.reports.campaign_charts import histograms, scatter_plots
 from gyrostat.reports.chart_frame import WIDTH
 from gyrostat.reports.colours import BAND, MARK, MODEL
 from gyrostat.reports.drawing import STYLE
@@ -80,6 +81,16 @@ def error_budget_figure(folder: Path) -> Figure:
         {"index": "RPE", "value": "30 arcsec", "level": 0.95, "window": "10 s"},
     ]
     return budget(scenario, folder / "budget", runs=128, requirements=required).plot()
+
+
+def campaign_charts(folder: Path) -> list[list[Markup]]:
+    """Error of 1000 runs whose wheels pass through zero speed, and its strongest driver."""
+    path = ROOT / "examples" / "scenarios" / "zero_crossing_model.toml"
+    campaign(path, runs=1000, seed=1, out=folder / "campaign")
+    scenario, columns = read_scenario(path), Store(folder / "campaign").columns()
+    shown = {"error_p99.7": ["wheel.d.coulomb"]}
+    bars = [chart.svg() for chart in histograms(scenario, columns, shown)]
+    return [bars, scatter_plots(scenario, columns, shown)["error_p99.7"]]
 
 
 def flying_wheel_charts() -> list[list[Markup]]:
@@ -157,6 +168,7 @@ def main():
     with TemporaryDirectory() as scratch:
         budget_figure = error_budget_figure(Path(scratch))
         safe_mode = safe_mode_charts(Path(scratch))
+        of_campaign = campaign_charts(Path(scratch))
     drawn = {
         "crossing_zero": crossing_figure(),
         "error_budget": budget_figure,
@@ -170,6 +182,7 @@ def main():
         "wheel_friction": friction_charts(fit),
         "wheel_health": flying_wheel_charts(),
         "safe_mode": safe_mode,
+        "campaign": of_campaign,
     }
     folder = ROOT / "docs" / "images"
     folder.mkdir(exist_ok=True)

@@ -339,7 +339,7 @@ METRICS_OUT = """## Metrics
 
 The columns of the table of runs, in addition to `run`, the drawn values, `status` (0: complete)
 and `ended` (s). They are computed during the run. Percentiles are exact, by rank, except in very
-long runs ([campaign](campaign.md#reading-the-report)).
+long runs ([campaign](campaign_background.md#percentiles)).
 """
 WINDOW_TEXT = """Metrics of a part of a run, such as the imaging after a slew. The names of these
 metrics start with the name of the window: `imaging.error_max`.

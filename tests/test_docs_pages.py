@@ -5,6 +5,8 @@ from importlib.util import module_from_spec, spec_from_file_location
 from pathlib import Path
 
 DOCS = Path(__file__).parents[1] / "docs"
+LONGEST = 1200
+"""Largest number of words of a tutorial."""
 
 
 def test_pages_can_be_read_with_a_keyboard_and_on_a_phone():
@@ -30,6 +32,42 @@ def test_pages_can_be_read_with_a_keyboard_and_on_a_phone():
         '<p tabindex="0"><img src="a.png"/></p><p tabindex="0"><img src="a.svg"/></p>'
         "<summary>Show</summary><premise>"
     )
+
+
+def prose(text):
+    """Text of a page without code, tables, pictures and formulas."""
+    text = re.sub(r"\A---\n.*?\n---\n", "", text, flags=re.DOTALL)
+    text = re.sub(r"^(`{3,}|:{3,}).*?^\1\s*$", "", text, flags=re.DOTALL | re.MULTILINE)
+    text = re.sub(r"!\[.*?\]\(\S+\)|\$\$.*?\$\$", "", text, flags=re.DOTALL)
+    return "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("|"))
+
+
+def test_a_tutorial_with_a_background_is_short():
+    backgrounds = [*DOCS.glob("*_background.md")]
+    assert len(backgrounds) > 5
+    for background in backgrounds:
+        page = DOCS / background.name.replace("_background", "")
+        text = page.read_text(encoding="utf-8")
+        assert len(prose(text).split()) <= LONGEST, page.name
+        assert f"({background.name}" in text, f"{page.name} does not lead to its background"
+
+
+def test_links_between_pages_lead_to_files_and_headings():
+    labels = {}
+    for page in DOCS.glob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        heads = re.findall(r"^#+ (.*)$", prose(text), re.MULTILINE)
+        words = (re.sub(r"[^\w\- ]|\(\S*\)", "", head.replace("](", "] (")) for head in heads)
+        labels[page.name] = {each.strip().lower().replace(" ", "-") for each in words}
+        labels[page.name] |= {*re.findall(r"^\(([\w-]+)\)=$", text, re.MULTILINE)}
+        # docutils names a section such as [[metrics.window]] in its own way
+        labels[page.name] |= {re.sub(r"\W+", "-", head).strip("-").lower() for head in heads}
+    for page in DOCS.glob("*.md"):
+        text = page.read_text(encoding="utf-8")
+        for name, label in re.findall(r"\]\(([\w./-]*\.md)?(?:#([\w-]+))?\)", text):
+            assert not name or (DOCS / name).is_file(), f"{page.name}: {name}"
+            known = labels.get(name or page.name)
+            assert not label or known is None or label in known, f"{page.name}: {name}#{label}"
 
 
 def test_pictures_of_the_pages_exist_and_have_words():
