@@ -2,7 +2,9 @@
 
 import hashlib
 import json
+import re
 from dataclasses import replace
+from html import unescape
 from pathlib import Path
 
 import numpy as np
@@ -10,6 +12,7 @@ import pytest
 
 import gyrostat as gs
 from gyrostat.core.errors import InputError
+from gyrostat.core.text import measured as measured_text
 from gyrostat.core.units import RPM
 from gyrostat.identification.bench_tests.bench_sheet import read_bench_sheet
 from gyrostat.identification.bench_tests.bench_test import (
@@ -359,6 +362,13 @@ def test_plan_records_and_report_from_end_to_end(sheet_file, measured, tmp_path)
         assert row.sigma < 0.01 * row.measured
     assert rows["torque_ripple", 0].verdict == NOT_JUDGED
     assert "not run: no record breakaway-ramp" in rows["torque_ripple", 0].why
+    row = rows["loss_torque", 1]
+    titles = [axes.get_title() for axes in verdict.plot().axes if axes.get_visible()]
+    panels = [each.outcome.panels[0] for each in verdict.results if each.outcome is not None]
+    assert titles[: len(panels)] == [panel.title for panel in panels]
+    unit = row.limit.unit
+    text = measured_text(row.measured / unit.factor, row.sigma / unit.factor)
+    assert re.search(rf" {unit.symbol} +{re.escape(text)} ", unescape(verdict._repr_html_()))
     content = json.loads((tmp_path / "report/acceptance.json").read_text(encoding="utf-8"))
     digest = hashlib.sha256((folder / "coast-down-positive.csv").read_bytes()).hexdigest()
     assert content["records"][0]["sha256"] == digest

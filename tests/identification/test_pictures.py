@@ -7,10 +7,13 @@ import numpy as np
 import pytest
 from matplotlib.figure import Figure
 
+from gyrostat.core.text import measured
 from gyrostat.core.units import RPM
 from gyrostat.identification import Fit, Lot, Pool, compare_fits, stored_fit, validate
 from gyrostat.identification.experiment.design import Design
 from gyrostat.identification.result.fit_text import parameter_rows
+from gyrostat.identification.result.temperature_trend import TemperatureTrend
+from gyrostat.identification.uncertainty.averaging import Effect
 from gyrostat.reports.pictures import picture
 
 
@@ -54,6 +57,21 @@ def test_notebook_shows_the_text_of_the_command_line_and_a_picture(plain, record
         assert b64decode(image.split("base64,")[1].split('"')[0]).startswith(b"\x89PNG")
     assert "the model holds" in str(held)
     assert "significant over" in str(both)
+
+
+def test_parts_of_results_have_their_uncertainty_and_unit_in_a_notebook(plain):
+    both = compare_fits([stored_fit(plain)] * 2, ["a", "b"], same_wheel=True, same_bench=True)
+    change = next(each for each in both.changes if each.parameter == "coulomb")
+    effect = Effect("r", "ripple", 0.5, 2e-5, 1e-6, "N·m")
+    values = np.array([[5.0, 40.0], [2e-3, 1e-3], [2e-5, 1e-5]])
+    trend = TemperatureTrend("coulomb", "N·m", *values, -3e-5, 4e-7)
+    for part, texts in (
+        (change, (measured(change.difference, change.sigma), "N·m")),
+        (effect, (measured(2e-5, 1e-6), "N·m", "50 %")),
+        (trend, ("5 °C", measured(2e-3, 2e-5), measured(-3e-5, 4e-7), "N·m/°C")),
+    ):
+        html = unescape(part._repr_html_())
+        assert [text for text in texts if text not in html] == []
 
 
 @pytest.mark.parametrize("kind", [Lot, Pool, Design, Fit])

@@ -1,8 +1,10 @@
 """Results that are drawn, and shown with their picture in a notebook."""
 
+from html import escape
 from typing import TYPE_CHECKING
 
 from gyrostat.core.handed_down import handed_down
+from gyrostat.core.views import lines
 
 if TYPE_CHECKING:
     from matplotlib.figure import Figure
@@ -23,6 +25,14 @@ class Pictured:
     def _repr_html_(self) -> str:
         """Text of the result and its picture, for a notebook."""
         return handed_down("notebook_html")(self)
+
+
+class Listed:
+    """Part of a result whose text has its uncertainty and unit, which a notebook shows."""
+
+    def _repr_html_(self) -> str:
+        """Table of the part, as the command line has it."""
+        return f"<pre>{escape(chr(10).join(lines(self)))}</pre>"
 
 
 class PicturedText(Pictured):

@@ -177,6 +177,23 @@ def report_pdf(verdict: BenchVerdict, *, command: str) -> bytes:
     return buffer.getvalue()
 
 
+def verdict_figure(verdict: BenchVerdict) -> Figure:
+    """Draw the first picture of each test that was run.
+
+    Args:
+        verdict: Verdict on the tests.
+    """
+    outcomes = [each.outcome for each in verdict.results if each.outcome is not None]
+    first = [outcome.panels[0] for outcome in outcomes if outcome.panels]
+    rows = max(1, -(-len(first) // 2))
+    with panels(rows, 2, height=HEIGHT * rows, squeeze=False) as (figure, grid):
+        for axes in grid.flat[len(first) :]:
+            axes.set_visible(False)
+        for axes, panel in zip(grid.flat, first, strict=False):
+            draw(axes, panel)
+    return figure
+
+
 def _figures(result: TestResult) -> list[Figure]:
     """Figure of each picture of a test."""
     figures = []

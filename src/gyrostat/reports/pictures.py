@@ -14,6 +14,7 @@ from gyrostat.core.units import RPM
 from gyrostat.failures import Holdable, Recovery
 from gyrostat.identification import Fit, Validation
 from gyrostat.identification.bench_tests.plan import TestPlan
+from gyrostat.identification.bench_tests.verdict import BenchVerdict
 from gyrostat.identification.experiment.design import Design
 from gyrostat.identification.gyro.result import GyroNoise
 from gyrostat.identification.judge.fit_changes import Comparison
@@ -25,6 +26,7 @@ from gyrostat.microvibration.sight import LineOfSight
 from gyrostat.monitoring.health import Health
 from gyrostat.reports.allan import allan_figure
 from gyrostat.reports.bench_tests import plan_figure as test_plan_figure
+from gyrostat.reports.bench_tests import verdict_figure
 from gyrostat.reports.colours import BAND, MARK, MEASURED, MODEL
 from gyrostat.reports.comparison import comparison_figure
 from gyrostat.reports.datasets import run_figure, runs_figure
@@ -129,6 +131,7 @@ picture.register(WaterfallFit, waterfall_figure)
 picture.register(Placement, placement_figure)
 picture.register(SpeedPlan, speed_plan_figure)
 picture.register(TestPlan, test_plan_figure)
+picture.register(BenchVerdict, verdict_figure)
 picture.register(TunedGains, tuning_figure)
 picture.register(Run, run_figure)
 picture.register(Runs, runs_figure)

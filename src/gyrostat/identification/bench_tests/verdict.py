@@ -7,6 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import Pictured
 from gyrostat.core.views import lines
 from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, Instrument
 from gyrostat.identification.bench_tests.bench_test import BenchTest, Motor, Outcome, PlannedRecord
@@ -65,7 +66,7 @@ class TestResult:
 
 
 @dataclass(frozen=True, repr=False)
-class BenchVerdict:
+class BenchVerdict(Pictured):
     """Verdict on the tests of one wheel.
 
     Attributes:

@@ -35,6 +35,14 @@ def _spread(item: BatchSpread, factor: float, unit: str) -> tuple[str, ...]:
     return item.parameter, mean, f"{plain(factor * item.spread, 3)} ({low} to {high})", unit
 
 
+_TABLES: dict[type, tuple[tuple[str, ...], Callable[[Any, float, str], tuple[str, ...]]]] = {
+    Change: (("parameter", "fit", "against", "difference ± sigma", "unit"), _change),
+    Trend: (("parameter", "change per year ± sigma", "unit"), _trend),
+    BatchSpread: (("parameter", "mean ± sigma", "spread between wheels (95 %)", "unit"), _spread),
+}
+"""Class of a row -> header and cells, without its significance."""
+
+
 def _significance(item: Any) -> tuple[str, str]:
     chance = "< 0.0001" if item.chance < 1e-4 else f"{item.chance:.4f}"
     return chance, "YES" if item.significant else "no"
@@ -49,31 +57,25 @@ def tables(
         comparison: Comparison of fits.
         units: Parameter -> factor from SI and unit in which it is shown; None: SI units.
     """
-    changes = ("parameter", "fit", "against", "difference ± sigma", "unit")
-    trends = ("parameter", "change per year ± sigma", "unit")
-    spreads = ("parameter", "mean ± sigma", "spread between wheels (95 %)", "unit")
-    every: tuple[Any, ...] = (
-        ("Differences", changes, _change, comparison.changes),
-        ("Trends", trends, _trend, comparison.trends),
-        ("Spread between wheels", spreads, _spread, comparison.spreads),
+    every = (
+        ("Differences", comparison.changes),
+        ("Trends", comparison.trends),
+        ("Spread between wheels", comparison.spreads),
     )
     return [
-        (
-            title,
-            (*header, "p", "significant"),
-            [((*_in_units(text, item, units or {}), *_significance(item)), item) for item in items],
-        )
-        for title, header, text, items in every
+        (title, _header(items[0]), [(_row(item, units or {}), item) for item in items])
+        for title, items in every
         if items
     ]
 
 
-def _in_units(
-    text: Callable[[Any, float, str], tuple[str, ...]],
-    item: Any,
-    units: Mapping[str, tuple[float, str]],
-) -> tuple[str, ...]:
-    return text(item, *units.get(item.parameter, (1.0, item.unit)))
+def _header(item: Any) -> tuple[str, ...]:
+    return (*_TABLES[type(item)][0], "p", "significant")
+
+
+def _row(item: Any, units: Mapping[str, tuple[float, str]]) -> tuple[str, ...]:
+    cells = _TABLES[type(item)][1](item, *units.get(item.parameter, (1.0, item.unit)))
+    return (*cells, *_significance(item))
 
 
 def verdict(comparison: Comparison) -> str:
@@ -95,6 +97,14 @@ def shared_text(comparison: Comparison) -> str:
     if not names:
         return f"fits of {kind}; all errors are taken as independent"
     return f"fits of {kind}; the error of the {names} is common to them and cancels in differences"
+
+
+@text_view.register(Change)
+@text_view.register(Trend)
+@text_view.register(BatchSpread)
+def row_table(item: Any) -> list[str]:
+    """Format one row of a comparison with its header, in lines."""
+    return aligned([_row(item, {})], _header(item))
 
 
 @text_view.register(Comparison)

@@ -6,7 +6,7 @@ from typing import Any
 
 import numpy as np
 
-from gyrostat.core.pictured import Pictured
+from gyrostat.core.pictured import Listed, Pictured
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.views import lines
 from gyrostat.identification.result.stored_fit import StoredFit
@@ -18,7 +18,7 @@ OTHERS = "mean of the others"
 ALL = "all parameters"
 
 
-class _Tested:
+class _Tested(Listed):
     """Result of one test of a comparison."""
 
     chance: float

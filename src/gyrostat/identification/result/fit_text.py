@@ -9,6 +9,8 @@ from gyrostat.core.text import aligned, measured, plain
 from gyrostat.core.units import RPM, si_unit
 from gyrostat.core.views import lines as text_view
 from gyrostat.identification.result.fit import Fit
+from gyrostat.identification.result.temperature_trend import TemperatureTrend
+from gyrostat.identification.uncertainty.averaging import Effect
 
 if TYPE_CHECKING:
     from gyrostat.identification.uncertainty.posterior import Posterior
@@ -76,11 +78,33 @@ def effect_rows(fit: Fit) -> Iterator[tuple[str, str, str]]:
     Args:
         fit: The fit.
     """
-    for effect in fit.effects:
-        factor, unit = (100.0, "%") if effect.unit == "1" else (1.0, effect.unit)
-        value = factor * effect.value
-        size = plain(value, 2) if effect.sigma is None else measured(value, factor * effect.sigma)
-        yield effect.title, f"{size} {unit}", f"{100.0 * effect.probability:.0f} %"
+    yield from map(_effect_row, fit.effects)
+
+
+def _effect_row(effect: Effect) -> tuple[str, str, str]:
+    factor, unit = (100.0, "%") if effect.unit == "1" else (1.0, effect.unit)
+    value = factor * effect.value
+    size = plain(value, 2) if effect.sigma is None else measured(value, factor * effect.sigma)
+    return effect.title, f"{size} {unit}", f"{100.0 * effect.probability:.0f} %"
+
+
+@text_view.register
+def effect_table(effect: Effect) -> list[str]:
+    """Format an effect outside the model with its header, in lines."""
+    return aligned([_effect_row(effect)], ("effect", "size if present ± sigma", "probability"))
+
+
+@text_view.register
+def temperature_table(trend: TemperatureTrend) -> list[str]:
+    """Format the values of a parameter over temperature, and their slope, in lines."""
+    rows = [
+        (f"{plain(temperature)} °C", measured(value, sigma), trend.unit)
+        for temperature, value, sigma in zip(
+            trend.temperature, trend.value, trend.sigma, strict=True
+        )
+    ]
+    slope = ("slope", measured(trend.slope, trend.slope_sigma), f"{trend.unit}/°C")
+    return aligned([*rows, slope], (trend.name, "value ± sigma", "unit"))
 
 
 def score_rows(fit: Fit) -> Iterator[tuple[str, str, str]]:

@@ -2,11 +2,12 @@
 
 from dataclasses import dataclass
 
+from gyrostat.core.pictured import Listed
 from gyrostat.core.types import Vector
 
 
 @dataclass(frozen=True)
-class TemperatureTrend:
+class TemperatureTrend(Listed):
     """Values of one parameter over the mean temperatures of the records.
 
     Attributes:

@@ -15,6 +15,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gyrostat.core.pictured import Listed
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.fit.least_squares import Prior
 from gyrostat.identification.read.findings import Finding, Score
@@ -34,7 +35,7 @@ considered."""
 
 
 @dataclass(frozen=True)
-class Effect:
+class Effect(Listed):
     """Posterior of one candidate effect.
 
     Attributes:
