@@ -156,11 +156,11 @@ def test_unloading_the_momentum_that_is_named_makes_the_target_feasible(run, fea
 
 
 def test_the_times_of_unloading_are_momentum_over_torque(feasible):
-    """0.177 N·m·s: 177 s by 1 mN·m; 0.177 / 30e-6 s, 98.5 min, by 1 A·m² in 30 µT."""
+    """0.177 N·m·s: 177 s by 1000 µN·m; 0.177 / 30e-6 s, 98.5 min, by 1 A·m² in 30 µT."""
     words = ("--momentum", "0.46,-0.04,0.82", "--failed", "x=180rpm", "--target", "1,0,0,0")
     answer, said, _ = feasible(*words)
     np.testing.assert_allclose(answer["unload"], [0.46 - 0.015 * 180.0 * RPM, 0.0, 0.0], atol=1e-12)
-    assert "177 s with a thruster torque of 1 mN·m; at least 98.5 min with torque rods" in said
+    assert "177 s with a thruster torque of 1000 µN·m; at least 98.5 min with torque rods" in said
     assert answer["next"][0]["command"] == ""
     assert "give attitude, rate and wheel speeds" in said
 
