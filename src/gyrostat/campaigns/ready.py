@@ -68,8 +68,10 @@ def _begin(structure: Structure) -> Callable[..., Any]:
 
 
 def _of_definite_type(leaf: Any) -> Any:
-    """Array whose type is not weak: with the weak types of Python's numbers, which the carry of a
-    scan loses, the chunk after the first one would be another program."""
+    """Array without the weak type of a number of Python.
+
+    A scan returns its carry without it: the chunk after the first one would be another program.
+    """
     return leaf if is_random_key(leaf) else jax.lax.convert_element_type(leaf, leaf.dtype)
 
 
