@@ -224,7 +224,7 @@ async function fly() {
   do {
     again = false;
     panel.dataset.state = "flying";
-    try { await flight(); } catch (error) {
+    try { await flight(); panel.dataset.state = "ready"; } catch (error) {
       if (again) continue;
       fail(error, " Move a slider, or press reset, to try again.");
       if (last) back();
@@ -249,13 +249,12 @@ async function flight() {
   good = asked; last = answer.run; cloud = null;
   draw(); table();
   panel.flown = { results: [...last.results], error: last.signals.error, flight: answer.time, picture: performance.now() - began };
-  if (!again && isMany()) await fly_cloud();
+  if (!again && isMany()) await flyCloud();
   const { picture, many: whole } = panel.flown;
   $(".speed").textContent = `${picture.toFixed(0)} ms${whole ? `, ${cloud.length} runs ${whole.toFixed(0)} ms` : ""}`;
-  panel.dataset.state = "ready";
   panel.dataset.picture = +panel.dataset.picture + 1;
 }
-async function fly_cloud() {
+async function flyCloud() {
   const began = performance.now(), { nominal: values, cloud: runs, refused, of, concerned } = many(), count = Math.min(8, navigator.hardwareConcurrency || 1);
   while (workers.length < count) worker();
   // whole groups of lanes; a worker that is done takes the next one
