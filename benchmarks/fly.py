@@ -88,7 +88,7 @@ def measured(path, browser, folder):
     row = {name: column[0] for name, column in nominal.columns.items()}
     history = nominal.histories.of_run(0).arrays()
     began = time.perf_counter()
-    content = fly_content(scenario, 0, {"nominal": (0, None)}, history, print)
+    content = fly_content(scenario, 0, {"nominal": (0, None)}, print)
     made = time.perf_counter() - began
     if "lacking" in content:
         return None
