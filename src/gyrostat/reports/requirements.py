@@ -1,5 +1,6 @@
 """Pointing requirements in the report of a campaign: verdicts, and errors over time."""
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -10,13 +11,12 @@ from gyrostat.campaigns import Store
 from gyrostat.campaigns.blocks import list_parts
 from gyrostat.campaigns.pointing.campaign import ERROR_PROFILE, PROFILED, counts_name, profile_name
 from gyrostat.campaigns.pointing.collected import instants
-from gyrostat.campaigns.pointing.text import angle_text, is_of_error, requirement_text
+from gyrostat.campaigns.pointing.text import ARCSECOND, angle_text, is_of_error, requirement_text
 from gyrostat.campaigns.pointing.verdicts import Verdict, judged
 from gyrostat.campaigns.summary import Estimate
 from gyrostat.core.text import or_none
 from gyrostat.reports.axis import Axis, axis_of
 from gyrostat.reports.chart import Chart
-from gyrostat.reports.page_units import shown_unit
 from gyrostat.scenario import Scenario
 from gyrostat.scenario.metrics.results import metrics_of
 from gyrostat.scenario.requirement import Requirement
@@ -84,13 +84,13 @@ def size_text(entry: dict[str, Any]) -> str:
     value = entry["size"]["value"]
     if value is None:
         return "not determined"
-    return ("at most " if entry["size_is_limit"] else "") + angle_text(value)
+    return ("at most " if entry["size_is_limit"] else "") + angle_text(value, entry["required"])
 
 
 def interval_text(entry: dict[str, Any]) -> str:
     """Confidence limits of the size as text, also if one is missing."""
     low, high = entry["size"]["low"], entry["size"]["high"]
-    texts = [angle_text(each) for each in (low, high)]
+    texts = [angle_text(each, entry["required"]) for each in (low, high)]
     if not low and high is None:
         return "without confidence limits"
     if high is None:
@@ -130,9 +130,9 @@ def required_in(scenario: Scenario, metric: str) -> list[tuple[float, str]]:
                 share = 1.0 - each.level
                 pairs.append((share, f"allowed {100.0 * share:.3g} %"))
             else:
-                pairs.append((each.value, f"required {angle_text(each.value)}"))
+                pairs.append((each.value, f"required {angle_text(each.value, each.value)}"))
         elif is_error and window in ("", *each.during) and _is_error_of(each, scenario, window):
-            pairs.append((each.value, f"{each.name} {angle_text(each.value)}"))
+            pairs.append((each.value, f"{each.name} {angle_text(each.value, each.value)}"))
     return pairs
 
 
@@ -182,7 +182,8 @@ def _band_chart(
     """Chart of the bands of one quantity."""
     has_values = np.sum(np.isfinite(values), axis=0) > 0
     times, values = times[has_values], values[:, has_values]
-    scale, unit = shown_unit("rad")
+    is_small = np.nanmax(values) < math.radians(1.0)
+    scale = 1.0 / ARCSECOND if is_small else math.degrees(1.0)
     values = values * scale
     percentiles = [*(end for low, high, _ in BANDS for end in (low, high)), 50.0, 100.0]
     *edges, middle, largest = np.nanpercentile(values, percentiles, axis=0)
@@ -191,13 +192,14 @@ def _band_chart(
     extents = np.concatenate([largest, limits, edges[0] if is_log else [0.0]])
     y = axis_of(extents, "", is_log=is_log)
     y = y if is_log else y._replace(low=0.0)
-    chart = Chart(f"{label} ({unit})", x, y, {"group": "time"})
+    title = f"{label} ({'arcsec' if is_small else 'deg'})"
+    chart = Chart(title, x, y, {"group": "time"})
     for k, (*_, kind) in enumerate(BANDS):
         chart.band(times, edges[2 * k], edges[2 * k + 1], kind)
     chart.line(times, middle, "median", "s0")
     chart.line(times, edges[1], "95 %", "hidden")
     chart.line(times, largest, "largest", "thin")
     for value, name in required:
-        text = f"{name} {angle_text(value)}".strip()
+        text = f"{name} {angle_text(value, value)}".strip()
         chart.level(value * scale, text, "required")
     return chart.svg()

@@ -51,7 +51,7 @@ def run_charts(
     ]
     for each in scenario.requirements:
         if is_of_error(each, scenario):
-            text = f"{each.name} {angle_text(each.value)}"
+            text = f"{each.name} {angle_text(each.value, each.value)}"
             charts[0].level(float(np.degrees(each.value)), text, "required")
     shown_modes = mode_chart(modes(scenario.parts), history)
     if shown_modes is not None:

@@ -8,22 +8,21 @@ from gyrostat.scenario.requirement import Requirement
 from gyrostat.scenario.scenario import Scenario
 
 ARCSECOND = math.pi / 648_000.0
-SMALL = math.radians(0.1) * (1.0 - 1e-9)
-"""Angle below which a requirement is stated in arcseconds too; less the rounding of 0.1 deg."""
 
 
-def angle_text(value: float | None, digits: int = 4) -> str:
-    """Angle in degrees, as all pages and summaries of runs have it."""
+def angle_text(value: float | None, like: float, digits: int = 4) -> str:
+    """Angle in degrees, or in arcseconds if the required angle `like` is below 0.1 deg."""
     if value is None or not math.isfinite(value):
         return "none"
+    # the margin is for the rounding of a value that is given in degrees
+    if like < math.radians(0.1) * (1.0 - 1e-9):
+        return f"{plain(value / ARCSECOND, digits)} arcsec"
     return f"{plain(math.degrees(value), digits)} deg"
 
 
 def requirement_text(each: Requirement) -> str:
-    """Requirement as a sentence; a small value also in arcseconds, in which it is often given."""
-    parts = [f"{each.index} at most {angle_text(each.value, 6)}"]
-    if each.value < SMALL:
-        parts[0] += f" ({plain(each.value / ARCSECOND, 6)} arcsec)"
+    """Requirement as a sentence."""
+    parts = [f"{each.index} at most {angle_text(each.value, each.value, 6)}"]
     where = {"half_cone": "half cone of the boresight", "about": "about the boresight"}
     where["full"] = "full attitude error"
     parts.append(where.get(each.axis, f"axis {each.axis}"))
