@@ -200,8 +200,8 @@ def test_commanded_attitude_is_outside_of_all_cones_between_samples(scenario):
     modes = np.searchsorted(starts, np.asarray(run["time"]), side="right") - 1
     np.testing.assert_array_equal(np.asarray(run["mode"]), modes)
     np.testing.assert_array_equal(np.asarray(run["mode_start"]), starts[modes])
-    # and with the rate and the acceleration of the reference, without which it lags by degrees
-    assert np.max(np.asarray(run["error"])) < np.radians(0.3)
+    # and with its rate: 0.19 deg at most, 0.32 deg without the rate
+    assert np.max(np.asarray(run["error"])) < np.radians(0.25)
 
 
 def test_slews_of_a_list_lead_around_a_cone(scenario):
