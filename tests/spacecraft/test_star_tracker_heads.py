@@ -215,7 +215,7 @@ def test_the_filter_continues_on_the_gyro_while_all_heads_are_blind(orbit, frict
         ),
         duration=360.0,
         control_period=1.0,
-        engine="jax",
+        engine="auto",
     )
     measured, seen = found.attitude_measured.values, found.tracker_heads.values
     np.testing.assert_array_equal(measured, seen[:, 0])
