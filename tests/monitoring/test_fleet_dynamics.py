@@ -152,7 +152,8 @@ def simulated(cell, flight, first_speed):
         attitude=path.quaternion[0], rate=path.rate[0], wheel_speed=np.asarray(first_speed, float)
     )
     run = simulate(
-        plant, controller, FullSensor(plant), start=start, duration=DURATION, control_period=0.125
+        *(plant, controller, FullSensor(plant)),
+        **{"start": start, "duration": DURATION, "control_period": 0.125, "engine": "auto"},
     )
     return run
 
