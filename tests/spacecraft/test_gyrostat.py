@@ -156,7 +156,7 @@ def flights():
     starts = [plant.start(**start) for plant, start in zip(plants, starts, strict=True)]
     sensors = [SpacecraftSensor(plant) for plant in plants]
     parts = (stack(part) for part in (plants, starts, controls, sensors))
-    found = fly(*parts, runs=len(FLIGHTS))
+    found = fly(*parts, runs=len(FLIGHTS), engine="auto")
     return {name: found.isel(run=k) for k, name in enumerate(FLIGHTS)}
 
 
