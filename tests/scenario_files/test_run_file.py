@@ -87,6 +87,6 @@ def test_lines_on_a_run_are_about_its_own_values(written):
     """A cone of 180 deg has the Sun in it in every attitude, that of the scenario in none."""
     assert read_run(written(), print).line() == "values of the run, SI: those of the scenario"
     path, lines = written(values={"keep_out.camera.sun": 3.1415}, run=4), []
-    verbs.simulate(path, engine="jax", say=lines.append)
+    verbs.simulate(path, engine="auto", say=lines.append)
     assert [line for line in lines if "keep_out camera: found the Sun too near" in line]
     assert "values of the run, SI: keep_out.camera.sun = 3.1415; noise of run 4" in lines
