@@ -5,7 +5,7 @@ import pytest
 
 from gyrostat.core.errors import InputError
 from gyrostat.telemetry import Record, read_record, write_record
-from gyrostat.telemetry.clocks import clock_difference
+from gyrostat.telemetry.clocks import _gains, clock_difference
 from gyrostat.telemetry.two_logs import combine
 
 LAG, RATE = 12.345, 4e-4
@@ -143,3 +143,16 @@ def test_gap_of_the_current_is_refused(wheels):
     series = (each[part] for each in (drive.time, drive.current, drive.speed, drive.valid))
     with pytest.raises(InputError, match=r"drive\.csv: found a gap of 20.1 s after 39\.95 s"):
         combine(Record("drive.csv", *series), tacho)
+
+
+def test_an_offset_of_the_current_is_friction_and_shows_no_lag():
+    random = np.random.default_rng(0)
+    current = np.convolve(random.normal(size=404), np.ones(5) / 5.0, "valid")
+    acceleration = 2.0 * current[41:341] + 0.01 * random.normal(size=300)
+    speed = 0.1 * np.cumsum(current[41:341])
+    shifts = np.arange(-100, 200)
+    scores = _gains(current, acceleration, speed, shifts)
+    assert shifts[np.argmax(scores)] == 41
+    # its noise of rounding is 1e-11 of an offset of 1e5
+    offset = _gains(current + 1e5, acceleration, speed, shifts)
+    np.testing.assert_allclose(offset, scores, rtol=1e-4, atol=1e-6)

@@ -143,8 +143,10 @@ def _gains(
     Normal equations: their sums over the common intervals are differences of cumulative sums, and
     those with the shifted current are correlations.
     """
-    largest = max(float(np.max(np.abs(speed))), 1e-300)
-    friction = np.stack([np.ones_like(speed), speed / largest, np.sign(speed)])
+    # friction has a constant: what is taken off changes nothing, and the sums keep their digits
+    means, turned = means - np.mean(means), speed - np.mean(speed)
+    turned = turned / max(float(np.max(np.abs(turned))), 1e-300)
+    friction = np.stack([np.ones_like(speed), turned, np.sign(speed)])
     first = np.maximum(0, -shifts)
     last = np.minimum(len(acceleration), len(means) - shifts)
 
@@ -164,12 +166,12 @@ def _gains(
     projected = np.einsum("ni,nij->nj", other, inverse)
     power = total(acceleration**2, first, last)
     without = power - np.einsum("ni,nij,nj->n", own, inverse, own)
-    without = np.maximum(without, 1e-12 * power + 1e-300)
+    without = np.maximum(without, 1e-12 * power + 1e-15 * np.sum(acceleration**2) + 1e-300)
     squares = total(means**2, first + shifts, last + shifts)
     left = squares - np.sum(projected * other, axis=-1)
     common = shifted(acceleration) - np.sum(projected * own, axis=-1)
     # a current that friction explains shows no shift
-    shown = left > 1e-10 * squares
+    shown = left > 1e-10 * squares + 1e-14 * np.sum(means**2)
     gain = np.where(shown, common**2 / np.where(shown, left, 1.0), 0.0)
     # neighbouring accelerations share a speed: half of them count
     return 0.5 * (last - first) * np.log(without / np.maximum(without - gain, 1e-12 * without))
