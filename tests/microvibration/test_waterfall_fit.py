@@ -9,6 +9,7 @@ import pytest
 
 from gyrostat.microvibration.estimates import Estimate
 from gyrostat.microvibration.fit import fit_waterfall
+from gyrostat.microvibration.model import Mode
 from gyrostat.microvibration.simulate import simulated_waterfall
 from gyrostat.microvibration.waterfall import Waterfall, Window
 
@@ -114,6 +115,24 @@ def test_a_line_that_does_not_move_is_no_harmonic(waterfall):
     np.testing.assert_allclose(numbers, truth, atol=5e-4)
     assert len(result.warnings) == 2
     assert all("do not move" in text for text in result.warnings)
+
+
+def test_the_narrow_peak_of_a_mode_is_no_line_that_does_not_move():
+    """Lines that cross the peak carry its damping: without them, its sigma is 4 times as large."""
+    axial = Mode(220.0 * coverage.HZ, 0.005)
+    axial_harmonics = [each for each in coverage.WHEEL.harmonics if "axial" in each.forward]
+    wheel = replace(
+        coverage.WHEEL,
+        harmonics=tuple(axial_harmonics),
+        modes={**coverage.WHEEL.modes, "axial": axial},
+    )
+    rng = np.random.default_rng(7)
+    made = simulated_waterfall(wheel, coverage.SPEED, rng, floor=coverage.FLOOR)
+    result = fit_waterfall(replace(made, density={"Fz": made.density["Fz"]}))
+    damping = result.kinds["axial"].mode["damping"]
+    assert damping.sigma < 0.05 * 0.005
+    assert abs(damping.value - 0.005) < 3.0 * damping.sigma
+    assert result.warnings == ()
 
 
 def test_kernel_of_the_window_is_what_welch_does_to_a_tone():

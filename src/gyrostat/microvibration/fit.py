@@ -4,6 +4,7 @@ from collections.abc import Iterator
 from dataclasses import replace
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.microvibration.estimates import Estimate
@@ -90,11 +91,12 @@ def _fit(
     """Fit of one kind, with a structural mode where it explains the data much better."""
     density, loads = waterfall.kinds[kind]
     used = (line_mask(waterfall, density, background, numbers) == 0).astype(float)
-    stationary = stationary_bins(density)
-    used[:, stationary] = 0.0
+    used[:, stationary_bins(density)] = 0.0
+    before = earlier.get(kind)
+    # the first pass knows no mode yet
+    stationary = stationary_bins(density) if before is None else _stationary(before)
     lines = measure_lines(waterfall, density, background, numbers, stationary)
     model = KindModel(waterfall, density, loads, used, numbers, True, kind == "torque")
-    before = earlier.get(kind)
     if before is not None:
         return fit_kind(replace(model, has_mode=before.model.has_mode), lines, before.values)
     fit = fit_kind(model, lines)
@@ -103,6 +105,12 @@ def _fit(
     inside = np.log(max(low, 1e-9)) < fit.values[3] < np.log(high)
     better = with_weights_of(fit, plain) - fit.objective > MODE_GAIN
     return fit if inside and better else plain
+
+
+def _stationary(fit: KindFit) -> NDArray[np.bool_]:
+    """Bins of lines that do not move: the peak of a mode is none, however narrow it is, (F,)."""
+    density, shown = fit.model.density, fit.model.background(fit.values)[0]
+    return stationary_bins(density) & stationary_bins(density / shown)
 
 
 def _refined(fits: dict[str, KindFit], numbers: Vector, found: Vector) -> Vector:
@@ -163,7 +171,7 @@ def _loads(fit: KindFit, kind: str) -> dict[str, tuple[Matrix, Matrix]]:
     """Powers of the lines of each measured load and their variances, (H, S) each."""
     model = fit.model
     background = model.background(fit.values)[0]
-    stationary = stationary_bins(model.density)
+    stationary = _stationary(fit)
     result = {}
     for load in KINDS[kind]:
         density = model.waterfall.density.get(load)
@@ -221,7 +229,7 @@ def _warnings(fits: dict[str, KindFit]) -> Iterator[str]:
     """What the user should know of a valid fit."""
     for kind, fit in fits.items():
         model = fit.model
-        bins = model.waterfall.frequency[stationary_bins(model.density)]
+        bins = model.waterfall.frequency[_stationary(fit)]
         if len(bins):
             yield f"{kind}: lines that do not move with the speed are left out, at {bins[0]:.4g} Hz"
         if abs(fit.residuals.misfit) > LARGEST_MISFIT:
