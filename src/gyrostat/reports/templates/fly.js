@@ -25,8 +25,9 @@ const manyAt = shared.length + about.runs.length * width, short = spread.length 
 const address = URL.createObjectURL(new Blob([text("fly-worker")], { type: "text/javascript" })), workers = [];
 function worker() {
   const made = new Worker(address), waiting = new Map();
-  let number = 0;
+  let number = 0, fault = null;
   const lost = error => {
+    fault = error;
     made.terminate();
     if (workers.includes(made)) workers.splice(workers.indexOf(made), 1);
     for (const [, reject] of waiting.values()) reject(error);
@@ -38,7 +39,8 @@ function worker() {
     waiting.get(data.id)[0](data);
     waiting.delete(data.id);
   };
-  made.ask = message => new Promise((...settle) => { waiting.set(++number, settle); made.postMessage({ ...message, id: number }); });
+  made.onmessageerror = () => lost(new Error("its worker's answer cannot be read"));
+  made.ask = message => fault ? Promise.reject(fault) : new Promise((...settle) => { waiting.set(++number, settle); made.postMessage({ ...message, id: number }); });
   made.ready = made.ask({ module, about, shared });
   made.ready.catch(() => {}); // said when it is asked
   workers.push(made);

@@ -102,7 +102,7 @@ function show() {
 function change(part) {
   const before = state;
   state = { ...state, ...part };
-  try { show(); fault(""); } catch (error) { state = before; fault(`The map cannot be moved there: ${error.message ?? error}`); }
+  try { show(); fault(""); } catch (error) { state = before; try { show(); } catch { /* as before it was moved */ } fault(`The map cannot be moved there: ${error.message ?? error}`); }
 }
 const move = (name, v) => change(name === "target" ? { towards: v } : { momentum: v.map(x => radius * x) });
 function remember() {
