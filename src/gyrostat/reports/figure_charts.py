@@ -4,6 +4,7 @@ A picture that is drawn once, for `plot()` and for papers, is so shown in a page
 """
 
 import re
+from datetime import UTC
 from itertools import chain
 
 import numpy as np
@@ -71,7 +72,7 @@ def _chart(figure: Figure, axes: Axes, panels: list[Axes], group: str, marks: Ma
     formatter = axes.xaxis.get_major_formatter()
     if isinstance(formatter, ConciseDateFormatter):
         shift = float(np.floor(left))
-        label, since = "date", f"{num2date(shift):%Y-%m-%d}"
+        label, since = "date", f"{num2date(shift, tz=UTC):%Y-%m-%d}"
     elif isinstance(axes.xaxis.get_major_locator(), FixedLocator):
         places = axes.get_xticks()
         if np.array_equal(places, np.arange(len(places))):

@@ -11,7 +11,13 @@ from gyrostat.campaigns import Store
 from gyrostat.campaigns.blocks import list_parts
 from gyrostat.campaigns.pointing.campaign import ERROR_PROFILE, PROFILED, counts_name, profile_name
 from gyrostat.campaigns.pointing.collected import instants
-from gyrostat.campaigns.pointing.text import ARCSECOND, angle_text, is_of_error, requirement_text
+from gyrostat.campaigns.pointing.text import (
+    ARCSECOND,
+    SMALL,
+    angle_text,
+    is_of_error,
+    requirement_text,
+)
 from gyrostat.campaigns.pointing.verdicts import Verdict, judged
 from gyrostat.campaigns.summary import Estimate
 from gyrostat.core.text import or_none
@@ -182,7 +188,7 @@ def _band_chart(
     """Chart of the bands of one quantity."""
     has_values = np.sum(np.isfinite(values), axis=0) > 0
     times, values = times[has_values], values[:, has_values]
-    is_small = np.nanmax(values) < math.radians(1.0)
+    is_small = bool(required) and all(value < SMALL for value, _ in required)
     scale = 1.0 / ARCSECOND if is_small else math.degrees(1.0)
     values = values * scale
     percentiles = [*(end for low, high, _ in BANDS for end in (low, high)), 50.0, 100.0]

@@ -8,14 +8,15 @@ from gyrostat.scenario.requirement import Requirement
 from gyrostat.scenario.scenario import Scenario
 
 ARCSECOND = math.pi / 648_000.0
+SMALL = math.radians(0.1) * (1.0 - 1e-9)
+"""Required angle below which angles are in arcseconds; less the rounding of a value in degrees."""
 
 
 def angle_text(value: float | None, like: float, digits: int = 4) -> str:
     """Angle in degrees, or in arcseconds if the required angle `like` is below 0.1 deg."""
     if value is None or not math.isfinite(value):
         return "none"
-    # the margin is for the rounding of a value that is given in degrees
-    if like < math.radians(0.1) * (1.0 - 1e-9):
+    if like < SMALL:
         return f"{plain(value / ARCSECOND, digits)} arcsec"
     return f"{plain(math.degrees(value), digits)} deg"
 
