@@ -89,7 +89,7 @@ def tune(
     if isinstance(scenario, str | Path) and not changes:
         _write(Path(scenario), definition.replace(**values), values, folder, say)
     result = TunedGains(content, values=values)
-    result.folder = folder
+    result.folder = folder.resolve()
     return result
 
 
