@@ -91,10 +91,11 @@ def _fit(
     """Fit of one kind, with a structural mode where it explains the data much better."""
     density, loads = waterfall.kinds[kind]
     used = (line_mask(waterfall, density, background, numbers) == 0).astype(float)
-    used[:, stationary_bins(density)] = 0.0
+    stationary = stationary_bins(density)
+    used[:, stationary] = 0.0
     before = earlier.get(kind)
-    # the first pass knows no mode yet
-    stationary = stationary_bins(density) if before is None else _stationary(before)
+    if before is not None:  # the first pass knows no mode yet
+        stationary = _stationary(before)
     lines = measure_lines(waterfall, density, background, numbers, stationary)
     model = KindModel(waterfall, density, loads, used, numbers, True, kind == "torque")
     if before is not None:

@@ -158,7 +158,7 @@ def _minimise(model: KindModel, values: Vector, lines: Lines, senses: Any) -> Ki
         values, background = trial, shown
         if best - value < SETTLED * abs(best):
             break
-    return _result(model, values, lines, free)
+    return _result(model, values, background, lines, free)
 
 
 @dataclass(frozen=True)
@@ -240,8 +240,9 @@ def _scores(
     return gradient, information
 
 
-def _result(model: KindModel, values: Vector, lines: Lines, free: Any) -> KindFit:
-    background = model.background(values)
+def _result(
+    model: KindModel, values: Vector, background: Background, lines: Lines, free: Any
+) -> KindFit:
     residuals = Residuals.of(model, background)
     variance = model.power_variance(values, lines, residuals.variance)
     good = np.isfinite(lines.power)

@@ -1,6 +1,8 @@
 """Pages of bench tests: the plan, and the acceptance report as HTML and PDF."""
 
+from collections.abc import Callable, Sequence
 from io import BytesIO
+from typing import Any
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -80,15 +82,13 @@ def plan_figure(plan: TestPlan) -> Figure:
     Args:
         plan: Plan of tests.
     """
+
+    def with_unit(axes: Axes, record: PlannedRecord) -> None:
+        _profile(axes, record)
+        axes.set_ylabel("current (A)")
+
     first = [each.records[0] for each in plan.tests if each.records]
-    rows = max(1, -(-len(first) // 2))
-    with panels(rows, 2, height=1.9 * rows, squeeze=False) as (figure, grid):
-        for axes in grid.flat[len(first) :]:
-            axes.set_visible(False)
-        for axes, record in zip(grid.flat, first, strict=False):
-            _profile(axes, record)
-            axes.set_ylabel("current (A)")
-    return figure
+    return _beside(first, with_unit, 1.9)
 
 
 def report_page(verdict: BenchVerdict, *, command: str) -> str:
@@ -185,12 +185,17 @@ def verdict_figure(verdict: BenchVerdict) -> Figure:
     """
     outcomes = [each.outcome for each in verdict.results if each.outcome is not None]
     first = [outcome.panels[0] for outcome in outcomes if outcome.panels]
-    rows = max(1, -(-len(first) // 2))
-    with panels(rows, 2, height=HEIGHT * rows, squeeze=False) as (figure, grid):
-        for axes in grid.flat[len(first) :]:
+    return _beside(first, draw, HEIGHT)
+
+
+def _beside(parts: Sequence[Any], draw_part: Callable[[Axes, Any], None], height: float) -> Figure:
+    """Draw one panel for each part, two beside each other."""
+    rows = max(1, -(-len(parts) // 2))
+    with panels(rows, 2, height=height * rows, squeeze=False) as (figure, grid):
+        for axes in grid.flat[len(parts) :]:
             axes.set_visible(False)
-        for axes, panel in zip(grid.flat, first, strict=False):
-            draw(axes, panel)
+        for axes, part in zip(grid.flat, parts, strict=False):
+            draw_part(axes, part)
     return figure
 
 

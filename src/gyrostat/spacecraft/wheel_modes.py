@@ -61,14 +61,9 @@ def rocking_gain(
 def rocking_power(
     frequency: Any, speed: Any, natural: Any, damping: Any, inertia_ratio: Any
 ) -> Any:
-    """Square of the size of `rocking_gain`; without inertia ratio also that of `translation_gain`.
+    """Square of the size of `rocking_gain`, which has the same arguments.
 
-    Args:
-        frequency: Angular frequency of the torque; its sign is the sense of rotation, rad/s.
-        speed: Speed W of the rotor, rad/s.
-        natural: Natural frequency n at rest, rad/s.
-        damping: Damping ratio z at rest.
-        inertia_ratio: Polar over transverse inertia g of the rotor.
+    Without inertia ratio it is also that of `translation_gain`.
     """
     stiffness, damped = _rocking(frequency, speed, natural, damping, inertia_ratio)
     square = damped**2
