@@ -8,8 +8,8 @@ from gyrostat.papers import PAPERS
 
 HEAD = """# Claims of the papers
 
-This page lists the claims of the four papers, with our values, a verdict and its reason. One
-command recomputes all claims of a paper:
+This page lists the claims of four papers and of the worked example of a standard, with our values,
+a verdict and its reason. One command recomputes all claims of a paper:
 
 ```sh
 gyrostat reproduce carrara-kuga --out DIR

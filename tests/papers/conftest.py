@@ -26,7 +26,7 @@ def published_claims():
     """Rows of docs/claims.md: paper -> id -> verdict."""
     papers = {}
     for line in (DOCS / "claims.md").read_text(encoding="utf-8").splitlines():
-        if found := re.match(r"`gyrostat reproduce ([a-z-]+) ", line):
+        if found := re.match(r"`gyrostat reproduce ([a-z0-9-]+) ", line):
             rows = papers[found[1]] = {}
         elif line.startswith("| `"):
             cells = [cell.strip() for cell in re.split(r"(?<!\\)\|", line)]

@@ -13,7 +13,8 @@ def reproduce(
     paper: Annotated[
         str,
         typer.Argument(
-            help="carrara-kuga, moreira-lopes-kuga, carvalho-fenili or endo-sekiguchi-nonaka."
+            help="carrara-kuga, moreira-lopes-kuga, carvalho-fenili, endo-sekiguchi-nonaka or "
+            "ecss-e-st-60-10c."
         ),
     ],
     out: Out,

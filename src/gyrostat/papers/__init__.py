@@ -6,6 +6,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.papers.carrara_kuga import CARRARA_KUGA
 from gyrostat.papers.carvalho_fenili import CARVALHO_FENILI
 from gyrostat.papers.claims import Claim, Row, Verdict
+from gyrostat.papers.ecss_control_performance import ECSS_CONTROL_PERFORMANCE
 from gyrostat.papers.endo_sekiguchi_nonaka import ENDO_SEKIGUCHI_NONAKA
 from gyrostat.papers.figures import Drawing
 from gyrostat.papers.moreira_lopes_kuga import MOREIRA_LOPES_KUGA
@@ -13,7 +14,13 @@ from gyrostat.papers.reproduction import Paper, Part, Reproduction, Run
 
 PAPERS: dict[str, Paper] = {
     paper.name: paper
-    for paper in (CARRARA_KUGA, MOREIRA_LOPES_KUGA, CARVALHO_FENILI, ENDO_SEKIGUCHI_NONAKA)
+    for paper in (
+        CARRARA_KUGA,
+        MOREIRA_LOPES_KUGA,
+        CARVALHO_FENILI,
+        ENDO_SEKIGUCHI_NONAKA,
+        ECSS_CONTROL_PERFORMANCE,
+    )
 }
 """Papers that can be reproduced, by name."""
 

@@ -24,7 +24,8 @@ def reproduce(
     """Reproduce a paper's experiments and test each of its claims.
 
     Args:
-        paper: "carrara-kuga", "moreira-lopes-kuga", "carvalho-fenili" or "endo-sekiguchi-nonaka".
+        paper: "carrara-kuga", "moreira-lopes-kuga", "carvalho-fenili",
+            "endo-sekiguchi-nonaka" or "ecss-e-st-60-10c".
         out: Folder for claims.json and report.html; None writes no file.
         quick: Whether to use fewer seeds.
         scheduler: Address of a Dask scheduler, whose workers run one experiment each.
