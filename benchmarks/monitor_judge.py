@@ -9,7 +9,7 @@ flight is below 100000 set the thresholds of the peers and are not judged.
 
 import argparse
 import json
-from collections import defaultdict
+from collections import Counter, defaultdict
 from dataclasses import dataclass, field
 from pathlib import Path
 
@@ -183,23 +183,38 @@ def classes(fault, wheels):
 
 
 def reliability(wheels):
-    """Stated probability of the answer against its frequency, ten days after the alarm."""
-    stated, true = [], []
+    """Stated probability of each class against its frequency, ten days after the alarm.
+
+    The probabilities hold for faults that come with the assumed rates: a wheel counts by the rate
+    of its fault over the number of wheels with it. Shares with 95 % intervals, resampled by wheel.
+    """
+    rates, numbers = AlarmSettings().rates, Counter(w.fault for w in wheels)
+    missing = sorted(set(rates) - set(numbers))
+    if missing:
+        print(f"  reliability: not judged without flights of {', '.join(missing)}")
+        return
+    stated, true, weights = [], [], []
     for wheel in wheels:
         first = next((k for k, v in enumerate(wheel.verdicts) if v.alarm), None)
-        if first is None or wheel.fault is None or first < int(wheel.onset):
+        if first is None or first < int(wheel.onset):
             continue
         verdict = wheel.verdicts[min(first + 10, len(wheel.verdicts) - 1)]
-        for name, value in verdict.probabilities.items():
-            stated.append(value)
-            true.append(float(name == wheel.fault))
-    stated, true = np.array(stated), np.array(true)
-    print("  reliability: stated, found, number")
+        stated.append([verdict.probabilities[name] for name in rates])
+        true.append([float(name == wheel.fault) for name in rates])
+        weights.append(rates[wheel.fault] / numbers[wheel.fault])
+    stated, true, weights = map(np.array, (stated, true, weights))
+    print("  reliability: stated, found [95 %], cases, wheels")
     for low, high in ((0.0, 0.01), (0.01, 0.1), (0.1, 0.5), (0.5, 0.9), (0.9, 0.99), (0.99, 1.01)):
         there = (stated >= low) & (stated < high)
-        if there.any():
-            mean, share = stated[there].mean(), true[there].mean()
-            print(f"    {mean:.4f}  {share:.4f}  {there.sum()}")
+        cases = np.sum(there, axis=1)
+        if np.any(there):
+            mean = np.average(
+                np.sum(stated * there, axis=1)[cases > 0] / cases[cases > 0],
+                weights=(weights * cases)[cases > 0],
+            )
+            share = np.sum(true * there, axis=1) / np.maximum(cases, 1)
+            counted = f"{cases.sum()}  {np.sum(cases > 0)}"
+            print(f"    {mean:.4f}  {resampled(share, weights * cases)}  {counted}")
 
 
 def peer_statistics(wheels):
@@ -246,7 +261,6 @@ def main():
     for path in sorted(arguments.folder.glob("*.parquet")):
         for wheel in wheels_of(path):
             cells[wheel.key].append(wheel)
-    judged = []
     for key, wheels in cells.items():
         print(" ".join(map(str, key)), flush=True)
         for wheel in wheels:
@@ -266,9 +280,7 @@ def main():
             classes(fault, group)
         if tuning and healthy:
             peers(tuning, healthy, faulty)
-        judged += [w for group in faulty.values() for w in group]
-    if judged:
-        reliability(judged)
+        reliability([w for group in faulty.values() for w in group])
 
 
 if __name__ == "__main__":
