@@ -1,7 +1,6 @@
 """Slews that lead boresights around keep-out cones, in the shortest time that was found."""
 
-from collections.abc import Callable
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 from jaxtyping import Array, Bool, Float
@@ -103,14 +102,15 @@ class SlewCase(NamedTuple):
         """Fastest clear slew of a search over bows; if none is clear, the one with least excess.
 
         A grid of bows across the axis, on the shorter and on the longer way around, gives the
-        first paths; the best of them are refined by a pattern search over both bows. The number of
-        operations is fixed.
+        first paths; the best of each way and half of the sides, so that they differ, are refined by
+        a pattern search over both bows. The number of operations is fixed, and both parts take
+        their costs in one loop, as compiling them twice takes longer than the search.
         """
         turn = self.turn
         angle = jnp.sqrt(turn @ turn)
         axis = jnp.where(angle > TINY, turn / jnp.maximum(angle, TINY), jnp.eye(3)[0])
         sides = _across(axis)
-        ways = jnp.stack([angle, angle - 2.0 * jnp.pi])
+        ways = jnp.repeat(jnp.stack([angle, angle - 2.0 * jnp.pi]), 2)
 
         def path(way: Scalar, shape: Float[Array, " 4"]) -> BowedPath:
             eigenaxis = BowedPath.eigenaxis(self.start, way * axis)
@@ -127,16 +127,28 @@ class SlewCase(NamedTuple):
             time = jnp.where(timing.has_room, time, 0.5 * BLOCKED)
             return jnp.where(excess <= 0.0, time, BLOCKED * (1.0 + excess))
 
-        grid = jnp.asarray(_grid())
-        costs = jax.vmap(lambda way: jax.vmap(lambda shape: cost(way, shape))(grid))
-        # the best of each way and half of the sides, so that the seeds differ
-        groups = jnp.reshape(costs(ways), (2, 2, -1))
-        rows = jnp.argmin(groups, axis=2) + jnp.array([0, groups.shape[2]])
-        way_of_seed = jnp.repeat(ways, 2)
-        seeds = grid[rows.ravel()]
-        shapes, refined = jax.vmap(lambda way, seed: _refined(cost, way, seed))(way_of_seed, seeds)
+        costs = jax.vmap(lambda way, shapes: jax.vmap(lambda shape: cost(way, shape))(shapes))
+        grid, moves = jnp.asarray(_grid()), jnp.concatenate([jnp.eye(4), -jnp.eye(4)])
+
+        def once(k: Any, state: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
+            shape, least, step = state
+            is_coarse = k < len(grid)
+            tried = shape[:, None] + step[:, None, None] * moves
+            tried = jnp.where(is_coarse, grid[jnp.minimum(k, len(grid) - 1)], tried)
+            found = jnp.asarray(costs(ways, tried))
+            best = jnp.argmin(found, axis=1)[:, None]
+            lower = jnp.take_along_axis(found, best, 1)[:, 0]
+            better = lower < least
+            chosen = jnp.take_along_axis(tried, best[..., None], 1)[:, 0]
+            shape = jnp.where(better[:, None], chosen, shape)
+            first = 0.3 * jnp.sqrt(jnp.sum(shape**2, axis=1))
+            step = jnp.where(is_coarse, first, jnp.where(better, 1.2 * step, 0.5 * step))
+            return shape, jnp.where(better, lower, least), step
+
+        seeds = jnp.zeros((4, 4)), jnp.full(4, jnp.inf), jnp.zeros(4)
+        shapes, refined, _ = jax.lax.fori_loop(0, len(grid) + ROUNDS, once, seeds)
         best = jnp.argmin(refined)
-        return self.planned(path(way_of_seed[best], shapes[best]))
+        return self.planned(path(ways[best], shapes[best]))
 
 
 def _across(axis: Vector3) -> Float[Array, "2 3"]:
@@ -147,34 +159,13 @@ def _across(axis: Vector3) -> Float[Array, "2 3"]:
     return jnp.stack([first, jnp.cross(axis, first)])
 
 
-def _grid() -> Float[np.ndarray, "shapes 4"]:
-    """Bows of the coarse search, ordered by their side."""
+def _grid() -> Float[np.ndarray, "blocks 4 8 4"]:
+    """Bows of the coarse search in blocks of 8, for both ways and both halves of the sides."""
     side = 2.0 * np.pi * (np.arange(SIDES) + 0.5) / SIDES
     directions = np.stack([np.cos(side), np.sin(side)], axis=1)
-    bows = (directions[:, None] * SIZES[:, None]).reshape(-1, 2)
-    return np.concatenate([bows, np.zeros_like(bows)], axis=1)
-
-
-def _refined(
-    cost: Callable[[Scalar, Array], Scalar], way: Scalar, seed: Float[Array, " 4"]
-) -> tuple[Float[Array, " 4"], Scalar]:
-    """Pattern search from a seed: shape and its cost."""
-    moves = jnp.concatenate([jnp.eye(4), -jnp.eye(4)])
-    at_once = jax.vmap(lambda shape: cost(way, shape))
-
-    def once(_: int, state: tuple[Array, Array, Array]) -> tuple[Array, Array, Array]:
-        shape, least, step = state
-        shapes = shape + step * moves
-        costs = jnp.asarray(at_once(shapes))
-        best = jnp.argmin(costs)
-        better = costs[best] < least
-        shape = jnp.where(better, shapes[best], shape)
-        return shape, jnp.minimum(costs[best], least), jnp.where(better, 1.2 * step, 0.5 * step)
-
-    size = jnp.sqrt(seed @ seed)
-    first = seed, cost(way, seed), 0.3 * size
-    shape, least, _ = jax.lax.fori_loop(0, ROUNDS, once, first)
-    return shape, least
+    bows = (directions[:, None] * SIZES[:, None]).reshape(2, -1, 8, 2)  # halves, blocks
+    bows = np.concatenate([bows, np.zeros_like(bows)], axis=3)
+    return np.moveaxis(np.concatenate([bows, bows]), 0, 1)
 
 
 def plan_slew(
