@@ -88,7 +88,7 @@ def whole_numbers(x, grid, whole, half, at):
         jnp.signbit(x),
         jnp.copysign(grid, x),
         jnp.nextafter(x, grid),
-        jnp.frexp(x)[1],
+        *jnp.frexp(x),
         jax.lax.bitcast_convert_type(half, jnp.uint32),
     )
 

@@ -43,6 +43,18 @@ def _next_after(x: Any, y: Any) -> Any:
     return jnp.where(x == y, y, jnp.where((x != x) | (y != y), x + y, step))
 
 
+def _mantissa_and_exponent(x: Any, **_: Any) -> tuple[Any, Any]:
+    """Mantissa from 0.5 to 1 and exponent of 2; both 0 for subnormal numbers, as in JAX 0.12."""
+    bits = jax.lax.bitcast_convert_type(x, jnp.int64)
+    exponent = jnp.right_shift(bits, 52) & 2047
+    is_zero, is_number = exponent == 0, exponent < 2047
+    normal = (bits & ~(2047 << 52)) | (1022 << 52)
+    zero = bits & -(1 << 63)
+    mantissa = jax.lax.bitcast_convert_type(jnp.where(is_zero, zero, normal), x.dtype)
+    exponent = jnp.where(is_zero | jnp.logical_not(is_number), 0, exponent - 1022)
+    return jnp.where(is_number, mantissa, x), exponent.astype(jnp.int32)
+
+
 def _shifted_logically(x: Any, bits: Any) -> Any:
     """Right shift of int32 that moves in zeros, by 64 bits; that of other types is a rule."""
     if x.dtype != jnp.int32:
@@ -146,8 +158,11 @@ COMPOSED: dict[str, Callable[..., Any]] = {
     "log2": lambda x, **_: jnp.log(x) * (1.0 / math.log(2.0)),
     "one_minus_square": lambda x: (1.0 + x) * (1.0 - x),
     "polynomial": _polynomial,
+    # since JAX 0.12, whose own expansion has uint64
+    "Frexp": _mantissa_and_exponent,
 }
-"""Primitive -> function of its operands and parameters, of the operations it is compiled as."""
+"""Primitive, or class of one that carries its own expansion -> function of its operands and
+parameters, of the operations it is compiled as."""
 
 _traced: dict[Any, Any] = {}
 
@@ -162,9 +177,10 @@ def expanded(equation: Any) -> Any | None:
         The jaxpr, with the operands of the equation as arguments; None for other primitives.
     """
     name, params = equation.primitive.name, equation.params
-    composed = COMPOSED.get(name)
     # since JAX 0.12: sums by indices, searches and others carry their own expansion
-    expand = getattr(params.get("_prim"), "expand", composed and partial(composed, **params))
+    carried = params.get("_prim")
+    composed = COMPOSED.get(name if carried is None else type(carried).__name__)
+    expand = partial(composed, **params) if composed else getattr(carried, "expand", None)
     is_looped = name in linear_algebra.ELIMINATION and (
         max(equation.invars[0].aval.shape[-2:]) > linear_algebra.SMALL
     )
