@@ -339,6 +339,43 @@ def test_page_says_which_worker_fails_and_flies_again(scenario, flown, browser, 
     assert "no memory" in fault(browser)
 
 
+WORKER_THAT_HANGS = """
+(() => { const Real = Worker, wait = setTimeout; let count = 0; window.hurry = 1;
+window.setTimeout = (then, ms) => wait(then, ms / window.hurry);
+window.Worker = class { constructor(address) {
+  if (count++) return new Real(address);
+  const good = document.getElementById('fly-worker').textContent;
+  const text = `${good}
+    { const { fly } = Flight.prototype; let flights = 0;
+      Flight.prototype.fly = function (...values) {
+        while (flights > 1);
+        ++flights;
+        return fly.apply(this, values);
+      }; }`;
+  return new Real(URL.createObjectURL(new Blob([text])));
+} } })()
+"""
+"""The first worker never ends its third flight; the page waits `hurry` times shorter."""
+
+
+def test_page_replaces_a_worker_that_never_answers(scenario, browser, page):
+    added = browser.call("Page.addScriptToEvaluateOnNewDocument", source=WORKER_THAT_HANGS)
+    key = "controller.turn_gain"
+    slider = f"document.querySelector('.slider[data-key=\"{key}\"] input[type=range]')"
+    browser.open(page.as_uri())
+    browser.call("Page.removeScriptToEvaluateOnNewDocument", **added)
+    flight(browser, 0)
+    browser.ask("hurry = 100")
+    browser.ask(f"({slider}.value = 700, {slider}.oninput(), 0)")
+    assert "its worker gave no answer in 30 s. Move a slider" in fault(browser)
+    assert key not in dict(moved(browser))
+    browser.ask("hurry = 1")
+    result = move(browser, key, 600)
+    changed = scenario.replace(**{key: float(dict(moved(browser))[key])})
+    same(changed, result["results"], fly(changed, 3, None, engine="native").columns)
+    assert browser.ask("document.querySelector('.fault').hidden")
+
+
 def test_the_cloud_is_the_first_runs_of_the_campaign(scenario, browser, page):
     show(browser, page)
     count = pictures(browser)

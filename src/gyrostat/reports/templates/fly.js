@@ -1,4 +1,3 @@
-"use strict";
 // Flies the run of the page again when a slider moves.
 (async () => {
 const panel = document.querySelector(".fly"), $ = name => panel.querySelector(name), text = id => document.getElementById(id).textContent;
@@ -11,41 +10,15 @@ const warn = line => {
 };
 const fail = (error, next = "") => { panel.dataset.state = "failed"; warn(`This page cannot fly: ${error?.message ?? error}.${next}`); };
 addEventListener("unhandledrejection", event => fail(event.reason));
-const unpacked = async id => {
-  const packed = Uint8Array.from(atob(text(id)), c => c.charCodeAt(0));
-  return new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
-};
 const [packed, module, buffer] = await Promise.all(["fly-about", "fly-module", "fly-words"].map(unpacked));
 const about = JSON.parse(new TextDecoder().decode(packed)), keys = about.keys, width = about.words.own, spread = about.dispersed;
 const words = new BigInt64Array(buffer), shared = words.subarray(0, about.words.shared);
 const nominal = new Float64Array(buffer, 0, keys.length);
 const runAt = k => words.slice(shared.length + k * width, shared.length + (k + 1) * width);
 const manyAt = shared.length + about.runs.length * width, short = spread.length + 1;
-// --- workers: the first flies the run; all of them the cloud. One that fails is replaced before the next flight
+// --- workers: the first flies the run; all of them the cloud
 const address = URL.createObjectURL(new Blob([text("fly-worker")], { type: "text/javascript" })), workers = [];
-function worker() {
-  const made = new Worker(address), waiting = new Map();
-  let number = 0, fault = null;
-  const lost = error => {
-    fault = error;
-    made.terminate();
-    if (workers.includes(made)) workers.splice(workers.indexOf(made), 1);
-    for (const [, reject] of waiting.values()) reject(error);
-    waiting.clear();
-  };
-  made.onerror = event => { event.preventDefault(); lost(new Error(event.message || "its worker cannot start")); };
-  made.onmessage = ({ data }) => {
-    if (data.failed) { lost(new Error(data.failed)); return; }
-    waiting.get(data.id)[0](data);
-    waiting.delete(data.id);
-  };
-  made.onmessageerror = () => lost(new Error("its worker's answer cannot be read"));
-  made.ask = message => fault ? Promise.reject(fault) : new Promise((...settle) => { waiting.set(++number, settle); made.postMessage({ ...message, id: number }); });
-  made.ready = made.ask({ module, about, shared });
-  made.ready.catch(() => {}); // said when it is asked
-  workers.push(made);
-  return made;
-}
+const worker = () => flightWorker(address, workers, { module, about, shared });
 const ask = async (each, message) => { await each.ready; return each.ask(message); };
 worker();
 // --- values: those that were moved, key -> SI

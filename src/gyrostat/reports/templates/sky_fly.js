@@ -1,13 +1,10 @@
-"use strict";
 // Moves target and momentum of a sky map, and fails and revives wheels.
 (async () => {
 const panel = document.querySelector(".skyfly"), $ = name => panel.querySelector(name), text = id => document.getElementById(id).textContent;
 const fault = line => { $(".fault").hidden = !line; $(".fault").textContent = line; };
 addEventListener("unhandledrejection", event => { panel.dataset.state = "failed"; fault(`This map cannot be moved: ${event.reason.message ?? event.reason}`); });
 const about = JSON.parse(text("sky-about")), [left, top, across, up] = about.map, DEG = Math.PI / 180;
-const packed = Uint8Array.from(atob(text("sky-module")), c => c.charCodeAt(0));
-const module = await new Response(new Blob([packed]).stream().pipeThrough(new DecompressionStream("gzip"))).arrayBuffer();
-const { exports } = (await WebAssembly.instantiate(module, {})).instance;
+const { exports } = (await WebAssembly.instantiate(await unpacked("sky-module"), {})).instance;
 // --- the compiled functions: words of 64 bits, (words, lanes), with two lanes
 const LANES = 2, size = 16 + about.names.length + about.sets[0].edges.length + about.sets[0].points.length;
 const own = (exports.__heap_base.value + 15) & ~15, made = own + 8 * LANES * size, free = made + 8 * LANES * size;
