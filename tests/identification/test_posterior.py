@@ -2,6 +2,7 @@
 
 import importlib.util
 import json
+import re
 from dataclasses import replace
 
 import numpy as np
@@ -9,6 +10,7 @@ import pytest
 
 import gyrostat as gs
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.text import measured
 from gyrostat.core.units import RPM
 from gyrostat.identification.fit.least_squares import Prior
 from gyrostat.identification.fit.prediction import SpeedPrediction
@@ -185,6 +187,12 @@ def test_text_json_and_report_show_the_posterior_beside_the_gaussian(given):
     assert content["parameters"]["coulomb"]["quantiles"]["0.5"] == 1.0
     page = fit_page(fit, command="test")
     assert "no valid posterior" in page
+    assert "rad/s " not in page
+    assert not re.search(r"\bN·m\b(?![·/])", page)
+    value, sigma = fit.parameters["coulomb"], fit.sigma[fit.names.index("coulomb")]
+    shown = measured(1e3 * value, 1e3 * sigma)
+    assert f'{shown}</span> <span class="whole">mN·m' in page
+    assert "<td>800 to 1200</td>" in page  # 0.8 to 1.2 N·m
     assert (
         page.count('<div class="charts')
         == fit_page(given, command="test").count('<div class="charts') + 1

@@ -223,6 +223,19 @@ def test_dates_are_the_ticks_of_an_axis_in_days(browser, tmp_path):
     days = [axis.low, *axis.ticks(), 0.123, 3.999]
     shown = browser.ask(f"{json.dumps(days)}.map(gyrostatCharts[0].named)")
     assert shown == [axis.named(day) for day in days]
+    second = 1.0 / 86400.0
+    for low, length in ((3.5, 40 * second), (3.5, 5 / 1440), (0.1, 1.4), (-3.0, 30.0)):
+        part = axis._replace(low=low, high=low + length)
+        ticks = part.ticks()
+        names = [axis.named(day) for day in ticks]
+        assert 3 < len({*names}) == len(names)
+        steps = np.diff(ticks)
+        np.testing.assert_allclose(steps, steps[0], atol=1e-9)
+        assert round(86400 * steps[0]) in {10, 60, 21600, 432000}
+        ends = f"gyrostatCharts[0].x = {[low, low + length]}"
+        browser.ask(f"({ends}, gyrostatCharts[0].zoom(gyrostatCharts[0].view), 0)")
+        drawn = "[...gyrostatCharts[0].svg.querySelectorAll('text.x')].map(t => t.textContent)"
+        assert browser.ask(drawn) == names
 
 
 @pytest.mark.parametrize(

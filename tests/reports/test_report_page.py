@@ -195,7 +195,8 @@ def test_units_get_prefixes():
     assert scaled_unit(4.8e-5, "N·m") == (pytest.approx(1e6), "µN·m")
     assert scaled_unit(4.8e-5, "1") == (1.0, "1")
     assert scaled_unit(0.0, "J") == (1.0, "J")
-    assert scaled_unit(3e-6, "kg·m²") == (1.0, "kg·m²")
+    for unit in ("kg·m²", "m²", "1/s", "√s", "N²·m", "(N·m)²", "rpm", "°C", "%"):
+        assert scaled_unit(3e-6, unit) == (1.0, unit)
 
 
 @pytest.mark.parametrize("name", ["<script>alert(1)</script>", '"&', "$x$", "☃"])

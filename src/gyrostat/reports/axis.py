@@ -1,6 +1,7 @@
 """Axes of charts: range, ticks, and units with a prefix."""
 
 import math
+import re
 from typing import NamedTuple
 
 import numpy as np
@@ -11,10 +12,15 @@ LARGEST = 1e300
 """Largest value on an axis: differences and ratios with it are finite."""
 DECADE = 10.0 / 9.0
 """Length of the linear part of an axis that is logarithmic beyond it, in decades."""
+_DAY = 86400
+_CLOCK = [*(1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800), *(3600, 7200, 10800, 21600, 43200)]
+"""Steps of less than a day between dates, s; `chart.js` has the same."""
 LONG = 7
 """Number of letters beside an axis, beyond which a number has an exponent if this is shorter."""
 _SCALES = {3: "k", 0: "", -3: "m", -6: "µ", -9: "n", -12: "p"}
 """Power of ten -> SI prefix."""
+_WITH_PREFIX = re.compile(r"(?!deg|arcsec|rpm|kg)[A-Za-z]+(?=$|[·/])")
+"""Begin of a unit that takes a prefix: not a power, whose prefix would have the power too."""
 
 
 class Axis(NamedTuple):
@@ -40,9 +46,11 @@ class Axis(NamedTuple):
         """Name of a tick; `chart.js` does the same."""
         if not self.since:
             return number(value)
-        minutes = np.timedelta64(round(1440.0 * value), "m")
-        text = str(np.datetime64(self.since, "m") + minutes)
-        return text[:10] if text.endswith("T00:00") else text[5:].replace("T", " ")
+        seconds = np.timedelta64(round(_DAY * value), "s")
+        text = str(np.datetime64(self.since, "s") + seconds)
+        if text.endswith("T00:00:00"):
+            return text[:10]
+        return text[5:].replace("T", " ").removesuffix(":00")
 
     def place(self, values: Vector) -> Vector:
         """Places of values between 0 and 1000."""
@@ -74,6 +82,9 @@ class Axis(NamedTuple):
             every = [*(-v for v in reversed(sizes)), 0.0, *sizes]
             return [v for v in every if self.low <= v <= self.high]
         step = round_step((self.high - self.low) / most)
+        if self.since and step < 1.0:
+            least = _DAY * (self.high - self.low) / most * (1.0 - 1e-9)
+            step = next((each for each in _CLOCK if each >= least), _DAY) / _DAY
         first, last = math.ceil(self.low / step - 1e-9), math.floor(self.high / step + 1e-9)
         return [k * step for k in range(first, last + 1)]
 
@@ -107,10 +118,10 @@ def scaled_unit(largest: float, unit: str, least: int = -3) -> tuple[float, str]
         unit: Its unit.
         least: Smallest power of ten, a multiple of 3, that has no prefix.
     """
-    if unit.startswith(("deg", "arcsec", "kg", "rpm", "µ")) or not 0.0 < largest < math.inf:
+    if not _WITH_PREFIX.match(unit) or not 0.0 < largest < math.inf:
         return 1.0, unit
     power = 3 * math.floor(math.log10(largest) / 3.0)
-    if least <= power <= 3 or power not in _SCALES or unit in ("", "1"):
+    if least <= power <= 3 or power not in _SCALES:
         return 1.0, unit
     return 10.0**-power, _SCALES[power] + unit
 

@@ -19,6 +19,7 @@ from gyrostat.identification.result.fit_text import (
 )
 from gyrostat.identification.torque_points import torque_regression
 from gyrostat.reports.fit_charts import friction_charts, record_charts, residual_charts
+from gyrostat.reports.page_units import bench_unit
 from gyrostat.reports.template import render
 
 
@@ -40,29 +41,35 @@ def fit_page(fit: Fit, *, command: str) -> str:
         "fit.html",
         fit=fit,
         command=command,
-        summary=summary(fit),
-        rows=list(parameter_rows(fit)),
+        summary=summary(fit, bench_unit),
+        rows=list(parameter_rows(fit, bench_unit)),
         shares=list(share_rows(fit)),
-        posterior=list(posterior_rows(fit)),
+        posterior=list(posterior_rows(fit, bench_unit)),
         posterior_header=POSTERIOR_HEADER,
         posterior_summary=[] if fit.posterior is None else posterior_summary(fit.posterior),
         posterior_figure=None if fit.posterior is None else _posterior(fit),
-        effects=list(effect_rows(fit)),
-        scores=list(score_rows(fit)),
+        effects=list(effect_rows(fit, bench_unit)),
+        scores=list(score_rows(fit, bench_unit)),
         records=records,
         friction=friction_charts(fit) if friction_known else None,
         regression=[
-            (row, measured(row.value, row.sigma), si_unit(fit.dimensions[row.name]))
+            (row, *_shown(row.value, row.sigma, si_unit(fit.dimensions[row.name])))
             for row in torque_regression(fit)
         ],
         residuals=residual_charts(fit) if fit.predicted else None,
         correlation=list(zip(fit.names, fit.correlation.tolist(), strict=True)),
         comparison=fit.comparison,
         temperatures=[
-            (t, measured(t.slope, t.slope_sigma), abs(t.slope) > 2.0 * t.slope_sigma)
+            (t, *_shown(t.slope, t.slope_sigma, t.unit), abs(t.slope) > 2.0 * t.slope_sigma)
             for t in fit.temperatures
         ],
     )
+
+
+def _shown(value: float, sigma: float, unit: str) -> tuple[str, str]:
+    """Value ± sigma, and the unit in which the page shows it."""
+    factor, shown = bench_unit(unit)
+    return measured(factor * value, factor * sigma), shown
 
 
 def _posterior(fit: Fit) -> Markup:

@@ -11,6 +11,8 @@ _SHOWN |= {"N·m": (1e6, "µN·m"), "1": (1.0, "")}
 """SI unit -> factor to the unit in which all pages show a quantity, and this unit."""
 BENCH_TORQUE = 1e3, "mN·m"
 """Factor from SI and unit of the friction of a wheel on all pages of records and fits."""
+_BENCH = {"N·m": BENCH_TORQUE, "rad/s": (1.0 / RPM, "rpm")}
+"""SI unit -> factor and unit in which these pages show a quantity."""
 WHOLE = 1e4, 1e7
 """Sizes from and below which a number is shown without an exponent."""
 
@@ -20,9 +22,14 @@ def shown_unit(unit: str) -> tuple[float, str]:
     return _SHOWN.get(unit, (1.0, unit))
 
 
-def bench_unit(unit: str, largest: float) -> tuple[float, str]:
-    """Factor from SI and unit of a parameter of a wheel, whose values are up to a size."""
-    return BENCH_TORQUE if unit == "N·m" else scaled_unit(largest, unit, 0)
+def bench_unit(unit: str, largest: float = 1.0) -> tuple[float, str]:
+    """Factor from SI and unit in which pages of records and fits show a quantity of a wheel.
+
+    Args:
+        unit: SI unit.
+        largest: Largest value, for the prefix of a unit that these pages do not fix.
+    """
+    return _BENCH.get(unit) or scaled_unit(largest, unit, 0)
 
 
 def labelled(name: str, unit: str) -> str:

@@ -157,20 +157,18 @@ def friction_surface(pool: Pool) -> Figure | None:
     warm = _range(conditions.temperatures, conditions.temperature)
     torque = [_torque(wheel, _means(pool, float(t)), speed) for t in warm]
     with panels(height=3.4) as (figure, axes):
-        options = {"vmin": 0.0, "vmax": 1e3 * float(np.max(torque)), "cmap": "viridis"}
-        image = axes.pcolormesh(
-            speed / RPM, warm, 1e3 * np.array(torque), rasterized=True, **options
-        )
+        options = {"vmin": 0.0, "vmax": float(np.max(torque)), "cmap": "viridis"}
+        image = axes.pcolormesh(speed / RPM, warm, np.array(torque), rasterized=True, **options)
         marks = np.linspace(0.15, 0.9, SPEEDS) * top
         for k, temperature in enumerate(conditions.temperatures):
             values = {name: float(p.values[k]) for name, p in pool.parameters.items()}
-            measured = 1e3 * _torque(wheel, values, marks)
+            measured = _torque(wheel, values, marks)
             height = np.full(SPEEDS, temperature)
             axes.scatter(marks / RPM, height, c=measured, s=26, edgecolors="w", lw=0.7, **options)
         axes.grid(visible=False)
         axes.set_xlabel("speed, rpm")
         axes.set_ylabel("temperature, °C")
-        figure.colorbar(image, ax=axes, label="friction torque, mN·m")
+        figure.colorbar(image, ax=axes, label="friction torque, N·m")
     return figure
 
 

@@ -1,6 +1,6 @@
 """Result of an identification as text."""
 
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -14,6 +14,15 @@ from gyrostat.identification.uncertainty.averaging import Effect
 
 if TYPE_CHECKING:
     from gyrostat.identification.uncertainty.posterior import Posterior
+
+
+Scale = Callable[[str], tuple[float, str]]
+"""SI unit of a quantity -> factor and unit in which a text has it."""
+
+
+def in_si(unit: str) -> tuple[float, str]:
+    """Factor and unit of a text that has all quantities in SI."""
+    return 1.0, unit
 
 
 POSTERIOR_HEADER = ("posterior", "median", "95 % interval", "Gaussian 95 % interval", "unit")
@@ -54,11 +63,12 @@ INITIAL = "initial_speed"
 """Begin of the names of the states at the start of each record."""
 
 
-def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str]]:
+def parameter_rows(fit: Fit, scale: Scale = in_si) -> Iterator[tuple[str, str, str, str]]:
     """Rows of the parameter table: name, value ± sigma, unit, observable or not.
 
     Args:
         fit: The fit; its estimated parameters come first, then the held ones.
+        scale: Shown units.
     """
     for name, value, sigma in zip(fit.names, fit.values, fit.sigma, strict=True):
         status = fit.observability[name]
@@ -67,22 +77,26 @@ def parameter_rows(fit: Fit) -> Iterator[tuple[str, str, str, str]]:
         verdict = "given" if status.given else verdict
         # of the state at the start, the ratio would be that of its range to sigma
         verdict = "" if name.startswith(INITIAL) else verdict
-        yield name, measured(float(value), float(sigma)), si_unit(fit.dimensions[name]), verdict
+        factor, unit = scale(si_unit(fit.dimensions[name]))
+        yield name, measured(factor * float(value), factor * float(sigma)), unit, verdict
     for name, value in fit.held.items():
-        yield name, plain(value, 6), si_unit(fit.dimensions[name]), "held"
+        factor, unit = scale(si_unit(fit.dimensions[name]))
+        yield name, plain(factor * value, 6), unit, "held"
 
 
-def effect_rows(fit: Fit) -> Iterator[tuple[str, str, str]]:
+def effect_rows(fit: Fit, scale: Scale = in_si) -> Iterator[tuple[str, str, str]]:
     """Rows of the table of effects outside the model: title, size if present, probability.
 
     Args:
         fit: The fit.
+        scale: Shown units.
     """
-    yield from map(_effect_row, fit.effects)
+    for effect in fit.effects:
+        yield _effect_row(effect, scale)
 
 
-def _effect_row(effect: Effect) -> tuple[str, str, str]:
-    factor, unit = (100.0, "%") if effect.unit == "1" else (1.0, effect.unit)
+def _effect_row(effect: Effect, scale: Scale = in_si) -> tuple[str, str, str]:
+    factor, unit = (100.0, "%") if effect.unit == "1" else scale(effect.unit)
     value = factor * effect.value
     size = plain(value, 2) if effect.sigma is None else measured(value, factor * effect.sigma)
     return effect.title, f"{size} {unit}", f"{100.0 * effect.probability:.0f} %"
@@ -107,14 +121,15 @@ def temperature_table(trend: TemperatureTrend) -> list[str]:
     return aligned([*rows, slope], (trend.name, "value ± sigma", "unit"))
 
 
-def score_rows(fit: Fit) -> Iterator[tuple[str, str, str]]:
+def score_rows(fit: Fit, scale: Scale = in_si) -> Iterator[tuple[str, str, str]]:
     """Rows of the score tests: title, value ± sigma, significance.
 
     Args:
         fit: The fit, whose candidate effects are listed.
+        scale: Shown units.
     """
     for score in fit.scores:
-        factor, unit = (100.0, "%") if score.unit == "1" else (1.0, score.unit)
+        factor, unit = (100.0, "%") if score.unit == "1" else scale(score.unit)
         size = f"{measured(factor * score.value, factor * score.sigma)} {unit}"
         yield score.title, size, f"{score.significance:.1f}"
 
@@ -129,25 +144,26 @@ def posterior_summary(posterior: "Posterior") -> list[str]:
 
 
 def estimate_of(fit: Fit, name: str) -> tuple[float, float, str]:
-    """Value, standard deviation and unit of a parameter, or of a difference "a-b" of two."""
+    """Value, standard deviation and SI unit of a parameter, or of a difference "a-b" of two."""
     first, _, second = name.partition("-")
     contrast = np.array([float(n == first) - float(n == second) for n in fit.names])
     sigma = float(np.sqrt(contrast @ fit.covariance @ contrast))
     return float(contrast @ fit.values), sigma, si_unit(fit.dimensions[first])
 
 
-def posterior_rows(fit: Fit) -> Iterator[tuple[str, str, str, str, str]]:
+def posterior_rows(fit: Fit, scale: Scale = in_si) -> Iterator[tuple[str, str, str, str, str]]:
     """Rows of the posterior: name, median, 95 % interval, that of the Gaussian, unit.
 
     Args:
         fit: A fit with a posterior; without one there are no rows.
+        scale: Shown units.
     """
     for marginal in () if fit.posterior is None else fit.posterior.marginals:
         value, sigma, unit = estimate_of(fit, marginal.name)
-        half = 1.959964 * sigma
-        interval = f"{plain(marginal.quantiles[0])} to {plain(marginal.quantiles[-1])}"
-        gaussian = f"{plain(value - half)} to {plain(value + half)}"
-        yield marginal.name, plain(marginal.quantiles[2]), interval, gaussian, unit
+        factor, unit = scale(unit)
+        low, middle, high = (plain(factor * marginal.quantiles[k]) for k in (0, 2, -1))
+        ends = [plain(factor * (value + side * 1.959964 * sigma)) for side in (-1.0, 1.0)]
+        yield marginal.name, middle, f"{low} to {high}", " to ".join(ends), unit
 
 
 def share_rows(fit: Fit) -> Iterator[tuple[str, ...]]:
@@ -162,8 +178,8 @@ def share_rows(fit: Fit) -> Iterator[tuple[str, ...]]:
             yield (name, *(f"{100.0 * float(part[k]):.0f} %" for part in shares.values()))
 
 
-def summary(fit: Fit) -> list[str]:
-    """Summary of a fit, one sentence per line."""
+def summary(fit: Fit, scale: Scale = in_si) -> list[str]:
+    """Summary of a fit in shown units, one sentence per line."""
     records = ", ".join(r.name for r in fit.records)
     lines = [f"{fit.model.title} friction from {records} by the {fit.method} method"]
     outcome = "converged" if fit.converged else "DID NOT CONVERGE"
@@ -172,9 +188,11 @@ def summary(fit: Fit) -> list[str]:
         f"{fit.crossings} zero crossings"
     )
     if fit.rms_speed is not None:
+        factor, unit = scale("rad/s")
+        revolutions = "" if unit == "rpm" else f" ({plain(fit.rms_speed / RPM)} rpm)"
         lines.append(
-            f"residual {plain(fit.rms_speed)} rad/s rms ({plain(fit.rms_speed / RPM)} rpm), "
-            f"speed noise {plain(fit.speed_sigma)} rad/s"
+            f"residual {plain(factor * fit.rms_speed)} {unit} rms{revolutions}, "
+            f"speed noise {plain(factor * fit.speed_sigma)} {unit}"
         )
     if fit.choices:
         lines.append(f"chosen automatically: {', '.join(fit.choices)}")

@@ -21,7 +21,9 @@ const warps = {
   linear: t => [v => Math.sign(v) * (Math.abs(v) > t ? DECADE + Math.log10(Math.abs(v) / t) : DECADE * Math.abs(v) / t),
     v => Math.sign(v) * t * (Math.abs(v) > DECADE ? 10 ** (Math.abs(v) - DECADE) : Math.abs(v) / DECADE)],
 };
-function ticks(low, high, log, most = 7, linear = 0) {
+// as axis._CLOCK: steps between dates, s
+const CLOCK = [1, 2, 5, 10, 20, 30, 60, 120, 300, 600, 1200, 1800, 3600, 7200, 10800, 21600, 43200];
+function ticks(low, high, log, most = 7, linear = 0, since = null) {
   if (linear) {
     const [to, from] = warps.linear(linear), top = Math.max(Math.abs(from(low)), Math.abs(from(high)), linear);
     const decades = Math.ceil(Math.log10(top / linear)), found = [0];
@@ -35,7 +37,8 @@ function ticks(low, high, log, most = 7, linear = 0) {
     return found.filter(t => t[0] >= low - 1e-9 && t[0] <= high + 1e-9);
   }
   const raw = (high - low) / most, power = 10 ** Math.floor(Math.log10(raw));
-  const step = [1, 2, 5, 10].map(k => k * power).find(s => s >= raw * (1 - 1e-9));
+  let step = [1, 2, 5, 10].map(k => k * power).find(s => s >= raw * (1 - 1e-9));
+  if (since && step < 1) step = (CLOCK.find(s => s >= 86400 * raw * (1 - 1e-9)) ?? 86400) / 86400;
   const found = [];
   for (let k = Math.ceil(low / step - 1e-9); k * step <= high + 1e-9 * step; k++) found.push([k * step, k * step]);
   return found;
@@ -52,8 +55,8 @@ class Chart {
     this.rows = rows?.split("|");
     this.columns = columns?.split("|");
     // as Axis.named; an axis in days since a date
-    this.moment = days => new Date(Date.parse(`${since}T00:00Z`) + 6e4 * Math.round(1440 * days)).toISOString();
-    this.named = !since ? number : days => (text => text.includes("T00:00") ? text.slice(0, 10) : text.slice(5, 16).replace("T", " "))(this.moment(days));
+    this.moment = days => new Date(Date.parse(`${since}T00:00Z`) + 1e3 * Math.round(86400 * days)).toISOString();
+    this.named = !since ? number : days => (text => text.includes("T00:00:00") ? text.slice(0, 10) : text.slice(5, 19).replace("T", " ").replace(/:00$/, ""))(this.moment(days));
     this.since = since;
     [this.toX, this.fromX] = this.logx ? warps.log : [same, same];
     [this.toY, this.fromY] = this.log ? warps.log : this.linear ? warps.linear(this.linear) : [same, same];
@@ -97,7 +100,7 @@ class Chart {
     const toX = v => 1000 * (v - this.x[0]) / (this.x[1] - this.x[0]), toY = v => 1000 * (this.y[1] - v) / (this.y[1] - this.y[0]);
     const most = Math.floor(7 * this.svg.viewBox.baseVal.height / 236), names = this.columns;
     const mostX = Math.max(7, Math.floor(wide / 90)), isLong = names && 7 * Math.max(...names.map(n => n.length)) > wide / names.length;
-    const atX = most => ticks(this.valueX(view[0]), this.valueX(view[0] + view[2]), this.logx, most).map(([at, value]) => [at, this.named(value)]);
+    const atX = most => ticks(this.valueX(view[0]), this.valueX(view[0] + view[2]), this.logx, most, 0, this.since).map(([at, value]) => [at, this.named(value)]);
     const isTight = list => 7 * Math.max(...list.map(([, text]) => text.length)) > wide / list.length;
     const marks = names ? names.map((name, k) => [k, isLong ? k + 1 : name])
       : isTight(atX(mostX)) ? atX(Math.floor(mostX / 2)) : atX(mostX);
@@ -139,7 +142,7 @@ class Chart {
       return `${name} ${text}`;
     });
     const step = (this.x[1] - this.x[0]) / 2000, at = this.valueX(place);
-    const x = this.since ? this.moment(at).slice(0, step > 0.01 ? 10 : 16).replace("T", " ") : this.columns ? this.columns[Math.round(at)] ?? "" : this.logx ? this.fromX(at).toPrecision(3) : at.toFixed(Math.max(0, -Math.floor(Math.log10(step))));
+    const x = this.since ? this.moment(at).slice(0, step > 0.01 ? 10 : step > 1e-4 ? 16 : 19).replace("T", " ") : this.columns ? this.columns[Math.round(at)] ?? "" : this.logx ? this.fromX(at).toPrecision(3) : at.toFixed(Math.max(0, -Math.floor(Math.log10(step))));
     this.told.textContent = `${x} ${this.columns || this.since ? "" : this.svg.dataset.unit ?? "s"}`.trim() + `: ${parts.filter(Boolean).join(", ")}`;
   }
 }
