@@ -14,6 +14,7 @@ import equinox as eqx
 import numpy as np
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import Described
 from gyrostat.core.show import with_values
 from gyrostat.core.validation import check_parts, check_period, require
 
@@ -117,7 +118,7 @@ def direction(name: str) -> Rule:
     return Rule("a direction", test)
 
 
-class Checked(eqx.Module):
+class Checked(eqx.Module, Described):
     """Base class of plants, sensors, controllers and other parts that validate their parameters.
 
     A field declares rules by `typing.Annotated`; a field that is None is not tested. Fields that

@@ -3,6 +3,7 @@
 from html import escape
 from typing import TYPE_CHECKING
 
+from gyrostat.core.field_table import field_table
 from gyrostat.core.handed_down import handed_down
 from gyrostat.core.views import lines
 
@@ -33,6 +34,16 @@ class Listed:
     def _repr_html_(self) -> str:
         """Table of the part, as the command line has it."""
         return f"<pre>{escape(chr(10).join(lines(self)))}</pre>"
+
+
+class Described:
+    """Part whose fields a notebook shows with their values, uncertainties, meanings and units."""
+
+    __slots__ = ()
+
+    def _repr_html_(self) -> str:
+        """Table of the fields."""
+        return field_table(self)
 
 
 class PicturedText(Pictured):

@@ -7,6 +7,7 @@ from numpy.typing import ArrayLike
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.pictured import PicturedText
 from gyrostat.core.types import Vector
 from gyrostat.estimation.friction_scale import FrictionScaleFilter
 
@@ -17,7 +18,7 @@ FASTEST = 1e4
 
 
 @dataclass(frozen=True)
-class FrictionTrack:
+class FrictionTrack(PicturedText):
     """Result of the filter after each sample.
 
     Attributes:

@@ -7,6 +7,7 @@ import equinox as eqx
 import numpy as np
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import Described
 from gyrostat.failures.feasibility import Holdable
 from gyrostat.failures.recovery_plan import Loss, across, plane_normal
 from gyrostat.spacecraft import Spacecraft
@@ -14,7 +15,7 @@ from gyrostat.wheel.friction import Stribeck, ViscousCoulomb
 
 
 @dataclass(frozen=True)
-class BrakeGain:
+class BrakeGain(Described):
     """What braking a failed wheel with the torque limit of its motor would bring.
 
     Attributes:

@@ -17,12 +17,13 @@ from typing import cast
 
 import numpy as np
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.failures.momentum_envelope import TOLERANCE, MomentumSet, box_least_squares, largest
 
 
 @dataclass(frozen=True)
-class Certificate:
+class Certificate(Described):
     """Direction in which the wheels cannot absorb the total momentum.
 
     Attributes:

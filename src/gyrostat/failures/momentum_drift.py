@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.failures.attitudes import matrix_of
 from gyrostat.failures.feasibility import Holdable
@@ -14,7 +15,7 @@ from gyrostat.spacecraft import Spacecraft
 
 
 @dataclass(frozen=True)
-class MomentumDrift:
+class MomentumDrift(Described):
     """Effect of an external torque on the attitude that is feasible at the failure.
 
     Attributes:

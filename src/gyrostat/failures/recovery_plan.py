@@ -10,6 +10,7 @@ from numpy.typing import ArrayLike
 from gyrostat.control import MomentumRecovery, OneWheelRecovery, ZeroMomentumRecovery
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Vector
 from gyrostat.core.validation import require
 from gyrostat.failures.feasibility import Holdable, holdable
@@ -22,7 +23,7 @@ NOTHING_HELD = 1e-9
 
 
 @dataclass(frozen=True)
-class Loss:
+class Loss(Described):
     """Failure of a wheel.
 
     Attributes:
@@ -76,7 +77,7 @@ class Loss:
 
 
 @dataclass(frozen=True)
-class RecoveryPlan:
+class RecoveryPlan(Described):
     """Target attitude and controller after a failure.
 
     Attributes:

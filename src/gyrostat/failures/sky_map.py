@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.failures.momentum_envelope import TOLERANCE, MomentumSet
 
@@ -13,7 +14,7 @@ EDGE = 1e-7
 
 
 @dataclass(frozen=True)
-class SkyMap:
+class SkyMap(Described):
     """Inertial directions at which a body axis can be held, with free roll angle.
 
     A feasible attitude stays feasible when it is rotated about the total momentum. The map

@@ -9,6 +9,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.result.fit import Fit, FrictionPoints
 from gyrostat.telemetry import Record
@@ -68,7 +69,7 @@ def _all_windows(fit: Fit) -> Matrix:
 
 
 @dataclass(frozen=True)
-class Regression:
+class Regression(Described):
     """Estimate of one parameter by linear regression on torque, for comparison with the fit.
 
     Attributes:

@@ -5,6 +5,7 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.text import or_none
 
 QUANTILE = 1.959963984540054
@@ -12,7 +13,7 @@ QUANTILE = 1.959963984540054
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Estimate(Described):
     """Estimate of one parameter, SI units.
 
     Attributes:

@@ -19,6 +19,7 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.spacecraft.wheel_modes import rocking_gain, rocking_power, translation_gain
 
@@ -37,7 +38,7 @@ UNITS = {"force": "kg·m", "axial": "kg·m", "torque": "kg·m²", "torsion": "kg
 
 
 @dataclass(frozen=True)
-class Mode:
+class Mode(Described):
     """Structural mode of a wheel for one kind of load.
 
     Attributes:
@@ -66,7 +67,7 @@ class Mode:
 
 
 @dataclass(frozen=True)
-class Harmonic:
+class Harmonic(Described):
     """Harmonic of the wheel speed.
 
     Attributes:
@@ -81,7 +82,7 @@ class Harmonic:
 
 
 @dataclass(frozen=True)
-class Noise:
+class Noise(Described):
     """Broadband noise of one kind of load at the input of its mode.
 
     Attributes:
@@ -100,7 +101,7 @@ class Noise:
 
 
 @dataclass(frozen=True)
-class WheelDisturbance:
+class WheelDisturbance(Described):
     """Loads of one wheel.
 
     Attributes:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
-from gyrostat.core.pictured import Pictured
+from gyrostat.core.pictured import Described, Pictured
 from gyrostat.core.text import measured, plain
 from gyrostat.core.unit_table import RPM
 from gyrostat.microvibration.estimates import Estimate
@@ -14,7 +14,7 @@ from gyrostat.microvibration.waterfall import Waterfall
 
 
 @dataclass(frozen=True)
-class Coefficient:
+class Coefficient(Described):
     """Coefficient of a harmonic for one kind of load.
 
     Attributes:
@@ -35,7 +35,7 @@ class Coefficient:
 
 
 @dataclass(frozen=True)
-class FittedHarmonic:
+class FittedHarmonic(Described):
     """Harmonic of a wheel.
 
     Attributes:
@@ -48,7 +48,7 @@ class FittedHarmonic:
 
 
 @dataclass(frozen=True, eq=False)
-class FittedKind:
+class FittedKind(Described):
     """Mode and noise of one kind of load.
 
     Attributes:

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from gyrostat.core.directions import across
-from gyrostat.core.pictured import Pictured
+from gyrostat.core.pictured import Described, Pictured
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.microvibration import exposure as windows
 from gyrostat.microvibration.model import KINDS, LOADS, TWO_PI, WheelDisturbance
@@ -52,7 +52,7 @@ class MountedWheel:
 
 
 @dataclass(frozen=True, eq=False)
-class WheelMotion:
+class WheelMotion(Described):
     """Motion of the line of sight by one wheel.
 
     Attributes:

@@ -14,6 +14,7 @@ from scipy.stats import chi2
 
 from gyrostat.campaigns.executors import Opener
 from gyrostat.campaigns.mapped import mapped
+from gyrostat.core.pictured import Described, PicturedText
 from gyrostat.monitoring.blocks import Samples
 from gyrostat.monitoring.change.assess import WheelHealth, assess, reference_to
 from gyrostat.monitoring.change.detector import YEAR, AlarmSettings
@@ -49,7 +50,7 @@ class Plan:
 
 
 @dataclass(frozen=True)
-class Expected:
+class Expected(Described):
     """What to expect of one fault.
 
     Attributes:
@@ -68,7 +69,7 @@ class Expected:
 
 
 @dataclass(frozen=True, eq=False)
-class Rehearsal:
+class Rehearsal(PicturedText):
     """Result of a rehearsal.
 
     Attributes:

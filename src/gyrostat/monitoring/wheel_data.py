@@ -4,6 +4,7 @@ from dataclasses import dataclass, field
 
 import numpy as np
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix, Vector
 
 USUAL_SIGMA = {"motor_constant": 0.1, "viscous": 1.0, "warming": 0.05}
@@ -14,7 +15,7 @@ USUAL_OFFSET = 0.02
 
 
 @dataclass(frozen=True)
-class KnownWheel:
+class KnownWheel(Described):
     """Wheel as known beforehand.
 
     Attributes:

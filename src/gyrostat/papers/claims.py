@@ -5,6 +5,8 @@ from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any, Literal
 
+from gyrostat.core.pictured import Described
+
 Value = float | bool | None
 Verdict = Literal[
     "reproduced", "not-reproduced", "calibrated", "infeasible", "not-testable", "ours-only"
@@ -15,7 +17,7 @@ NOT_COMPUTED = "Not computed: dispersed runs belong to the full reproduction."
 
 
 @dataclass(frozen=True)
-class Claim:
+class Claim(Described):
     """A claim and its verdict.
 
     Attributes:

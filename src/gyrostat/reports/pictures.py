@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from gyrostat.core.pictured_datasets import Run, Runs
 from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
+from gyrostat.estimation.track import FrictionTrack
 from gyrostat.failures import Holdable, Recovery
 from gyrostat.identification import Fit, Validation
 from gyrostat.identification.bench_tests.plan import TestPlan
@@ -21,9 +22,11 @@ from gyrostat.identification.judge.fit_changes import Comparison
 from gyrostat.identification.lot.result import Lot
 from gyrostat.identification.pool.result import Pool
 from gyrostat.identification.torque_points import torque_points
+from gyrostat.identification.uncertainty.posterior import Posterior
 from gyrostat.microvibration.result import WaterfallFit
 from gyrostat.microvibration.sight import LineOfSight
 from gyrostat.monitoring.health import Health
+from gyrostat.monitoring.rehearsal import Rehearsal
 from gyrostat.reports.allan import allan_figure
 from gyrostat.reports.bench_tests import plan_figure as test_plan_figure
 from gyrostat.reports.bench_tests import verdict_figure
@@ -35,11 +38,18 @@ from gyrostat.reports.drawing import literal, panels, png
 from gyrostat.reports.error_budget import budget_figure
 from gyrostat.reports.failure_pictures import holdable_figure, recovery_figure
 from gyrostat.reports.health_picture import health_figure
+from gyrostat.reports.input_pictures import (
+    model_figure,
+    record_figure,
+    rehearsal_figure,
+    track_figure,
+)
 from gyrostat.reports.lot import histograms
 from gyrostat.reports.microvibration import sight_figure, waterfall_figure
 from gyrostat.reports.page_units import BENCH_TORQUE
 from gyrostat.reports.placement_picture import placement_figure
 from gyrostat.reports.pool import over_conditions
+from gyrostat.reports.posterior import posterior_picture
 from gyrostat.reports.speed_plan_charts import plan_figure as speed_plan_figure
 from gyrostat.reports.tuning import tuning_figure
 from gyrostat.runs.placement_result import Placement
@@ -47,6 +57,7 @@ from gyrostat.search.budget_result import ErrorBudget
 from gyrostat.search.speed_plan import SpeedPlan
 from gyrostat.search.tuning import TunedGains
 from gyrostat.telemetry import Record
+from gyrostat.wheel.model_file import WheelModel
 
 HEIGHT = 2.1
 """Height of a panel, inches."""
@@ -137,6 +148,11 @@ picture.register(Run, run_figure)
 picture.register(Runs, runs_figure)
 picture.register(Holdable, holdable_figure)
 picture.register(Recovery, recovery_figure)
+picture.register(Record, record_figure)
+picture.register(WheelModel, model_figure)
+picture.register(FrictionTrack, track_figure)
+picture.register(Rehearsal, rehearsal_figure)
+picture.register(Posterior, posterior_picture)
 
 
 def _speeds(

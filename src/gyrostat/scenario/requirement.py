@@ -7,6 +7,8 @@ vector; its size along an axis, about or across a boresight is compared with the
 
 from dataclasses import dataclass
 
+from gyrostat.core.pictured import Described
+
 PERFORMANCE, KNOWLEDGE = "performance", "knowledge"
 INDICES: dict[str, tuple[str, str, str]] = {
     "APE": (PERFORMANCE, "absolute", "Absolute performance error: the error at each time."),
@@ -67,7 +69,7 @@ class ErrorSignal:
 
 
 @dataclass(frozen=True)
-class Requirement:
+class Requirement(Described):
     """Pointing requirement: with probability `level`, an index is not above `value`.
 
     Attributes:

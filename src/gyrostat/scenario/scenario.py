@@ -18,6 +18,7 @@ from typing import Any, Self
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.handed_down import handed_down
+from gyrostat.core.pictured import Described
 from gyrostat.core.user_modules import Source
 from gyrostat.scenario.requirement import Requirement
 
@@ -32,7 +33,7 @@ WINDOWS = "metrics.window"
 
 
 @dataclass(frozen=True)
-class Event:
+class Event(Described):
     """Event during a run: slew, failure or sensor fault; its keys start with "event.NAME.".
 
     Attributes:
@@ -53,7 +54,7 @@ class Event:
 
 
 @dataclass(frozen=True)
-class Dispersion:
+class Dispersion(Described):
     """Random variation of some values from run to run.
 
     Attributes:
@@ -68,7 +69,7 @@ class Dispersion:
 
 
 @dataclass(frozen=True)
-class Window:
+class Window(Described):
     """Part of a run with metrics of its own; its keys start with "window.NAME.".
 
     Attributes:
@@ -111,7 +112,7 @@ class Part:
 
 
 @dataclass(frozen=True, eq=False, kw_only=True)
-class Components:
+class Components(Described):
     """Fields that a scenario and its structure have in common: what is compiled, without numbers.
 
     Attributes:

@@ -6,6 +6,7 @@ from typing import NamedTuple
 import numpy as np
 
 from gyrostat.campaigns.summary import Estimate
+from gyrostat.core.field_table import field_table
 from gyrostat.core.pictured import Pictured
 from gyrostat.core.text import aligned
 from gyrostat.scenario.requirement import Requirement
@@ -33,6 +34,8 @@ class Line(NamedTuple):
         missing: What is missing without it, rad²; None for a line that is no source.
     """
 
+    _repr_html_ = field_table
+
     name: str
     mean_square: Estimate
     share: Estimate
@@ -49,6 +52,8 @@ class Missing(NamedTuple):
         whole: Metric with all sources.
         without: Source or property -> whole minus the metric without it.
     """
+
+    _repr_html_ = field_table
 
     metric: str
     unit: str
@@ -67,6 +72,8 @@ class IndexBudget(NamedTuple):
         is_shapley: Whether the contributions are means over orders, so that nothing is left over.
         worst: Share of the whole mean square that the worst runs have, a fraction `FEW` of all.
     """
+
+    _repr_html_ = field_table
 
     requirement: Requirement
     split: Contributions

@@ -27,6 +27,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.campaigns.summary import CONFIDENCE, Estimate
+from gyrostat.core.field_table import field_table
 from gyrostat.core.types import Matrix, Vector
 
 WHOLE, NONE = 0, 1
@@ -47,6 +48,8 @@ class Contribution(NamedTuple):
             others.
         bias: Contribution to the mean error, (parts,).
     """
+
+    _repr_html_ = field_table
 
     name: str
     mean_square: Estimate
@@ -69,6 +72,8 @@ class Contributions(NamedTuple):
         mean: Mean error, (parts,).
         lag_mean: Mean error with all sources off, (parts,).
     """
+
+    _repr_html_ = field_table
 
     whole: Estimate
     bias: Estimate

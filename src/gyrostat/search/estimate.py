@@ -13,6 +13,7 @@ import numpy as np
 from scipy.special import bdtr, bdtrc, chdtri, ndtri, stdtrit
 
 from gyrostat.campaigns.summary import CONFIDENCE, share_bounds
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Vector
 from gyrostat.search.subset import REACHED, STUCK, TOO_RARE, Replication
 
@@ -27,7 +28,7 @@ FEWEST_ANCESTORS = 2
 
 
 @dataclass(frozen=True)
-class Rarity:
+class Rarity(Described):
     """Failure probability of a run.
 
     Attributes:

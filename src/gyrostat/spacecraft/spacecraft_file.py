@@ -32,6 +32,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError, placed
 from gyrostat.core.jax64 import jax
+from gyrostat.core.pictured import Described
 from gyrostat.core.toml_file import (
     described,
     direction,
@@ -59,7 +60,7 @@ _WHEEL = ("name", "axis", "inertia", *_LIMITS, "model", "friction", "sheet")
 
 
 @dataclass(frozen=True)
-class SpacecraftFile:
+class SpacecraftFile(Described):
     """Content of a spacecraft file.
 
     Attributes:

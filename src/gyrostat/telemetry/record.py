@@ -10,12 +10,13 @@ from numpy.typing import NDArray
 
 from gyrostat.core.annotations import notes_of
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import PicturedText
 from gyrostat.telemetry.fault import counted
 from gyrostat.telemetry.role import Role
 
 
 @dataclass(frozen=True, eq=False)
-class Record:
+class Record(PicturedText):
     """Measured motor current and wheel speed over time, neither resampled nor smoothed.
 
     Arrays are copied, made read-only and checked when a record is built.

@@ -1,6 +1,7 @@
 """Verb `check`: a scenario without its simulation."""
 
 from collections.abc import Mapping
+from html import escape
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, final
 
@@ -27,6 +28,7 @@ class CheckedScenario(dict[str, str]):
             are faster than the structure of a metric `jitter` is known.
         passes: Passes over ground stations and eclipses of the nominal run.
         slews: Lines on the planned slews with `keep_out`.
+        lines: All lines for the user, as the command line prints them.
     """
 
     parts: "dict[str, Support]"
@@ -34,6 +36,15 @@ class CheckedScenario(dict[str, str]):
     warnings: list[str]
     passes: "list[Pass]"
     slews: list[str]
+    lines: list[str]
+
+    def __str__(self) -> str:
+        """Lines of the command line."""
+        return "\n".join(self.lines)
+
+    def _repr_html_(self) -> str:
+        """The same lines, for a notebook."""
+        return f"<pre>{escape(str(self))}</pre>"
 
 
 def check(
@@ -78,6 +89,7 @@ def check(
     if not isinstance(scenario, str | Path) and not changes:
         validated(definition)
     result = CheckedScenario(kinds_of(definition))
+    result.lines, say = _noted(say)
     result.unlikely = say_unlikely(definition, say)
     result.parts = supports_of(definition, designs_of(definition)) if definition.sources else {}
     for section, kind in result.items():
@@ -112,6 +124,17 @@ def check(
     for line in (*result.slews, *lines, *result.warnings):
         say(line)
     return result
+
+
+def _noted(say: Say) -> tuple[list[str], Say]:
+    """List that receives each line, and a function that adds a line and says it."""
+    lines: list[str] = []
+
+    def noted(line: str) -> None:
+        lines.append(line)
+        say(line)
+
+    return lines, noted
 
 
 def say_unlikely(scenario: "Scenario", say: Say) -> list[str]:

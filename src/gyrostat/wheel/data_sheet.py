@@ -27,6 +27,7 @@ import numpy as np
 from jaxtyping import Array, Float
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import Described
 from gyrostat.core.toml_file import read_toml, refuse_unknown
 from gyrostat.wheel.array import WheelArray
 from gyrostat.wheel.friction import Friction, Stribeck, ViscousCoulomb
@@ -40,7 +41,7 @@ _NEEDED = ("momentum_limit", "speed_limit", "inertia", "coulomb", "viscous")
 
 
 @dataclass(frozen=True)
-class WheelSheet:
+class WheelSheet(Described):
     """Content of a wheel data sheet.
 
     Attributes:

@@ -41,6 +41,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError, placed
 from gyrostat.core.files import write_whole
+from gyrostat.core.pictured import PicturedText
 from gyrostat.core.toml_file import number, quoted, read_toml, refuse_unknown
 from gyrostat.core.types import Matrix
 from gyrostat.core.units import si_unit
@@ -55,7 +56,7 @@ _WHEEL = {"inertia": "inertia", "motor_constant": "motor_constant"}
 
 
 @dataclass(frozen=True)
-class WheelModel:
+class WheelModel(PicturedText):
     """Content of a model file.
 
     Attributes:

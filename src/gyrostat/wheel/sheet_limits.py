@@ -22,12 +22,13 @@ from pathlib import Path
 from typing import Any
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import Described
 from gyrostat.core.toml_file import quantity, refuse_unknown
 from gyrostat.core.units import SI_UNIT, Unit, ascii_number, unit_of
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Quantity(Described):
     """Kind of quantity of a data sheet.
 
     Attributes:
@@ -87,7 +88,7 @@ _MAY_BE_ZERO = ("coulomb", "viscous", "static", "static_imbalance", "dynamic_imb
 
 
 @dataclass(frozen=True)
-class Limit:
+class Limit(Described):
     """Quantity of a data sheet with its acceptance limits.
 
     Attributes:

@@ -25,6 +25,7 @@ from pathlib import Path
 from typing import Any
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import Described
 from gyrostat.core.toml_file import name_text, number, quantity, read_toml, refuse_unknown
 from gyrostat.core.units import ascii_number, si_unit
 from gyrostat.wheel import Wheel, WheelSheet, read_wheel_sheet
@@ -49,7 +50,7 @@ def option(default: float | None, dimension: str, text: str) -> Any:
 
 
 @dataclass(frozen=True)
-class Bench:
+class Bench(Described):
     """Drive, telemetry and expected effects, SI. The fields are the keys of [bench]."""
 
     current_limit: float = option(None, "current", "Largest current of the drive.")
@@ -66,7 +67,7 @@ class Bench:
 
 
 @dataclass(frozen=True)
-class Instrument:
+class Instrument(Described):
     """Instrument of the bench with its calibration.
 
     Attributes:
@@ -89,7 +90,7 @@ class Instrument:
 
 
 @dataclass(frozen=True)
-class BenchSheet:
+class BenchSheet(Described):
     """Spec sheet of a wheel with the bench that tests it.
 
     Attributes:

@@ -9,6 +9,7 @@ import numpy as np
 
 from gyrostat.core.classes_of import classes_of
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.units import RPM, SI_UNIT, Unit
 from gyrostat.identification.bench_tests import kinds
@@ -33,7 +34,7 @@ SAME = 1e-6
 
 
 @dataclass(frozen=True)
-class PlannedRecord:
+class PlannedRecord(Described):
     """One record of a test.
 
     Attributes:
@@ -59,7 +60,7 @@ class PlannedRecord:
 
 
 @dataclass(frozen=True)
-class Measured:
+class Measured(Described):
     """Value that a test measured.
 
     Attributes:
@@ -140,7 +141,7 @@ class Panel:
 
 
 @dataclass(frozen=True)
-class Outcome:
+class Outcome(Described):
     """What the records of a test show.
 
     Attributes:

@@ -4,7 +4,7 @@ from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.pictured import Pictured
+from gyrostat.core.pictured import Described, Pictured
 from gyrostat.core.views import lines
 from gyrostat.identification.bench_tests.bench_sheet import BenchSheet
 from gyrostat.identification.bench_tests.bench_test import BenchTest, PlannedRecord, bench_tests
@@ -14,7 +14,7 @@ MOST_RUNS = 10_000
 
 
 @dataclass(frozen=True)
-class PlannedTest:
+class PlannedTest(Described):
     """One test of a plan.
 
     Attributes:

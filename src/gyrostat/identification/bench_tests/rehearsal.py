@@ -6,6 +6,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import Described
 from gyrostat.core.units import si_unit
 from gyrostat.identification.bench_tests.bench_sheet import VISCOUS_ERROR, BenchSheet
 from gyrostat.identification.bench_tests.bench_test import (
@@ -26,7 +27,7 @@ ROOM_TEMPERATURE = 20.0
 
 
 @dataclass(frozen=True)
-class Prediction:
+class Prediction(Described):
     """What a test determines, over n simulated records.
 
     Attributes:
@@ -53,7 +54,7 @@ class Prediction:
 
 
 @dataclass(frozen=True)
-class Rehearsal:
+class Rehearsal(Described):
     """Simulated records of one test.
 
     Attributes:

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.pictured import Pictured
+from gyrostat.core.pictured import Described, Pictured
 from gyrostat.core.views import lines
 from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, Instrument
 from gyrostat.identification.bench_tests.bench_test import BenchTest, Motor, Outcome, PlannedRecord
@@ -28,7 +28,7 @@ MOTOR_TEST = "torque-speed"
 
 
 @dataclass(frozen=True)
-class RecordFile:
+class RecordFile(Described):
     """Record of a bench with its file.
 
     Attributes:
@@ -47,7 +47,7 @@ class RecordFile:
 
 
 @dataclass(frozen=True)
-class TestResult:
+class TestResult(Described):
     """Result of one test.
 
     Attributes:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.validation import require
 
@@ -21,7 +22,7 @@ MOST_PERIODS = 30
 
 
 @dataclass(frozen=True)
-class Limits:
+class Limits(Described):
     """Limits of driver, wheel and record.
 
     Attributes:

@@ -3,14 +3,14 @@
 from collections.abc import Mapping
 from dataclasses import dataclass
 
-from gyrostat.core.pictured import Pictured
+from gyrostat.core.pictured import Described, Pictured
 from gyrostat.core.types import Vector
 from gyrostat.core.views import lines
 from gyrostat.identification.experiment.current_profiles import Limits, Shape
 
 
 @dataclass(frozen=True)
-class Combination:
+class Combination(Described):
     """Predicted uncertainty of one parameter or linear combination, SI.
 
     Attributes:

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.stats import chi2
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Vector
 from gyrostat.identification.gyro.allan_deviation import (
     allan_deviations,
@@ -25,7 +26,7 @@ LEAST_MISFIT = 0.1
 
 
 @dataclass(frozen=True, eq=False)
-class AxisNoise:
+class AxisNoise(Described):
     """Noise of one axis.
 
     Attributes:

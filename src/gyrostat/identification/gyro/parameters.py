@@ -4,8 +4,10 @@ import math
 from dataclasses import dataclass
 from typing import Any
 
+from gyrostat.core.pictured import Listed
 from gyrostat.core.text import plain
 from gyrostat.core.units import known_unit
+from gyrostat.core.views import lines as text_view
 
 
 @dataclass(frozen=True)
@@ -80,7 +82,7 @@ QUANTILE = 1.959963984540054
 
 
 @dataclass(frozen=True)
-class Estimate:
+class Estimate(Listed):
     """Estimate of one parameter, SI units.
 
     Attributes:
@@ -148,3 +150,9 @@ class Estimate:
             "observable": self.observable,
             "reason": self.reason,
         }
+
+
+@text_view.register
+def estimate_lines(estimate: Estimate) -> list[str]:
+    """Name and value of an estimate, for a terminal."""
+    return [f"{estimate.kind.letter} {estimate.kind.title}  {estimate.text()}"]

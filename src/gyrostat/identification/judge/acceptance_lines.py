@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 from scipy.special import ndtr
 
+from gyrostat.core.pictured import Described, Listed
 from gyrostat.core.text import or_none, plain
 from gyrostat.core.units import RPM, si_unit
 from gyrostat.wheel.sheet_limits import QUANTITIES, Limit
@@ -22,7 +23,7 @@ SENSES = {0: "", 1: "positive sense", -1: "negative sense"}
 
 
 @dataclass(frozen=True)
-class Line:
+class Line(Described):
     """One line of an acceptance test.
 
     Attributes:
@@ -83,7 +84,7 @@ class Line:
 
 
 @dataclass(frozen=True)
-class Acceptance:
+class Acceptance(Listed):
     """Judgement of a wheel against its data sheet.
 
     Attributes:

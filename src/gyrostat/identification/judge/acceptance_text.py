@@ -3,6 +3,7 @@
 import numpy as np
 
 from gyrostat.core.text import aligned, measured, plain
+from gyrostat.core.views import lines as text_view
 from gyrostat.identification.judge.acceptance_lines import Acceptance, Line
 
 MOST = 100.0
@@ -10,6 +11,7 @@ MOST = 100.0
 HEADER = ("quantity", "limits", "unit", "measured ± sigma", "margin", "verdict")
 
 
+@text_view.register
 def acceptance_table(acceptance: Acceptance) -> list[str]:
     """Format an acceptance test as the command line prints it, in lines."""
     lines = aligned(acceptance_rows(acceptance), HEADER)

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.skewed_normal import value_at
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.lot.likelihood import SCORES, SHARES
@@ -24,7 +25,7 @@ SEED = 20260102
 
 
 @dataclass(frozen=True)
-class BestSet:
+class BestSet(Described):
     """Best set of wheels by a criterion.
 
     Attributes:

@@ -8,6 +8,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix
 
 BOOTSTRAPS = 1000
@@ -18,7 +19,7 @@ known well enough for a correlation."""
 
 
 @dataclass(frozen=True)
-class Correlation:
+class Correlation(Described):
     """Correlation between the parameters of a lot, (p, p) each; NaN where it is not determined.
 
     Attributes:

@@ -13,6 +13,7 @@ import numpy as np
 from scipy.optimize import brentq
 from scipy.special import chdtrc, nctdtrit, ndtr, ndtri
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.skewed_normal import score_of, value_at
 from gyrostat.identification.lot.posterior import LotDraws
 
@@ -21,7 +22,7 @@ HALVINGS = 20
 
 
 @dataclass(frozen=True)
-class Limits:
+class Limits(Described):
     """Tolerance limits of one parameter, SI.
 
     Attributes:

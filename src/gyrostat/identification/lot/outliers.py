@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import ndtri
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Vector
 from gyrostat.identification.judge.fit_changes import FALSE_ALARMS
 from gyrostat.identification.lot.likelihood import share_below
@@ -22,7 +23,7 @@ DRAWS = 512
 
 
 @dataclass(frozen=True)
-class Suspect:
+class Suspect(Described):
     """Wheel whose estimate does not belong to the lot.
 
     Attributes:

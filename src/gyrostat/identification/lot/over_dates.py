@@ -10,6 +10,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Vector
 from gyrostat.identification.judge.fit_changes import FALSE_ALARMS
 from gyrostat.identification.judge.spread import line
@@ -22,7 +23,7 @@ FEWEST_DATES = 3
 
 
 @dataclass(frozen=True)
-class ControlChart:
+class ControlChart(Described):
     """Control chart of one parameter, in the order of production.
 
     Attributes:
@@ -41,7 +42,7 @@ class ControlChart:
 
 
 @dataclass(frozen=True)
-class Drift:
+class Drift(Described):
     """Straight line through a parameter over the date of production.
 
     Attributes:

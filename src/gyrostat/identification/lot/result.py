@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyrostat.core.pictured import Pictured
+from gyrostat.core.pictured import Described, Pictured
 from gyrostat.core.types import Vector
 from gyrostat.core.views import content as json_view
 from gyrostat.identification.lot.best_set import BestSet
@@ -21,7 +21,7 @@ INTERVAL = (0.025, 0.975)
 
 
 @dataclass(frozen=True)
-class Interval:
+class Interval(Described):
     """Typical value and 95 % interval of a quantity."""
 
     value: float
@@ -36,7 +36,7 @@ def interval(draws: LotDraws, values: Vector) -> Interval:
 
 
 @dataclass(frozen=True)
-class LotParameter:
+class LotParameter(Described):
     """Distribution of one parameter over the wheels of a lot.
 
     Attributes:

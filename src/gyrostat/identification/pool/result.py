@@ -5,7 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
-from gyrostat.core.pictured import Pictured
+from gyrostat.core.pictured import Described, Pictured
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.views import content as json_view
 from gyrostat.core.views import lines as text_view
@@ -18,7 +18,7 @@ INTERVAL = (0.025, 0.975)
 
 
 @dataclass(frozen=True)
-class Quantity:
+class Quantity(Described):
     """Value with standard deviation and 95 % interval.
 
     Attributes:
@@ -41,7 +41,7 @@ class Quantity:
 
 
 @dataclass(frozen=True)
-class HeldOut:
+class HeldOut(Described):
     """Prediction of each record from all others.
 
     Attributes:
@@ -57,7 +57,7 @@ class HeldOut:
 
 
 @dataclass(frozen=True)
-class PooledParameter:
+class PooledParameter(Described):
     """One parameter over the records of a wheel.
 
     Attributes:
@@ -100,7 +100,7 @@ class PooledParameter:
 
 
 @dataclass(frozen=True)
-class Conditions:
+class Conditions(Described):
     """Temperatures and dates of the records, and of the prediction.
 
     Attributes:

@@ -4,6 +4,8 @@ import math
 from collections.abc import Iterable, Mapping
 from dataclasses import asdict, dataclass, field
 
+from gyrostat.core.pictured import Described
+
 INCLUDED = "already included in values and sigma"
 OPTIONS = {
     "speed_lag": INCLUDED,
@@ -30,7 +32,7 @@ OPTIONS = {
 
 
 @dataclass(frozen=True)
-class Finding:
+class Finding(Described):
     """Effect found in the records, with the effects that cannot be distinguished from it.
 
     Attributes:
@@ -92,7 +94,7 @@ def fault_finding(
 
 
 @dataclass(frozen=True)
-class Score:
+class Score(Described):
     """Score test of one candidate, given the effects that were found.
 
     Attributes:

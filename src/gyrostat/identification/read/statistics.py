@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.telemetry.signals import scatter
 
@@ -19,7 +20,7 @@ FEWEST_BLOCKS = 8
 
 
 @dataclass(frozen=True)
-class Whiteness:
+class Whiteness(Described):
     """Tests for independence of residuals in time, at all time scales.
 
     Attributes:

@@ -8,7 +8,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.named_vector import NamedVector
-from gyrostat.core.pictured import Pictured
+from gyrostat.core.pictured import Described, Pictured
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.views import content, lines
 from gyrostat.identification.fit.friction_torques import friction_torques
@@ -30,7 +30,7 @@ if TYPE_CHECKING:
 
 
 @dataclass(frozen=True, eq=False)
-class FrictionPoints:
+class FrictionPoints(Described):
     """Measured points of a friction curve.
 
     Attributes:
@@ -47,7 +47,7 @@ class FrictionPoints:
 
 
 @dataclass(frozen=True)
-class Candidate:
+class Candidate(Described):
     """Friction model in a comparison.
 
     Attributes:

@@ -9,6 +9,8 @@ from gyrostat.core.text import aligned, measured, plain
 from gyrostat.core.units import RPM, si_unit
 from gyrostat.core.views import lines as text_view
 from gyrostat.identification.result.fit import Fit
+from gyrostat.identification.result.inverse_dynamics import InverseDynamics
+from gyrostat.identification.result.stored_fit import StoredFit
 from gyrostat.identification.result.temperature_trend import TemperatureTrend
 from gyrostat.identification.uncertainty.averaging import Effect
 
@@ -100,6 +102,26 @@ def _effect_row(effect: Effect, scale: Scale = in_si) -> tuple[str, str, str]:
     value = factor * effect.value
     size = plain(value, 2) if effect.sigma is None else measured(value, factor * effect.sigma)
     return effect.title, f"{size} {unit}", f"{100.0 * effect.probability:.0f} %"
+
+
+@text_view.register
+def stored_table(fit: StoredFit) -> list[str]:
+    """Format the parameters of a file of a fit with its wheel and date, in lines."""
+    about = [fit.model, *filter(None, (fit.serial, fit.date and str(fit.date)))]
+    warm = [] if fit.temperature is None else [f"{plain(fit.temperature)} °C"]
+    sigma = np.sqrt(np.diag(fit.covariance))
+    rows = [
+        (name, measured(float(value), float(error)), unit)
+        for name, value, error, unit in zip(fit.names, fit.values, sigma, fit.units, strict=True)
+    ]
+    table = aligned(rows, ("parameter", "value ± sigma", "unit"))
+    return [f"{fit.name}: {', '.join([*about, *warm])}", *table]
+
+
+@text_view.register
+def inverse_table(result: InverseDynamics) -> list[str]:
+    """Format the estimators of the inverse dynamics, in lines."""
+    return [*result.lines(), *aligned([*result.rows()], result.header())]
 
 
 @text_view.register

@@ -3,6 +3,7 @@
 from collections.abc import Iterator, Mapping
 from dataclasses import asdict, dataclass
 
+from gyrostat.core.pictured import Described, Listed
 from gyrostat.core.text import measured
 
 METHODS = {
@@ -14,7 +15,7 @@ METHODS = {
 
 
 @dataclass(frozen=True)
-class Estimates:
+class Estimates(Described):
     """Estimates of one method.
 
     Attributes:
@@ -31,7 +32,7 @@ class Estimates:
 
 
 @dataclass(frozen=True)
-class InverseDynamics:
+class InverseDynamics(Listed):
     """Identification of a drive in closed loop.
 
     Attributes:

@@ -13,6 +13,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import Described, Listed
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.result.fit_json import parsed, read_fit
 
@@ -24,7 +25,7 @@ DATE_FORMATS = ("%d.%m.%Y", "%Y/%m/%d", "%d %B %Y", "%d %b %Y", "%B %d, %Y")
 
 
 @dataclass(frozen=True)
-class Tolerance:
+class Tolerance(Described):
     """Contribution of one stated tolerance to the errors of the parameters.
 
     Attributes:
@@ -37,7 +38,7 @@ class Tolerance:
 
 
 @dataclass(frozen=True)
-class StoredFit:
+class StoredFit(Listed):
     """Identified parameters of one wheel at one date.
 
     Attributes:

@@ -10,6 +10,7 @@ from dataclasses import dataclass
 import numpy as np
 from scipy.special import betainc
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.read.statistics import quantum
 from gyrostat.telemetry import Record
@@ -42,7 +43,7 @@ STRONG = 1e-3
 
 
 @dataclass(frozen=True)
-class Feedback:
+class Feedback(Described):
     """Result of the test.
 
     Attributes:

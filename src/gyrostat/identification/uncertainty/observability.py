@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.identification.fit.least_squares import Solution
 from gyrostat.identification.fit.prediction import SpeedPrediction, wheel_dimensions
@@ -23,7 +24,7 @@ DECIDED = 3.0
 
 
 @dataclass(frozen=True)
-class Observability:
+class Observability(Described):
     """Significance of one parameter from the measurements alone.
 
     Attributes:

@@ -10,7 +10,9 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.pictured import Described, PicturedText
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.units import si_unit
 from gyrostat.identification.fit.least_squares import Prior
 from gyrostat.identification.fit.prediction import SpeedPrediction
 from gyrostat.identification.uncertainty.averaging import Effect
@@ -28,7 +30,7 @@ R-hat, 1.01, is for few long chains; that of many short ones has a larger sampli
 
 
 @dataclass(frozen=True)
-class Marginal:
+class Marginal(Described):
     """Posterior of one parameter or difference, SI.
 
     Attributes:
@@ -39,6 +41,7 @@ class Marginal:
         rhat: Split R-hat.
         effective: Effective number of draws.
         draws: All draws, (m,).
+        unit: SI unit of the parameter.
     """
 
     name: str
@@ -48,10 +51,11 @@ class Marginal:
     rhat: float
     effective: float
     draws: Vector
+    unit: str = ""
 
 
 @dataclass(frozen=True)
-class Posterior:
+class Posterior(PicturedText):
     """Sampled posterior.
 
     Attributes:
@@ -150,7 +154,9 @@ def sample_posterior(
         for n, r in prediction.model.vanishing_at.items()
         if n in names and r in names
     ]
-    return judged(parameters_of(data, draws), names, differences, acceptance, tuple(likely))
+    units = [si_unit(prediction.dimensions[name]) for name in names]
+    every = parameters_of(data, draws)
+    return judged(every, names, differences, acceptance, tuple(likely), units)
 
 
 def _spread(effect: Effect) -> float:
@@ -170,6 +176,7 @@ def judged(
     differences: Sequence[tuple[int, int]],
     accepted: float,
     effects: tuple[str, ...] = (),
+    units: Sequence[str] = (),
 ) -> Posterior:
     """Summarise draws, and judge whether the chains mixed.
 
@@ -179,6 +186,7 @@ def judged(
         differences: Pairs of indices whose difference is listed too.
         accepted: Rate of accepted steps.
         effects: Names of the effects in the likelihood.
+        units: SI units of the n parameters.
     """
     from blackjax.diagnostics import (  # pyright: ignore[reportMissingImports]
         effective_sample_size,
@@ -199,6 +207,7 @@ def judged(
                 rhat=float(potential_scale_reduction(halves)),
                 effective=float(effective_sample_size(halves)),
                 draws=column.ravel(),
+                unit=dict(zip(names, units, strict=False)).get(name.partition("-")[0], ""),
             )
         )
     faults = []

@@ -11,6 +11,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.units import SI_UNIT
 from gyrostat.identification.fit.prediction import Linearisation, SpeedPrediction
@@ -23,7 +24,7 @@ LARGEST = 0.5
 
 
 @dataclass(frozen=True)
-class Propagated:
+class Propagated(Described):
     """Errors of the estimates caused by tolerances.
 
     Attributes:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Vector
 from gyrostat.monitoring.change.channels import (
     CHANNELS,
@@ -40,7 +41,7 @@ class Limit:
 
 
 @dataclass(frozen=True, eq=False)
-class WheelHealth:
+class WheelHealth(Described):
     """Health of one wheel.
 
     Attributes:

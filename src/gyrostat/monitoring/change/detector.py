@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 
 from gyrostat.core.errors import InputError
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Vector
 from gyrostat.core.validation import require
 from gyrostat.monitoring.change.channels import CHANNELS, Observation, Reference, observation
@@ -41,7 +42,7 @@ _STORED = (
 
 
 @dataclass(frozen=True, eq=False)
-class AlarmSettings:
+class AlarmSettings(Described):
     """Settings of alarm and classes.
 
     Attributes:
@@ -101,7 +102,7 @@ def alarm_settings(false_alarms: float, rates: Mapping[str, Any]) -> AlarmSettin
 
 
 @dataclass(frozen=True)
-class Verdict:
+class Verdict(Described):
     """Verdict after a window.
 
     Attributes:

@@ -17,6 +17,7 @@ from dataclasses import dataclass, field
 import numpy as np
 from scipy.special import log_ndtr, ndtr
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix, Vector
 
 LEVEL_WALKS = np.array([0.0, 1e-3, 4e-3])
@@ -51,7 +52,7 @@ def first_passage(time: Vector, gap: Vector, slope: Vector, variance: Vector) ->
 
 
 @dataclass(frozen=True, eq=False)
-class Forecast:
+class Forecast(Described):
     """Distribution of the time to a limit.
 
     Attributes:

@@ -13,6 +13,7 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix, Vector
 
 SLACK = 1e-6
@@ -103,7 +104,7 @@ class Leaf:
 
 
 @dataclass(frozen=True, eq=False)
-class Certificate:
+class Certificate(Described):
     """Proof that a problem has no solution: leaves that cover all choices."""
 
     leaves: tuple[Leaf, ...]
