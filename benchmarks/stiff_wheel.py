@@ -1,4 +1,4 @@
-"""Four wheels over one orbit, one of which becomes stiff: the table of docs/wheel_arrays.md.
+"""Four wheels over one orbit, one of which becomes stiff: see docs/wheel_arrays_background.md.
 
     python benchmarks/stiff_wheel.py [--runs 200] [--seed 3] [--only PART-OF-A-ROW]
     python benchmarks/stiff_wheel.py --worst-case METRIC [--runs 700]

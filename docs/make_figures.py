@@ -14,7 +14,7 @@ from gyrostat import allan, budget, campaign, place, simulate
 from gyrostat.campaigns import Store
 from gyrostat.core.units import RPM
 from gyrostat.failures import holdable
-from gyrostat.identification import identify
+from gyrostat.identification import StoredFit, analyse_lot, identify
 from gyrostat.identification.gyro.parameters import PARAMETERS
 from gyrostat.identification.gyro.simulate import simulated_rates
 from gyrostat.monitoring import WheelMonitor
@@ -37,6 +37,7 @@ from gyrostat.reports.colours import BAND, MARK, MODEL
 from gyrostat.reports.drawing import STYLE
 from gyrostat.reports.health_charts import health_charts, shade
 from gyrostat.reports.health_series import wheel_series
+from gyrostat.reports.lot import histograms as lot_histograms
 from gyrostat.reports.mode_chart import mode_chart
 from gyrostat.reports.mode_diagram import mode_diagram, modes_content
 from gyrostat.scenario import Scenario
@@ -156,6 +157,35 @@ def gyro_figure() -> Figure:
     return allan_figure(allan(rate, interval=0.1))
 
 
+def lot_figure() -> Figure:
+    """Histograms of a lot of 40 simulated wheels whose true values are log-normal."""
+    random = np.random.default_rng(4)
+    median, spread = np.array([0.9e-3, 4.8e-6]), np.array([0.2, 0.1])
+    error = 0.5 * spread * median
+    true = median * np.exp(spread * random.standard_normal((40, 2)))
+    fits = [
+        StoredFit(
+            name=f"FITS/{k:02d}/fit.json",
+            model="stribeck",
+            names=("coulomb", "viscous"),
+            units=("N·m", "N·m·s/rad"),
+            values=values,
+            covariance=np.diag(error**2),
+            tolerances={},
+            inertia=1.5e-3,
+            serial=f"RW-{k:03d}",
+            date=None,
+            temperature=None,
+        )
+        for k, values in enumerate(true + error * random.standard_normal((40, 2)))
+    ]
+    options = {"shape": "unknown", "content": 0.95, "confidence": 0.95, "set_size": 4}
+    labels = [fit.serial for fit in fits]
+    return lot_histograms(
+        analyse_lot(fits, labels, best=("lowest", "coulomb"), same_bench=False, **options)
+    )
+
+
 def main():
     """Draw an identification, crossings, a sky map and an orbit with a stiff wheel; save them."""
     record = read_record(ROOT / "examples" / "wheel_profile2.csv")
@@ -173,6 +203,7 @@ def main():
         "crossing_zero": crossing_figure(),
         "error_budget": budget_figure,
         "gyro_allan": gyro_figure(),
+        "lot": lot_figure(),
         "stiff_wheel": stiff_wheel_figure(stiff),
     }
     charts = {

@@ -278,7 +278,8 @@ holds from the start of the run. Null-space control and unloading then follow th
 TORQUES_TEXT = """## [[environment.torque]]
 
 Any number of further external torques, added to that of `[environment]`: one of the kinds below, or
-[your own](your_own_parts.md#environment-torques) with `python = "FILE.py:NAME"` instead of `kind`.
+[your own](your_own_plant_parts.md#environment-torques) with `python = "FILE.py:NAME"` in place of
+`kind`.
 The optional `name` is used in keys such as `environment.torque.drag.area`; it consists of letters,
 digits and underscores. By default it is the kind, or the class in lower case with underscores.
 """
@@ -298,7 +299,7 @@ KEEP_OUT_TEXT = """## [[keep_out]]
 
 One table for each instrument that must not see bright bodies. `gyrostat check` lists the times in
 which it does along the reference, `simulate` those of the run
-([Targets](references.md#keep-out-angles)). The optional `name` is used in keys; by default it is
+([Keep-out angles](keep_out.md)). The optional `name` is used in keys; by default it is
 `instrument`.
 """
 HEADS_TEXT = """## [[star_tracker]]
@@ -311,25 +312,25 @@ noise that the estimator assumes. The optional `name` is used in keys; by defaul
 SENSOR_TEXT = """## [[sensor]]
 
 Any number of sensors in addition to `[sensors]`: one of the kinds below, or [your
-own](your_own_parts.md#sensors) with `python = "FILE.py:NAME"` instead of `kind`. `name` (by default
-the kind, or the class in lower case with underscores) is the field of the measurement that the
-sensor gives. Sensor faults (`sensor = "NAME"`) and the limits of `[guard]`
+own](your_own_plant_parts.md#sensors) with `python = "FILE.py:NAME"` instead of `kind`. `name` (by
+default the kind, or the class in lower case with underscores) is the field of the measurement that
+the sensor gives. Sensor faults (`sensor = "NAME"`) and the limits of `[guard]`
 (`NAME_lower`, `NAME_upper`, `NAME_change`, in the unit of the sensor) apply to it. Its noise does
 not change that of the other sensors.
 """
 ACTUATOR_TEXT = """## [[actuator]]
 
 Any number of actuators in addition to the wheels: one of the kinds below, or [your
-own](your_own_parts.md#actuators) with `python = "FILE.py:NAME"` instead of `kind`. `name` is the
-field of the command that drives the actuator; the controller must command it. It is subject to
+own](your_own_plant_parts.md#actuators) with `python = "FILE.py:NAME"` instead of `kind`. `name` is
+the field of the command that drives the actuator; the controller must command it. It is subject to
 `run.command_delay`.
 """
 OWN_EVENT = """`python = "FILE.py:NAME"` instead of `kind`: [an event of your
-own](your_own_parts.md#events), which changes numbers of the spacecraft at the exact `time`.
+own](your_own_plant_parts.md#events), which changes numbers of the spacecraft at the exact `time`.
 """
 METRIC_TEXT = """## [[metric]]
 
-Any number of metrics: of a kind below, or [your own](your_own_parts.md#metrics), `python =
+Any number of metrics: of a kind below, or [your own](your_own_plant_parts.md#metrics), `python =
 "FILE.py:NAME"`. `name` (by default the kind, or the class in lower case with underscores) is the
 column of the table of runs. A metric `jitter` has a `file`, the wheels on their structure, and may
 have a `window`, one name or several; by default the whole run counts ([Microvibration](
@@ -415,7 +416,7 @@ the measured `attitude`. The numbers of a requirement cannot be dispersed."""
 
 AROUND_TEXT = (
     " `keep_out`, a name or a list: the `[[keep_out]]` that "
-    "[the slew to it leads around](references.md#slews-around-a-cone)."
+    "[the slew to it leads around](keep_out.md#slews-around-a-cone)."
 )
 
 

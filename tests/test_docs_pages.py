@@ -42,14 +42,30 @@ def prose(text):
     return "\n".join(line for line in text.splitlines() if not line.lstrip().startswith("|"))
 
 
-def test_a_tutorial_with_a_background_is_short():
-    backgrounds = [*DOCS.glob("*_background.md")]
-    assert len(backgrounds) > 5
-    for background in backgrounds:
-        page = DOCS / background.name.replace("_background", "")
-        text = page.read_text(encoding="utf-8")
-        assert len(prose(text).split()) <= LONGEST, page.name
-        assert f"({background.name}" in text, f"{page.name} does not lead to its background"
+def pages_under(caption):
+    """Names of the pages of a section of the table of contents."""
+    index = (DOCS / "index.md").read_text(encoding="utf-8")
+    (section,) = re.findall(
+        rf"```{{toctree}}\n:hidden:\n:caption: {caption}\n(.*?)```", index, re.DOTALL
+    )
+    return [line.split("<")[-1].strip("> ") for line in section.split("\n") if line.strip()]
+
+
+def test_tutorials_and_guides_are_short():
+    names = [*pages_under("Tutorials"), *pages_under("How-to")]
+    assert len(names) > 30
+    words = {name: len(prose((DOCS / f"{name}.md").read_text("utf-8")).split()) for name in names}
+    assert {name: count for name, count in words.items() if count > LONGEST} == {}
+
+
+def test_a_background_is_reached_from_its_page():
+    backgrounds = pages_under("Background")
+    found = {page.stem for page in DOCS.glob("*_background.md")}
+    assert len(found) > 15
+    assert found <= {*backgrounds}
+    for name in found:
+        page = DOCS / f"{name.removesuffix('_background')}.md"
+        assert f"({name}.md" in page.read_text("utf-8"), f"{page.name} does not lead to it"
 
 
 def test_links_between_pages_lead_to_files_and_headings():

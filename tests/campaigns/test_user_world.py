@@ -418,7 +418,9 @@ HEAD = SCENARIO[: SCENARIO.index("[controller]")]
 
 @pytest.mark.parametrize("actuator", ["Rods", "LaggingRods"])
 def test_the_examples_of_the_page_fly_together(tmp_path, actuator):
-    page = (Path(__file__).parents[2] / "docs" / "your_own_parts.md").read_text(encoding="utf-8")
+    page = (Path(__file__).parents[2] / "docs" / "your_own_plant_parts.md").read_text(
+        encoding="utf-8"
+    )
     page = page[page.index("## Environment torques") :]
 
     def code(language):

@@ -1,7 +1,7 @@
 """Contracts of user-defined parts as protocols, which a type checker checks.
 
 `part: Controller = EarthPointer(kp=0.02)` lets a type checker compare a class with its contract. A
-part does not inherit from its protocol. docs/your_own_parts.md has an example of each.
+part does not inherit from its protocol. Examples: docs/your_own_parts.md, your_own_plant_parts.md.
 """
 
 from typing import Any, Protocol
