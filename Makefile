@@ -9,6 +9,7 @@
 #   make newest  the built wheel with the newest of everything, for each Python that is here
 #   make dist    wheel and source distribution, checked and installed
 #   make docs    the documentation, its examples executed
+#   make docs-versions COMMITS="v0.1.0 HEAD"  documentation of several commits side by side
 #   make clean   remove what the above made, but for the environment
 #
 # PYTHON names the interpreter that makes the environment (3.11 or newer): make test PYTHON=python3.12
@@ -23,7 +24,7 @@ PINS := pyproject.toml constraints.txt
 
 .DEFAULT_GOAL := help
 .NOTPARALLEL:
-.PHONY: help demo test soak mutants peers cluster newest dist check lint format types contracts docs types-and-docs clean
+.PHONY: help demo test soak mutants peers cluster newest dist check lint format types contracts docs docs-versions types-and-docs clean
 
 help:
 	@sed -n 's/^#   //p' Makefile
@@ -98,6 +99,10 @@ contracts: $(VENV)/.check
 docs: $(VENV)/.check
 	$(BIN)/python -m sphinx -W --keep-going -q -b html docs docs/_build/html
 	@echo "The documentation: docs/_build/html/index.html"
+
+COMMITS ?= HEAD
+docs-versions: $(VENV)/.check
+	$(BIN)/python docs/make_versions.py $(COMMITS)
 
 # Both take one core, for minutes.
 types-and-docs: $(VENV)/.check

@@ -31,6 +31,7 @@ extensions = [
     "sphinx.ext.viewcode",
     "accessible_pages",
     "api_pages",
+    "version_switcher",
 ]
 templates_path = ["_templates"]
 exclude_patterns = ["_build", "_templates", "**/.ipynb_checkpoints"]
