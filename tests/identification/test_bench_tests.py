@@ -377,6 +377,12 @@ def test_plan_records_and_report_from_end_to_end(sheet_file, measured, tmp_path)
     document = (tmp_path / "report/acceptance.pdf").read_bytes()
     assert digest in page
     assert "signature" in page
+    # one unit for torques, in charts as in tables
+    assert {*re.findall(r"\([^()]*N·m\)", page)} == {"(mN·m)"}
+    curve = next(p.lines[0][1] for p in panels if p.lines and p.y == "torque (N·m)")
+    drawn = verdict.plot().axes[0].lines[0].get_ydata()
+    np.testing.assert_allclose(drawn, 1e3 * curve)
+    assert '<p class="verdict open">' in page
     assert document.startswith(b"%PDF")
     gs.bench(path, tmp_path / "again", verdict=folder)
     assert (tmp_path / "again/acceptance.pdf").read_bytes() == document

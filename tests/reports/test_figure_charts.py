@@ -185,6 +185,15 @@ def test_large_points_and_thick_bars_stay_so():
     assert len(re.findall(r'class="span[^"]* thick"', chart)) == 1
 
 
+def test_a_ring_is_no_dot():
+    with panels(height=3.0) as (figure, axes):
+        axes.plot([0.0], [1.0], "o", color=MARK)
+        axes.plot([1.0], [0.5], "o", color=MARK, mfc="none")
+    chart = str(figure_charts(figure))
+    alert = re.findall(r'class="points alert large" d="(.*?)"', chart)
+    assert re.findall(r'class="points hole" d="(.*?)"', chart) == alert[1:]
+
+
 def test_long_numbers_of_an_axis_do_not_touch():
     marks = ticks(Axis(0.00401, 0.0040201, ""), Axis(0.0, 1.0, ""), 236, (), ())
     texts = re.findall(r'class="x" x="(.*?)" y=.*?>(.*?)</text>', "".join(marks))

@@ -12,10 +12,11 @@ from gyrostat.identification.bench_tests import plan_text, verdict_text
 from gyrostat.identification.bench_tests.bench_test import Panel, PlannedRecord
 from gyrostat.identification.bench_tests.plan import PlannedTest, TestPlan
 from gyrostat.identification.bench_tests.verdict import BenchVerdict, TestResult
-from gyrostat.identification.judge.acceptance_lines import FAIL, PASS
+from gyrostat.identification.judge.acceptance_lines import FAIL, NO_LIMIT, PASS
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
 from gyrostat.reports.drawing import panels
 from gyrostat.reports.figure_charts import figure_charts
+from gyrostat.reports.page_units import bench_unit, labelled
 from gyrostat.reports.paper import Paper
 from gyrostat.reports.template import render
 
@@ -37,6 +38,7 @@ def plan_page(plan: TestPlan, *, command: str) -> str:
         (
             planned,
             plan_text.record_rows(planned),
+            len(plan_text.RECORDS) - (not any(each.remark for each in planned.records)),
             plan_text.prediction_rows(planned),
             plan_text.failures(planned),
             figure_charts(_profiles(planned), f"test{number}"),
@@ -98,21 +100,27 @@ def report_page(verdict: BenchVerdict, *, command: str) -> str:
         verdict: Verdict on the tests.
         command: Command line that produced it.
     """
+    units = verdict_text.units_of(verdict)
     tests = [
         (
             result,
-            verdict_text.value_rows(result),
+            verdict_text.value_rows(result, units),
             [figure_charts(f, f"test{k}_{m}_") for m, f in enumerate(_figures(result))],
         )
         for k, result in enumerate(verdict.results)
     ]
-    classes = [{PASS: "good", FAIL: "bad"}.get(x.verdict, "open") for x in verdict.acceptance.lines]
+    verdicts = [line.verdict for line in verdict.acceptance.lines]
+    classes = [{PASS: "good", FAIL: "bad"}.get(each, "open") for each in verdicts]
+    is_open = {*verdicts} - {NO_LIMIT} != {PASS}
+    outcome = "invalid" if verdict.acceptance.failed else f"verdict {'open' if is_open else 'good'}"
     return render(
         "acceptance_report.html",
         verdict=verdict,
         command=command,
         software=verdict_text.software(),
+        outcome=outcome,
         header=verdict_text.LINES,
+        entries=lambda row: zip(verdict_text.LINES[2:-1], row[2:-1], strict=True),
         rows=list(
             zip(verdict_text.line_rows(verdict), verdict.acceptance.lines, classes, strict=True)
         ),
@@ -164,12 +172,13 @@ def report_pdf(verdict: BenchVerdict, *, command: str) -> bytes:
         paper.table(verdict_text.INSTRUMENTS, verdict_text.instrument_rows(verdict))
         paper.heading("Records")
         paper.table(verdict_text.FILES, verdict_text.file_rows(verdict))
+        units = verdict_text.units_of(verdict)
         for result in verdict.results:
             paper.heading(result.test.title)
             if result.outcome is None:
                 paper.text(result.why)
                 continue
-            paper.table(verdict_text.VALUES, verdict_text.value_rows(result))
+            paper.table(verdict_text.VALUES, verdict_text.value_rows(result, units))
             for note in result.outcome.notes:
                 paper.text(note)
             for panel in result.outcome.panels:
@@ -218,12 +227,15 @@ def draw(axes: Axes, panel: Panel) -> None:
         bar = axes.figure.colorbar(image, ax=axes)
         bar.set_label("dB")
         axes.grid(visible=False)
+    name, _, unit = panel.y.rstrip(")").rpartition(" (")
+    factor, unit = bench_unit(unit)
     x, y, sigma = panel.points
     if len(x):
-        axes.errorbar(x, y, yerr=1.96 * sigma, fmt="o", ms=3, lw=1, color=MEASURED)
-    for line, colour in zip(panel.lines, (MODEL, MARK, MEASURED), strict=False):
-        axes.plot(*line, color=colour, lw=1.2)
+        height = 1.96 * factor * sigma
+        axes.errorbar(x, factor * y, yerr=height, fmt="o", ms=3, lw=1, color=MEASURED)
+    for (along, values), colour in zip(panel.lines, (MODEL, MARK, MEASURED), strict=False):
+        axes.plot(along, factor * values, color=colour, lw=1.2)
     axes.set_title(panel.title, fontsize=9)
     axes.set_xlabel(panel.x)
-    axes.set_ylabel(panel.y)
+    axes.set_ylabel(labelled(name, unit) if name else panel.y)
     axes.ticklabel_format(axis="y", scilimits=(-2, 3), useOffset=False)

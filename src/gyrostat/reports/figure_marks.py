@@ -153,6 +153,8 @@ class Marks:
                 size = line.get_markersize() * (0.5 if line.get_marker() == "." else 1.0)
                 kind_of_points = self.kind(line.get_color()) + (" large" if size >= LARGE else "")
                 chart.points(x[pick][fine], y[pick][fine], kind_of_points)
+                if _is_none(line.get_markerfacecolor()):
+                    chart.points(x[pick][fine], y[pick][fine], "hole")
             if not _is_none(line.get_linestyle()):
                 if line.get_drawstyle() == "steps-post":
                     x, y = np.repeat(x, 2)[1:], np.repeat(y, 2)[:-1]

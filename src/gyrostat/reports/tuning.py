@@ -183,8 +183,8 @@ def front_figure(found: FoundTuning) -> Figure:
             best = np.flatnonzero(fine)[front(values[fine][:, :2])]
             best = best[np.argsort(across[best])]
             axes.plot(across[best], vertical[best], ".-", color=MODEL)
-            axes.plot(across[0], vertical[0], "o", color=MARK, mfc="none")
             axes.plot(across[tuned], vertical[tuned], "o", color=MARK)
+            axes.plot(across[0], vertical[0], "o", color=MARK, mfc="none")
             bound, _ = _scaled(np.array([limit.bound]), limit.metric, metrics)
             axes.axvline(bound[0], color=MARK, lw=0.9, ls="--")
             axes.set_xlabel(name)

@@ -1,7 +1,11 @@
 """Verdict on bench tests as text and as JSON."""
 
+from collections.abc import Mapping
+from dataclasses import replace
+
 from gyrostat.core.source_digest import source_digest
 from gyrostat.core.text import aligned, plain
+from gyrostat.core.units import Unit
 from gyrostat.core.views import lines as text_view
 from gyrostat.identification.bench_tests.bench_test import Measured
 from gyrostat.identification.bench_tests.verdict import BenchVerdict, TestResult
@@ -45,8 +49,13 @@ def line_rows(verdict: BenchVerdict) -> list[tuple[str, ...]]:
     return rows
 
 
-def value_rows(result: TestResult) -> list[tuple[str, ...]]:
-    """Rows of all values that a test measured."""
+def units_of(verdict: BenchVerdict) -> dict[str, Unit]:
+    """Quantity -> unit of the sheet, for those on which the sheet has a limit."""
+    return {line.limit.quantity: line.limit.unit for line in verdict.acceptance.lines}
+
+
+def value_rows(result: TestResult, units: Mapping[str, Unit]) -> list[tuple[str, ...]]:
+    """Rows of all values that a test measured, in the units of the sheet where it has one."""
     outcome = result.outcome
     if outcome is None:
         return []
@@ -55,8 +64,10 @@ def value_rows(result: TestResult) -> list[tuple[str, ...]]:
     values: list[Measured] = [v for v in outcome.values if v.quantity not in stated]
     rows = []
     for line in [*judged, *(each.line() for each in values)]:
-        (text,) = acceptance_rows(Acceptance("", (line,)))
-        rows.append((text[0], text[3], interval(line), text[2]))
+        unit = units.get(line.limit.quantity, line.limit.unit)
+        shown = replace(line, limit=replace(line.limit, unit=unit))
+        (text,) = acceptance_rows(Acceptance("", (shown,)))
+        rows.append((text[0], text[3], interval(shown), text[2]))
     return rows
 
 
