@@ -3,7 +3,8 @@
 import re
 
 SCROLLING = re.compile(
-    r'<(pre|p(?=><img)|div(?=><math| class="(?:table-wrapper|cell_output)))(?=[ >])'
+    r"<(pre|p(?=><img)|figure(?= class)"
+    r'|div(?=><math| class="(?:table-wrapper|cell_output)))(?=[ >])'
 )
 """Begin of an element that may be wider than a narrow page."""
 NAME = re.compile(r'(?<=<span class="pre">)[^<]+')

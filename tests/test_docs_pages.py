@@ -20,6 +20,7 @@ def test_pages_can_be_read_with_a_keyboard_and_on_a_phone():
         '<code><span class="pre">zero_crossing.toml</span> <span class="pre">a&lt;b</span></code>'
         '<div class="table-wrapper colwidths-auto"></div><div><math></math></div><div class="b">'
         '</div><p><img src="a.png"/></p><p><img src="a.svg"/></p>'
+        '<figure class="c"><img/></figure>'
         '<summary aria-label="Toggle hidden content">Show</summary><premise>'
     )
     assert module.accessible(page) == (
@@ -30,7 +31,7 @@ def test_pages_can_be_read_with_a_keyboard_and_on_a_phone():
         '<div tabindex="0" class="table-wrapper colwidths-auto"></div>'
         '<div tabindex="0"><math></math></div><div class="b"></div>'
         '<p tabindex="0"><img src="a.png"/></p><p tabindex="0"><img src="a.svg"/></p>'
-        "<summary>Show</summary><premise>"
+        '<figure tabindex="0" class="c"><img/></figure><summary>Show</summary><premise>'
     )
 
 
