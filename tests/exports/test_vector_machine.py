@@ -5,6 +5,8 @@ import pytest
 
 from gyrostat.codegen.flight import Entry, emit
 from gyrostat.codegen.flight.module import ports_of
+from gyrostat.codegen.flight.reader.functions import functions
+from gyrostat.codegen.flight.reader.translate import translate
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.exports.target import Target
 from gyrostat.exports.vectors.machine import Machine
@@ -128,6 +130,16 @@ def test_lanes_have_the_results_of_compiled_c(function, has_margins, precision, 
             continue
         # the elementary functions of single precision are rounded in another way
         assert np.allclose(seen, expected, 1e-4, 1e-4, equal_nan=True)
+
+
+def test_a_constant_table_is_one_array_of_all_lanes():
+    """As lists of numbers, each reading would copy the whole table for every lane."""
+    module = module_of(shared, CASES[shared], "double")[1]
+    constants = translate(functions(module.source), ["shared"], has_margins=False).constants
+    tables = [each for each in constants.values() if isinstance(each, np.ndarray)]
+    assert tables
+    for table in tables:
+        np.testing.assert_array_equal(table.reshape(-1, 2), TABLE[:, 1:])
 
 
 def test_decisions_are_recorded_with_the_lanes_that_reach_them():

@@ -174,7 +174,8 @@ class Descents:
             return value + float(random.choice([1, -1]))
         if random.integers(4) == 0:
             return self._explorer.proposals.value(k, values)
-        size = abs(value) if np.isfinite(value) and value != 0.0 else 1.0
+        value = value if np.isfinite(value) else 0.0
+        size = abs(value) if value != 0.0 else 1.0
         return value + size * float(random.choice([1e-3, 0.3, 3.0, 30.0]) * random.normal())
 
     def _moved(self, base: Candidate, k: int, value: float) -> Candidate:

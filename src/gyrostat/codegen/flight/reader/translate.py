@@ -30,6 +30,7 @@ from gyrostat.codegen.flight.reader.syntax import (
     Place,
     Return,
     Statement,
+    Unary,
     addressed,
 )
 
@@ -155,8 +156,8 @@ class _FunctionWriter(ExpressionWriter):
         name, kind, values = declaration.name, declaration.kind, declaration.values
         self._home[name] = block.lanes
         if declaration.sizes:
-            if values and all(isinstance(value, Literal) for value in values):
-                numbers = [value.value for value in values if isinstance(value, Literal)]
+            numbers = [_number(value) for value in values or ()]
+            if numbers and None not in numbers:
                 array = np.array(numbers, _DTYPE.get(kind, np.int64)).reshape(declaration.sizes)
                 self.line(f"v_{name} = {self.constant(array)}")
                 return
@@ -253,6 +254,16 @@ class _FunctionWriter(ExpressionWriter):
             return
         self.line(f"out = pick({block.lanes}, {text}, out)")
         self._leave(block, lambda outer: outer.outer is None)
+
+
+def _number(expression: Expression) -> float | int | bool | None:
+    """Value of a number, which may have a sign; None for other expressions."""
+    match expression:
+        case Literal(value=value):
+            return value
+        case Unary(operation="-", operand=Literal(value=value)):
+            return -value
+    return None
 
 
 def _zero(kind: str) -> str:
