@@ -96,8 +96,8 @@ def test_both_engines_agree(scenario, flown):
 def test_the_tables_of_a_run_are_those_of_its_elements(scenario):
     """Against the models themselves, at times between the rows, from the phase on."""
     made = own_orbits(scenario, draw(scenario, 5, np.arange(4))[0])
-    assert made.coefficients.shape[0] == 4
-    assert made.coefficients.shape[1:] == planned_orbit(scenario).coefficients.shape
+    assert made.splines.shape[0] == 4
+    assert made.splines.shape[1:] == planned_orbit(scenario).splines.shape
     own = of_run(scenario, 2)
     elements = CircularElements(
         *(own[f"orbit.{name}"] for name in ("altitude", "inclination", "ascending_node"))

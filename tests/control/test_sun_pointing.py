@@ -39,7 +39,7 @@ def captured(frictionless):
         attitude = Rotation.from_rotvec(turn).as_quat(scalar_first=True)
         starts.append(plant.start(attitude=attitude, rate=rate, wheel_speed=100.0))
         time = half - 200.0 if name == "umbra" else 0.0
-        moved = type(orbit)(orbit.coefficients, orbit.step, orbit.period, np.array(time))
+        moved = type(orbit)(orbit.splines, orbit.step, orbit.period, np.array(time))
         sensor = SpacecraftSensor(plant)
         sensors.append(AddedSensors(sensor, {"sun_sensor": Sampled(SunSensor(moved))}))
     found = simulate(

@@ -24,7 +24,7 @@ from gyrostat.control.guidance.targets import NORMAL, SUN, VELOCITY
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 from gyrostat.core.units import parse_quantity
-from gyrostat.spacecraft.orbit.orbit_environment import pieces_of
+from gyrostat.spacecraft.orbit.orbit_environment import spline_of
 from tests.spacecraft import orbit_samples
 
 ORBIT = orbit_samples.environment()
@@ -139,7 +139,7 @@ def test_a_strip_across_180_degrees_takes_the_shorter_way():
 
 def test_another_spacecraft_is_seen_where_it_is():
     times = np.arange(0.0, 3000.0, 10.0)
-    other = OtherSpacecraft(pieces_of(orbit_samples.position(times + 30.0)), 10.0)
+    other = OtherSpacecraft(spline_of(orbit_samples.position(times + 30.0)), 10.0)
     found, _ = other(ORBIT, 1234.5)
     expected = orbit_samples.position(1264.5) - orbit_samples.position(1234.5)
     # 228 km ahead

@@ -93,13 +93,13 @@ def test_an_exported_controller_has_the_splines_of_the_campaign(read, monkeypatc
     monkeypatch.setattr(exported, "plans_of", plan)  # without the trial of the parts
     made = exported.scenario_controller(scenario, "hold").controller
     leaves = jax.tree.leaves(made, is_leaf=lambda part: isinstance(part, OrbitEnvironment))
-    tables = [part.coefficients for part in leaves if isinstance(part, OrbitEnvironment)]
+    tables = [part.splines for part in leaves if isinstance(part, OrbitEnvironment)]
     planned = planned_orbit(scenario)
     count = len(tables[0])
-    assert count < len(planned.coefficients)
+    assert count < len(planned.splines)
     assert (count - 1) * planned.step >= scenario.duration
     for table in tables:
-        np.testing.assert_array_equal(table, planned.coefficients[:count])
+        np.testing.assert_array_equal(table, planned.splines[:count])
 
 
 @pytest.mark.parametrize("key", ["phase", "inclination"])
@@ -222,8 +222,8 @@ def test_the_text_gives_the_same_tables(read):
     again = Scenario.from_text(scenario.text())
     assert again.digest() == scenario.digest()
     np.testing.assert_array_equal(
-        plans_of(replace(again, name="again")).orbit.coefficients,
-        plans_of(scenario).orbit.coefficients,
+        plans_of(replace(again, name="again")).orbit.splines,
+        plans_of(scenario).orbit.splines,
     )
 
 
@@ -274,7 +274,7 @@ class Along(eqx.Module):
     plans = plan(scenario)
     controller = build(structure_of(scenario), scenario.values, plans).controller
     own = controller.controller
-    np.testing.assert_array_equal(own.inner.orbit.coefficients, plans.orbit.coefficients)
+    np.testing.assert_array_equal(own.inner.orbit.splines, plans.orbit.splines)
 
 
 @pytest.mark.parametrize(

@@ -5,11 +5,17 @@ from dataclasses import replace
 import equinox as eqx
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 from gyrostat.core.rotations import to_body
-from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment, OrbitSamples
+from gyrostat.spacecraft.orbit.orbit_environment import (
+    OrbitEnvironment,
+    OrbitSamples,
+    interpolated,
+    spline_of,
+)
 from tests.spacecraft import orbit_samples
 
 TIMES = np.linspace(3.0, 5990.0, 400)
@@ -31,6 +37,21 @@ def test_values_between_rows(orbit, name):
     # error of a spline, 5/384 of step⁴ times the fourth derivative; more in the first and last step
     bound = 3.0 * 5.0 / 384.0 * (2.0 * orbit_samples.RATE * 10.0) ** 4
     assert np.max(np.abs(found - true)) < bound * np.max(np.abs(true))
+
+
+def test_a_spline_is_that_of_scipy_with_its_derivatives():
+    rows = np.random.default_rng(4).standard_normal((9, 3))
+    spline, places = spline_of(rows), np.array([0.0, 0.3, 3.0, 4.999, 7.5, 8.0])
+
+    def channels(place):
+        return interpolated(jax.numpy.asarray(spline), place, 1, 3)
+
+    slopes = jax.jacfwd(channels)
+    for order, function in enumerate((channels, slopes, jax.jacfwd(slopes))):
+        found = along(function, places)
+        np.testing.assert_allclose(
+            found, CubicSpline(range(9), rows)(places, order)[:, 1:], atol=1e-13
+        )
 
 
 def test_error_is_of_fourth_order():
@@ -62,11 +83,11 @@ def test_beyond_the_tables_the_last_row_holds(orbit):
 def test_tables_until_a_time_are_the_same_until_then(orbit):
     later = replace(orbit, offset=700.0)
     short, times = later.until(95.0), np.linspace(-30.0, 95.0, 26)
-    assert len(short.coefficients) < 0.2 * len(orbit.coefficients)
+    assert len(short.splines) < 0.2 * len(orbit.splines)
     for name in ("position", "field", "density", "earth"):
         found, whole = (along(getattr(each, name), times) for each in (short, later))
         np.testing.assert_array_equal(found, whole)
-    assert len(orbit.until(1e9).coefficients) == len(orbit.coefficients)
+    assert len(orbit.until(1e9).splines) == len(orbit.splines)
 
 
 def test_ground_point_turns_with_the_earth(orbit):

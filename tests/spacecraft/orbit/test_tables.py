@@ -89,7 +89,7 @@ def test_the_field_is_that_of_the_library_in_axes_of_the_gcrs(made):
 def test_a_short_run_has_rows_enough():
     environment, accuracy = orbit_environment(ORBIT, EPOCH, 1.0)
     assert accuracy.rows >= 4
-    assert np.all(np.isfinite(np.array(environment.coefficients)))
+    assert np.all(np.isfinite(np.array(environment.splines)))
 
 
 def test_an_orbit_file_is_tabulated_with_a_note_on_its_interpolation():

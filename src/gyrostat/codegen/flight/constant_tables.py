@@ -36,7 +36,7 @@ class _Read(NamedTuple):
         read: Statement that reads the element.
         added: Statement that adds the column; None for column 0.
         start: Statement that multiplies the row.
-        column: Column.
+        column: Column; from the number of columns on, one of a later row.
     """
 
     read: Assign
@@ -54,7 +54,7 @@ def leave_out_columns(functions: Sequence[Function]) -> bool:
     """Leave out, in place, the columns of large constant tables that nothing reads.
 
     The rows of such a table are read at a computed index, each column at a known distance: so are
-    the pieces of splines of many quantities, of which a controller needs a few.
+    both ends of a piece of splines of many quantities, of which a controller needs a few.
 
     Args:
         functions: All functions of a module.
@@ -98,8 +98,8 @@ def _leave_out(table: Table, found: Sequence[_Read | None], uses: Counter[Name])
     if table.size <= SMALL or len(reads) < len(found):
         return False
     (stride, *others) = {each.stride for each in reads}
-    columns = sorted({each.column for each in reads})
-    if others or table.size % stride or not 0 <= columns[0] <= columns[-1] < stride:
+    columns = sorted({each.column % stride for each in reads})
+    if others or table.size % stride or any(each.column < 0 for each in reads):
         return False
     # nothing else may read these indices
     expected: Counter[Name] = Counter()
@@ -117,7 +117,8 @@ def _leave_out(table: Table, found: Sequence[_Read | None], uses: Counter[Name])
             Number(o.kind, len(columns)) if isinstance(o, Number) else o for o in start.operands
         )
     for each in reads:
-        column = Number("index", columns.index(each.column))
+        later, left = divmod(each.column, stride)
+        column = Number("index", later * len(columns) + columns.index(left))
         if column.value == 0:
             each.read.operands = (each.start.target,)
         elif each.added is not None:

@@ -132,16 +132,16 @@ class OtherSpacecraft(Checked):
     """Directions to another spacecraft.
 
     Attributes:
-        pieces: Its position, GCRS, m, over time after the epoch of the orbit tables
-            (`gyrostat.spacecraft.orbit.orbit_environment.pieces_of`), (rows - 1, 4, 3).
+        positions: Its position, GCRS, m, over time after the epoch of the orbit tables
+            (`gyrostat.spacecraft.orbit.orbit_environment.spline_of`), (rows, 2, 3).
         step: Time between rows, s.
     """
 
-    pieces: Float[Array, "pieces 4 channels"]
+    positions: Float[Array, "rows 2 channels"]
     step: Annotated[Scalar, positive("step of the positions", "s")]
 
     def __call__(self, orbit: OrbitEnvironment, time: Scalar) -> tuple[Vector3, Vector3]:
         """Directions at a time, s."""
         share = (orbit.offset + time) / self.step
-        there = interpolated(jnp.asarray(self.pieces), share, 0, 3)
+        there = interpolated(jnp.asarray(self.positions), share, 0, 3)
         return there - orbit.position(time), orbit.velocity(time)

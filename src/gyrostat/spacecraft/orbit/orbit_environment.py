@@ -59,8 +59,8 @@ class OrbitEnvironment(Checked):
     logarithm. Beyond the first and the last row, the values of these rows hold.
 
     Attributes:
-        coefficients: Coefficients of the cubic pieces, from the constant one up, over the share of
-            the step, (rows - 1, 4, channels).
+        splines: Values in the rows and sixths of their second derivatives over the share of the
+            step, (rows, 2, channels), see `spline_of`.
         step: Time between rows, s.
         period: Orbital period, s; scale of `offset`.
         offset: Time of the tables at time 0 of the run, s. It moves the start of the run along the
@@ -69,7 +69,7 @@ class OrbitEnvironment(Checked):
             solution; None for none.
     """
 
-    coefficients: Float[Array, "pieces 4 channels"]
+    splines: Float[Array, "rows 2 channels"]
     step: Annotated[Scalar, positive("step of the orbit tables", "s")]
     period: Annotated[Scalar, positive("orbital period", "s")]
     offset: Annotated[Scalar, signed("offset of the orbit tables", "s")] = 0.0
@@ -103,7 +103,7 @@ class OrbitEnvironment(Checked):
             raise InputError(
                 f"orbit tables, row {row}: found a value that is not finite, expected finite ones"
             )
-        return cls(pieces_of(rows), step, period)
+        return cls(spline_of(rows), step, period)
 
     def until(self, end: float) -> Self:
         """Environment without most of the rows after a time.
@@ -114,14 +114,14 @@ class OrbitEnvironment(Checked):
         Args:
             end: Time, s; tables that end before are returned as they are.
         """
-        pieces = np.asarray(self.coefficients)
-        count = int(np.ceil((float(self.offset) + end) / float(self.step))) + 1
-        return replace(self, coefficients=pieces[:count])
+        rows = np.asarray(self.splines)
+        count = int(np.ceil((float(self.offset) + end) / float(self.step))) + 2
+        return replace(self, splines=rows[:count])
 
     def _at(self, time: Scalar, name: str) -> Array:
         """Channels of a value at a time, s."""
         return interpolated(
-            jnp.asarray(self.coefficients), (self.offset + time) / self.step, *CHANNELS[name]
+            jnp.asarray(self.splines), (self.offset + time) / self.step, *CHANNELS[name]
         )
 
     def position(self, time: Scalar) -> Vector3:
@@ -151,7 +151,7 @@ class OrbitEnvironment(Checked):
     @property
     def has_moon(self) -> bool:
         """Whether the tables hold the Moon."""
-        return np.shape(self.coefficients)[-1] >= CHANNELS["moon"][1]
+        return np.shape(self.splines)[-1] >= CHANNELS["moon"][1]
 
     def moon(self, time: Scalar) -> Vector3:
         """Position of the Moon from the centre of the Earth, GCRS, (3,), m, at a time, s."""
@@ -194,33 +194,47 @@ class OrbitEnvironment(Checked):
         return to_inertial(self.earth(time), point)
 
 
-def pieces_of(rows: Float[np.ndarray, "rows channels"]) -> Any:
-    """Cubic pieces of a spline with not-a-knot ends, for `interpolated`, (rows - 1, 4, channels).
+def spline_of(rows: Float[np.ndarray, "rows channels"]) -> Any:
+    """Cubic spline with not-a-knot ends, for `interpolated`, (rows, 2, channels).
+
+    Two numbers a row determine the cubic pieces, which have four coefficients each: the value, and
+    a sixth of the second derivative (C. de Boor, "A Practical Guide to Splines", chapter IV).
 
     Args:
         rows: Values at equidistant places, four rows or more.
     """
     from scipy.interpolate import CubicSpline  # slow to import
 
-    # over the share of the step, highest power first
-    return CubicSpline(np.arange(len(rows)), rows).c[::-1].swapaxes(0, 1).copy()
+    places = np.arange(len(rows))
+    return np.stack([rows, CubicSpline(places, rows)(places, 2) / 6.0], axis=1)
 
 
 def interpolated(
-    pieces: Float[Array, "pieces 4 channels"], share: Scalar, first: int, last: int
+    spline: Float[Array, "rows 2 channels"], share: Scalar, first: int, last: int
 ) -> Array:
     """Channels of a cubic spline at a place; beyond its ends, those of the end.
 
     Args:
-        pieces: Result of `pieces_of`.
+        spline: Result of `spline_of`.
         share: Place, in steps from the first row.
         first: First channel.
         last: Channel after the last one.
     """
-    share = within(share, 0.0, len(pieces))
-    row = jnp.clip(jnp.floor(share), 0.0, len(pieces) - 1.0)
-    share = share - row
-    start = (row.astype(int), 0, first)
-    piece = jax.lax.dynamic_slice(pieces, start, (1, 4, last - first))
-    constant, linear, square, cubic = piece[0]
-    return ((cubic * share + square) * share + linear) * share + constant
+    pieces = len(spline) - 1
+    row = jnp.clip(jnp.floor(share).astype(int), 0, pieces - 1)
+    ends = jax.lax.dynamic_slice(spline, (row, 0, first), (2, 2, last - first))
+    return on_piece(ends, within(share, 0.0, pieces) - row)
+
+
+def on_piece(ends: Any, share: Any) -> Any:
+    """Channels on a cubic piece.
+
+    Args:
+        ends: Rows of the spline before and after the place, (2, 2, channels).
+        share: Place, in steps from the row before.
+    """
+    (value, bend), (next_value, next_bend) = ends
+    linear = next_value - value - 2.0 * bend - next_bend
+    # no product that is rounded is added to another one: with FMA all compilers give the same bits
+    square = (next_bend - bend) * share + bend + 2.0 * bend
+    return (square * share + linear) * share + value

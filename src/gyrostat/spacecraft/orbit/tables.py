@@ -16,7 +16,12 @@ from gyrostat.spacecraft.orbit.frames import (
     rotated,
     transposed,
 )
-from gyrostat.spacecraft.orbit.orbit_environment import CHANNELS, OrbitEnvironment, OrbitSamples
+from gyrostat.spacecraft.orbit.orbit_environment import (
+    CHANNELS,
+    OrbitEnvironment,
+    OrbitSamples,
+    on_piece,
+)
 from gyrostat.spacecraft.orbit.sun import moon_position, sun_position
 from gyrostat.spacecraft.orbit.time_scales import Epoch, Times
 
@@ -137,7 +142,7 @@ def orbit_environment(
         # the error of cubic splines falls with the fourth power of the step
         promising = step * (0.9 * TOLERANCE / largest) ** 0.25
         step = max(s for s in STEPS if s < step and (s <= promising or s == STEPS[-1]))
-    rows = len(np.asarray(environment.coefficients)) + 1
+    rows = len(np.asarray(environment.splines))
     return environment, OrbitAccuracy(float(step), rows, errors, trajectory.notes)
 
 
@@ -187,11 +192,11 @@ def errors_of(
         direct: Values without interpolation.
         times: Times of the values, s, within the tables.
     """
-    pieces = np.asarray(environment.coefficients)
+    rows = np.asarray(environment.splines)
     share = times / float(environment.step)
-    row = np.minimum(share.astype(int), len(pieces) - 1)
-    powers = (share - row)[:, None] ** np.arange(4)
-    values = np.einsum("nk,nkc->nc", powers, pieces[row])
+    row = np.minimum(share.astype(int), len(rows) - 2)
+    ends = np.moveaxis(rows[[row, row + 1]], 2, 1)
+    values = on_piece(ends, (share - row)[:, None])
     near = {
         name: values[:, first:end]
         for name, (first, end) in CHANNELS.items()

@@ -8,7 +8,7 @@ import numpy as np
 from gyrostat.control.guidance import OtherSpacecraft
 from gyrostat.scenario.aimed_kind import AimedKind
 from gyrostat.scenario.reference_kind import PlannedReference
-from gyrostat.spacecraft.orbit.orbit_environment import pieces_of
+from gyrostat.spacecraft.orbit.orbit_environment import spline_of
 from gyrostat.spacecraft.orbit.orbit_file import OEM, OrbitFile
 from gyrostat.spacecraft.orbit.tables import LEAST_ROWS, Orbit
 from gyrostat.spacecraft.orbit.time_scales import Epoch
@@ -44,7 +44,7 @@ class SpacecraftTarget(AimedKind):
         rows = max(LEAST_ROWS, int(np.ceil(end / LONGEST_STEP)) + 1)
         times = np.linspace(0.0, end, rows)
         positions = content.trajectory(epoch, end).states(times).position
-        return OtherSpacecraft(pieces_of(positions), float(times[1]))
+        return OtherSpacecraft(spline_of(positions), float(times[1]))
 
     def target(self, planned: PlannedReference, place: str) -> OtherSpacecraft:
         """See `AimedKind.target`."""
