@@ -7,6 +7,7 @@ import pytest
 from scipy.spatial.transform import Rotation
 
 from gyrostat.control.guidance import GroundTarget, Nadir, Pointing, reference_at, to_earth, to_sun
+from gyrostat.control.guidance.attitude_reference import Motion
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
 from gyrostat.spacecraft import CircularOrbit
@@ -65,6 +66,21 @@ def test_rate_toward_a_ground_target_is_that_of_the_line_of_sight():
         line, slope, found = map(np.asarray, sight_and_rate(time))
         across = np.linalg.norm(np.cross(line, slope)) / (line @ line)
         assert np.hypot(found[0], found[1]) == pytest.approx(float(across), rel=1e-9)
+
+
+@pytest.mark.parametrize("aim", [to_sun, TARGET])
+def test_the_reference_is_the_motion_of_the_attitude(aim):
+    """The derivatives of the directions give those of the attitude, by the chain rule."""
+    profile = Pointing.of(ORBIT, aim, AXIS, SECOND)
+
+    @jax.jit
+    def both(time):
+        return reference_at(profile, time), Motion.of(profile, time).reference
+
+    for time in (40.0, 2100.0, 5555.5):
+        found, expected = both(time)
+        for ours, theirs in zip(found, expected, strict=True):
+            assert np.max(np.abs(ours - theirs)) < 1e-12 * np.max(np.abs(theirs))
 
 
 def test_a_profile_is_a_tree_of_numbers():

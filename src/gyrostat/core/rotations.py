@@ -127,7 +127,12 @@ def from_matrix(matrix: Float[Array, "3 3"]) -> Quaternion:
             [d - b, c + g, f + h, 1.0 - a - e + i],
         ]
     )
-    best = normalised(rows[jnp.argmax(jnp.diagonal(rows))])
+    best, largest = rows[0], rows[0, 0]
+    for k in (1, 2, 3):
+        is_larger = rows[k, k] > largest
+        best = jnp.where(is_larger, rows[k], best)
+        largest = jnp.where(is_larger, rows[k, k], largest)
+    best = normalised(best)
     return jnp.where(best[0] < 0.0, -best, best)
 
 

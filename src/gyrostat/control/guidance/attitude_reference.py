@@ -1,7 +1,7 @@
 """Attitude, rate and acceleration of a reference, by differentiation of its attitude over time."""
 
 from collections.abc import Callable
-from typing import NamedTuple, Self
+from typing import Any, NamedTuple, Self
 
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
@@ -60,14 +60,31 @@ class Motion(NamedTuple):
             profile: Attitude over time.
             time: Time, s.
         """
-        time = jnp.asarray(time, dtype=float)
-        dt = jnp.ones_like(time)
 
-        def derivative(t: Scalar) -> tuple[Quaternion, Quaternion]:
-            return jax.jvp(lambda t: normalised(jnp.asarray(profile(t), dtype=float)), (t,), (dt,))
+        def attitude(time: Scalar) -> Quaternion:
+            return normalised(jnp.asarray(profile(time), dtype=float))
 
-        (attitude, slope), (_, bend) = jax.jvp(derivative, (time,), (dt,))
-        return cls(attitude, slope, bend)
+        return cls(*with_derivatives(attitude, time))
+
+    @classmethod
+    def along(cls, attitude: Callable[..., Quaternion], path: tuple[Any, Any, Any]) -> Self:
+        """Motion of an attitude that depends on moving quantities.
+
+        Args:
+            attitude: Function of these quantities; see `Profile`.
+            path: The quantities with their first and second time derivatives, each a tuple.
+        """
+        values, slopes, bends = path
+
+        def derivative(*given: Any) -> tuple[Quaternion, Quaternion]:
+            return jax.jvp(lambda *x: normalised(attitude(*x)), given[::2], given[1::2])
+
+        values_and_slopes = tuple(
+            each for pair in zip(values, slopes, strict=True) for each in pair
+        )
+        changes = tuple(each for pair in zip(slopes, bends, strict=True) for each in pair)
+        (quaternion, slope), (_, bend) = jax.jvp(derivative, values_and_slopes, changes)
+        return cls(quaternion, slope, bend)
 
     @property
     def reference(self) -> AttitudeReference:
@@ -89,11 +106,29 @@ def rate_of(quaternion: Quaternion, slope: Quaternion) -> Vector3:
     return 2.0 * vector / (quaternion @ quaternion)
 
 
+def with_derivatives(function: Callable[[Scalar], Any], time: Scalar) -> tuple[Any, Any, Any]:
+    """Value of a function of time, and its first and second derivative, each a tree as the value.
+
+    Args:
+        function: Function of the time, s.
+        time: Time, s.
+    """
+    time = jnp.asarray(time, dtype=float)
+    dt = jnp.ones_like(time)
+
+    def derivative(time: Scalar) -> tuple[Any, Any]:
+        return jax.jvp(function, (time,), (dt,))
+
+    (value, slope), (_, bend) = jax.jvp(derivative, (time,), (dt,))
+    return value, slope, bend
+
+
 def reference_at(profile: Profile, time: Scalar) -> AttitudeReference:
     """Attitude, rate and acceleration of a profile at a time.
 
     Args:
-        profile: Attitude over time.
+        profile: Attitude over time; its method `reference`, if it has one, gives them.
         time: Time, s.
     """
-    return Motion.of(profile, time).reference
+    reference = getattr(profile, "reference", None)
+    return Motion.of(profile, time).reference if reference is None else reference(time)

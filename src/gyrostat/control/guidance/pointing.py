@@ -1,17 +1,24 @@
 """Attitude profiles along an orbit: a body axis points at the Earth, the Sun or a ground target."""
 
 from collections.abc import Callable
+from functools import partial
 from typing import Annotated, Any, Self
 
 import equinox as eqx
 import numpy as np
 from numpy.typing import ArrayLike
 
+from gyrostat.control.guidance.attitude_reference import (
+    AttitudeReference,
+    Motion,
+    with_derivatives,
+)
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked, signed
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.traced_once import one_function
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 
 PARALLEL = 1e-6
@@ -99,8 +106,22 @@ class Pointing(Checked):
 
     def __call__(self, time: Scalar) -> Quaternion:
         """Attitude at a time, s."""
-        frame = frame_of_axes(*self.aim(self.orbit, time))
-        return rotations.product(rotations.conjugate(frame), jnp.asarray(self.body))
+        return _pointed(*self.aim(self.orbit, time), jnp.asarray(self.body))
+
+    def reference(self, time: Scalar) -> AttitudeReference:
+        """Attitude, rate and acceleration at a time, s."""
+        directions = with_derivatives(partial(self.aim, self.orbit), time)
+        return _reference(directions, jnp.asarray(self.body))
+
+
+def _pointed(first: Vector3, second: Vector3, body: Quaternion) -> Quaternion:
+    return rotations.product(rotations.conjugate(frame_of_axes(first, second)), body)
+
+
+@one_function
+def _reference(directions: Any, body: Quaternion) -> AttitudeReference:
+    """Motion that two directions with their derivatives determine: one function for all modes."""
+    return Motion.along(partial(_pointed, body=body), directions).reference
 
 
 def frame_of_axes(first: Vector3, second: Vector3) -> Quaternion:
