@@ -30,6 +30,7 @@ from gyrostat.reports.page_units import told
 from gyrostat.reports.run_table import run_table
 from gyrostat.reports.template import render
 from gyrostat.runs.keep_out_times import flown_violations
+from gyrostat.runs.slew_lines import blocked_turns
 from gyrostat.scenario import Scenario, Window
 from gyrostat.scenario.metrics.results import metrics_of
 
@@ -242,5 +243,5 @@ def write_replay(
     say(f"run {run} replayed: all numbers equal those of the table of runs, bit for bit")
     say(f"written: {path}, {path.with_suffix('.html')}")
     drawn = {key: float(values[key]) for key in scenario.dispersed}
-    for line in flown_violations(scenario, signals, drawn):
+    for line in (*blocked_turns(scenario, signals), *flown_violations(scenario, signals, drawn)):
         say(line)

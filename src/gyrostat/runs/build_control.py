@@ -10,11 +10,11 @@ from gyrostat.core.jax64 import jax, jnp
 from gyrostat.runs.assembly import Assembly, context_of
 from gyrostat.runs.build_parts import named_kinds, named_parts
 from gyrostat.runs.build_reference import navigated, reference_case
-from gyrostat.runs.designs import LAW, phase_starts
+from gyrostat.runs.designs import phase_starts
 from gyrostat.runs.phases import Phases, in_orbit
 from gyrostat.scenario.build_spacecraft import has_section, of_wheels
 from gyrostat.scenario.controller_kind import Beginning
-from gyrostat.scenario.scenario import KEEP_OUT
+from gyrostat.scenario.scenario import KEEP_OUT, LAW
 from gyrostat.scenario.sensing import guarded, with_faults
 from gyrostat.scenario.timeline import modes
 from gyrostat.spacecraft import AddedSensors

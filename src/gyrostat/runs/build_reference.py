@@ -20,7 +20,7 @@ from gyrostat.runs.build_parts import named_parts
 from gyrostat.scenario.component import Context
 from gyrostat.scenario.kinds.events import kind_of
 from gyrostat.scenario.kinds.orbits import shared_span
-from gyrostat.scenario.kinds.registry import KINDS, PARTS, chosen
+from gyrostat.scenario.kinds.registry import KINDS, PARTS, chosen, component
 from gyrostat.scenario.reference_kind import (
     AROUND,
     ERROR,
@@ -29,7 +29,7 @@ from gyrostat.scenario.reference_kind import (
     PlannedReference,
     ReferenceCase,
 )
-from gyrostat.scenario.scenario import Scenario, Source
+from gyrostat.scenario.scenario import KEEP_OUT, LAW, Scenario, Source
 from gyrostat.scenario.sensing import Values, arrays_of
 from gyrostat.scenario.structure import Structure
 from gyrostat.scenario.timeline import TRANSITION
@@ -137,6 +137,8 @@ def reference_case(
         stations = named_parts(structure, values, "station", Context(orbit=orbit))
         views = (Sunlight(orbit), *stations.values())
     plan = plans.reference._replace(envelope=envelope, orbit=orbit, views=views)
+    if plan.turns is not None:
+        plan = plan._replace(**_kept(structure, values, orbit))
     context = Context(reference=plan)
     modes = named_parts(structure, values, "reference.mode", context)
     slews = named_parts(structure, values, "reference.slew", context)
@@ -144,6 +146,21 @@ def reference_case(
     changes = _changes(structure, values, modes, context)
     case = ReferenceCase(plan, attitude, [*modes.values()], [*slews.values()], changes)
     return instance, case
+
+
+def _kept(structure: Structure, values: Values, orbit: OrbitEnvironment | None) -> dict[str, Any]:
+    """Fields of a `PlannedReference`: what turns to modes keep, and where they start."""
+    keep_outs = named_parts(structure, values, KEEP_OUT, Context(orbit=orbit))
+    modes = [part for part in structure.parts if part.section == "reference.mode"]
+    kept = [[float(name in part.linked(AROUND)) for name in keep_outs] for part in modes]
+    laws = {part.name: part.kind for part in structure.parts if part.section == LAW}
+    controller = chosen(structure, "controller")
+    follow = {name: component(LAW, kind, structure.sources).follows for name, kind in laws.items()}
+    measured = tuple(
+        not (follow[part.linked("law")[0]] if part.linked("law") else controller.follows)
+        for part in modes
+    )
+    return {"keep_outs": tuple(keep_outs.values()), "kept": np.array(kept), "measured": measured}
 
 
 def _changes(

@@ -17,14 +17,11 @@ from gyrostat.scenario.kinds.events import kind_of
 from gyrostat.scenario.kinds.orbits import planned_orbit
 from gyrostat.scenario.kinds.registry import check_needs, chosen, component
 from gyrostat.scenario.reference_kind import PlannedReference
-from gyrostat.scenario.scenario import Event, Scenario
+from gyrostat.scenario.scenario import LAW, Event, Scenario
 from gyrostat.scenario.sensing import Values, options_of
 from gyrostat.scenario.structure import Structure, notified, structure_of
 from gyrostat.spacecraft import Spacecraft
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
-
-LAW = "controller.law"
-"""Section of the controllers that modes choose in place of [controller]."""
 
 
 class Plans(NamedTuple):

@@ -1,7 +1,7 @@
 """Lines on the slews of a scenario around keep-out cones."""
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Iterator, Mapping
+from typing import Any
 
 import numpy as np
 
@@ -14,23 +14,11 @@ from gyrostat.scenario.scenario import Scenario
 from gyrostat.scenario.timeline import modes
 
 
-class SlewLines(NamedTuple):
-    """Lines on slews around cones.
-
-    Attributes:
-        planned: Line on each planned slew.
-        warnings: Line on each slew that has no plan.
-    """
-
-    planned: list[str]
-    warnings: list[str]
-
-
-def slew_lines(scenario: Scenario) -> SlewLines:
-    """Lines on the slews of a scenario around cones; without such slews, there are none."""
-    lines = SlewLines([], [])
+def slew_lines(scenario: Scenario) -> list[str]:
+    """Line on each slew of a scenario around cones; without such slews, there are none."""
     reference = plans_of(scenario).reference
     turns = None if reference is None else reference.turns
+    lines: list[str] = []
     if turns is None:
         return lines
     for row, place, origin, names in _slews(scenario):
@@ -39,17 +27,40 @@ def slew_lines(scenario: Scenario) -> SlewLines:
             turn = jax.tree.map(lambda each, row=row: each[row], turns.turns)
             is_bowed = np.any(turn.bows) or np.linalg.norm(turn.turn) > np.pi
             way = "leads around" if is_bowed else "is an eigenaxis slew outside of"
-            lines.planned.append(
-                f"{place}: the slew from {origin} {way} the cones of {cones}, "
-                f"{float(turn.profile.duration):.1f} s"
-            )
+            time = f"{float(turn.profile.duration):.1f} s"
         else:
-            lines.warnings.append(
-                f"warning: {place}.{AROUND}: found a slew from {origin} whose start is not known "
-                f"before the run, expected a known one: it turns about its eigenaxis, and "
-                "keep_out_time is the time in which a body is too near"
-            )
+            way, time = "finds its way around", "when it starts"
+        lines.append(f"{place}: the slew from {origin} {way} the cones of {cones}, {time}")
     return lines
+
+
+_BLOCKED = {
+    1: "no way that keeps the angles at all times",
+    2: "a body too near at its start, which it leaves by the shortest way",
+    3: "a body too near at its start, and no way that keeps the angles from there on",
+}
+"""Value of `turn_blocked` -> what was found."""
+
+
+def blocked_turns(scenario: Scenario, history: Mapping[str, Any]) -> list[str]:
+    """Line on each turn of a simulated run in which a body may come too near.
+
+    Args:
+        scenario: Scenario.
+        history: Signals of the run by name, NumPy arrays.
+    """
+    if "turn_blocked" not in history:
+        return []
+    blocked, start, number = (
+        np.asarray(history[name]) for name in ("turn_blocked", "mode_start", "mode")
+    )
+    names = modes(scenario.parts)
+    begins = np.flatnonzero((np.diff(start, prepend=np.nan) != 0.0) & (blocked > 0.0))
+    return [
+        f"warning: reference.mode.{names[int(number[k])]}.{AROUND}: found "
+        f"{_BLOCKED[int(blocked[k])]}, for the turn at {start[k]:g} s; expected a clear one"
+        for k in begins
+    ]
 
 
 def blocked_runs(scenario: Scenario, times: Vector) -> list[str]:

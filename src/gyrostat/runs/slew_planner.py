@@ -15,6 +15,7 @@ from gyrostat.control.guidance import (
     plan_slew,
 )
 from gyrostat.control.guidance.keep_out_slew import SAMPLES, PlannedSlew
+from gyrostat.control.guidance.transition import FADING
 from gyrostat.core import rotations
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
@@ -26,8 +27,6 @@ TIMES = 129
 """Times at which the bodies are evaluated for a slew."""
 ATTEMPTS = 8
 """Largest number of plans of a slew, each for a longer motion of the bodies than the one before."""
-FADING = 0.198, 0.0173
-"""Largest x (1 - x)³ (1 + 3 x) and x² (1 - x)³ / 2: see `Transition`, g / D and h / D²."""
 ALIGNED = np.array([1.0, 0.0, 0.0, 0.0])
 """Attitude of the target in its own axes."""
 

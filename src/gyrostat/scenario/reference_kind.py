@@ -25,6 +25,7 @@ from gyrostat.scenario.relation import Relation
 from gyrostat.scenario.schema import Key, positive, size
 from gyrostat.spacecraft.orbit.orbit_environment import OrbitEnvironment
 from gyrostat.spacecraft.orbit.time_scales import Epoch
+from gyrostat.spacecraft.sensors.keep_out import KeepOut
 
 AROUND = "keep_out"
 """Key of a mode or slew with the names of the [[keep_out]] that the slew to it leads around."""
@@ -51,6 +52,9 @@ class PlannedReference(NamedTuple):
         views: Views along the orbit that modes wait for; empty if none does.
         turns: Slews that lead around cones, see `Reference.planned` and `Slews.to`; None: none is
             to.
+        keep_outs: Instruments of these cones in a run.
+        kept: Which of them the slew to each mode keeps, 1 or 0, (modes, instruments).
+        measured: Whether a slew from each mode starts at the measured attitude.
     """
 
     envelope: WheelEnvelope | None
@@ -58,6 +62,9 @@ class PlannedReference(NamedTuple):
     orbit: OrbitEnvironment | None = None
     views: tuple[Callable[[Scalar], Scalar], ...] = ()
     turns: PlannedTurns | None = None
+    keep_outs: tuple[KeepOut, ...] = ()
+    kept: Any = None
+    measured: tuple[bool, ...] = ()
 
     def pointing(self, aim: Aim, axis: Array, second: Array) -> Pointing:
         """Pointing of a body axis along the orbit."""

@@ -28,6 +28,8 @@ AXES = ("x", "y", "z")
 """Last parts of the keys of a vector."""
 KEEP_OUT = "keep_out"
 """Section of the instruments that keep angles to bright bodies."""
+LAW = "controller.law"
+"""Section of the controllers that modes choose in place of [controller]."""
 WINDOWS = "metrics.window"
 """Section of the windows of the metrics, which are no parts."""
 

@@ -22,7 +22,6 @@ from gyrostat.verbs.progress import shown
 from gyrostat.verbs.scenario_check import (
     say_momentum,
     say_unlikely,
-    say_unplanned,
     scenario_of,
 )
 
@@ -126,7 +125,6 @@ def campaign(
         raise InputError(f"{source}: key dispersion: found none, expected at least one dispersion")
     say_unlikely(definition, say)
     say_momentum(definition, say, seed, runs)
-    say_unplanned(definition, say)
     if plan:
         from gyrostat.verbs.campaign_plan import campaign_plan
 

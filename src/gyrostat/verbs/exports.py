@@ -13,7 +13,7 @@ from gyrostat.verbs.flight_folder import PAGE, complete, flight_folder
 from gyrostat.verbs.format_kinds import CODE, FORMATS, OF_PARTS
 from gyrostat.verbs.part_kinds import PARTS, part_kind
 from gyrostat.verbs.required_options import missing_of_part, names_scenario, require_given
-from gyrostat.verbs.scenario_check import say_unlikely, say_unplanned
+from gyrostat.verbs.scenario_check import say_unlikely
 from gyrostat.verbs.wheel_arguments import wheel_model
 
 if TYPE_CHECKING:
@@ -135,7 +135,6 @@ def export(
         from gyrostat.exports import scenario_controller
 
         say_unlikely(scenario, say)
-        say_unplanned(scenario, say)
         _part_to_export(model, kind, what)
         refuse_given(
             {**every, "--on-bad": on_bad == "zero" and scenario.guard is not None},

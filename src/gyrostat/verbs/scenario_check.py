@@ -23,11 +23,11 @@ class CheckedScenario(dict[str, str]):
             an export to C.
         unlikely: Lines on numbers that are possible, but unlikely.
         warnings: Lines on a momentum at the start that the wheels cannot hold, on windows in which
-            the star tracker sees too rarely, on slews with `keep_out` that have no plan, on times
-            in which an instrument does not keep its angles along the reference, and on wheels that
-            are faster than the structure of a metric `jitter` is known.
+            the star tracker sees too rarely, on times in which an instrument does not keep its
+            angles along the reference, and on wheels that are faster than the structure of a metric
+            `jitter` is known.
         passes: Passes over ground stations and eclipses of the nominal run.
-        slews: Lines on the planned slews with `keep_out`.
+        slews: Lines on the slews with `keep_out`.
         lines: All lines for the user, as the command line prints them.
     """
 
@@ -116,8 +116,8 @@ def check(
     for line in pass_lines(definition, result.passes):
         say(line)
     lines, result.warnings = tracker_lines(definition)
-    result.slews, unplanned = slew_lines(definition)
-    result.warnings += [*late_changes(definition), *unplanned, *reference_violations(definition)]
+    result.slews = slew_lines(definition)
+    result.warnings += [*late_changes(definition), *reference_violations(definition)]
     result.warnings += fast_wheels(definition)
     momentum, beyond = momentum_lines(definition)
     lines, result.warnings = [*momentum, *lines], [*beyond, *result.warnings]
@@ -152,14 +152,6 @@ def say_momentum(scenario: "Scenario", say: Say, seed: int = 0, runs: int = 1) -
     from gyrostat.campaigns.start_momentum import momentum_lines
 
     for line in momentum_lines(scenario, seed, runs)[1]:
-        say(line)
-
-
-def say_unplanned(scenario: "Scenario", say: Say) -> None:
-    """Report the slews with `keep_out` that have no plan."""
-    from gyrostat.runs.slew_lines import slew_lines
-
-    for line in slew_lines(scenario).warnings:
         say(line)
 
 

@@ -12,7 +12,6 @@ from gyrostat.verbs.arguments import Say, check_device, figure_names, silent
 from gyrostat.verbs.scenario_check import (
     say_momentum,
     say_unlikely,
-    say_unplanned,
     scenario_of,
 )
 
@@ -127,6 +126,7 @@ def simulated(
     from gyrostat.runs.blind_windows import blind_windows
     from gyrostat.runs.jitter_lines import unknown_jitter
     from gyrostat.runs.keep_out_times import flown_violations
+    from gyrostat.runs.slew_lines import blocked_turns
     from gyrostat.runs.user.trial import say_bad_commands
 
     run = _run_file(scenario, seed, path, fly=fly, changes=changes or {}, say=say)
@@ -134,7 +134,6 @@ def simulated(
     flown = run.flown if run else definition
     say_unlikely(flown, say)
     say_momentum(replace(flown, dispersions=()), say)
-    say_unplanned(definition, say)
     say(f"simulating {definition.name}: {definition.duration:g} s")
     if run:
         say(run.line())
@@ -168,7 +167,8 @@ def simulated(
     for line in unknown_jitter(flown, {"status": results.columns["status"], **values}):
         say(line)
     history = results.histories.of_run(0)
-    for line in flown_violations(flown, history.arrays()):
+    arrays = history.arrays()
+    for line in (*blocked_turns(flown, arrays), *flown_violations(flown, arrays)):
         say(line)
     return replace(history, attributes={"scenario": definition.name, **values}), flown
 

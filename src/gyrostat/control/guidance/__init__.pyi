@@ -1,5 +1,6 @@
 """Public names of the package; `__init__.py` reads this file."""
 
+from gyrostat.control.guidance.around import Around as Around
 from gyrostat.control.guidance.attitude_reference import AttitudeReference as AttitudeReference
 from gyrostat.control.guidance.attitude_reference import Profile as Profile
 from gyrostat.control.guidance.attitude_reference import reference_at as reference_at
@@ -13,6 +14,7 @@ from gyrostat.control.guidance.guided import toward as toward
 from gyrostat.control.guidance.keep_out_cones import KeepOutCones as KeepOutCones
 from gyrostat.control.guidance.keep_out_slew import PlannedSlew as PlannedSlew
 from gyrostat.control.guidance.keep_out_slew import plan_slew as plan_slew
+from gyrostat.control.guidance.mode_changes import Mode as Mode
 from gyrostat.control.guidance.mode_laws import ModeLaws as ModeLaws
 from gyrostat.control.guidance.patterns import Mosaic as Mosaic
 from gyrostat.control.guidance.patterns import Raster as Raster
@@ -28,11 +30,9 @@ from gyrostat.control.guidance.profiles import Fixed as Fixed
 from gyrostat.control.guidance.profiles import Nadir as Nadir
 from gyrostat.control.guidance.profiles import Table as Table
 from gyrostat.control.guidance.reference import BoundReference as BoundReference
-from gyrostat.control.guidance.reference import Mode as Mode
 from gyrostat.control.guidance.reference import Reference as Reference
 from gyrostat.control.guidance.slew import SlewLimits as SlewLimits
 from gyrostat.control.guidance.slew import Slews as Slews
-from gyrostat.control.guidance.slew import Transition as Transition
 from gyrostat.control.guidance.slew_bound import shortest_time as shortest_time
 from gyrostat.control.guidance.slew_profile import SlewProfile as SlewProfile
 from gyrostat.control.guidance.targets import Celestial as Celestial
@@ -40,6 +40,7 @@ from gyrostat.control.guidance.targets import GroundStrip as GroundStrip
 from gyrostat.control.guidance.targets import Limb as Limb
 from gyrostat.control.guidance.targets import OtherSpacecraft as OtherSpacecraft
 from gyrostat.control.guidance.targets import SecondAxis as SecondAxis
+from gyrostat.control.guidance.transition import Transition as Transition
 from gyrostat.control.guidance.views import StationView as StationView
 from gyrostat.control.guidance.views import Sunlight as Sunlight
 from gyrostat.control.guidance.wheel_envelope import WheelEnvelope as WheelEnvelope

@@ -67,6 +67,11 @@ class BowedPath(NamedTuple):
         half = rotations.from_rotation_vector(0.5 * jnp.asarray(turn))
         return cls(rotations.product(start, half), turn, jnp.zeros(3), jnp.zeros(3))
 
+    @classmethod
+    def bowed(cls, start: Quaternion, turn: Vector3, bows: Float[Array, "2 3"]) -> Self:
+        """Path from an attitude, with both bows."""
+        return cls.eigenaxis(start, turn)._replace(bow=bows[0], twist=bows[1])
+
     def __call__(self, progress: Scalar) -> Quaternion:
         """Attitude at a progress from 0 to 1, (4,)."""
         vector = self.vector(progress)

@@ -7,7 +7,8 @@ import equinox as eqx
 
 from gyrostat.control.guidance.attitude_reference import AttitudeReference
 from gyrostat.control.guidance.guide import Guide
-from gyrostat.control.guidance.reference import Mode, Reference
+from gyrostat.control.guidance.mode_changes import Mode
+from gyrostat.control.guidance.reference import Reference
 from gyrostat.control.missing_sample import predicted
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked
@@ -16,7 +17,10 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.named_tuples import with_fields
 
-UNITS = {"mode": "1", "mode_start": "s", "mode_change": "1", "target": "1"}
+UNITS = {
+    **{"mode": "1", "mode_start": "s", "mode_change": "1", "target": "1"},
+    **{"turn_blocked": "1", "turn_from": "1", "turn_rate": "rad/s"},
+}
 """Units of the signals that are recorded with the command."""
 
 
@@ -65,7 +69,10 @@ class Guided(Checked):
     At each sample, the mode of the reference is updated and the controller gets the reference, see
     `toward`. The clock also advances at missing samples. Mode, start of the mode and target
     attitude are recorded with the command as `mode`, `mode_start` and `target`; of a reference with
-    changes, `mode_change` is the number of that to the mode, from 1, or 0 before the first one.
+    changes, `mode_change` is the number of that to the mode, from 1, or 0 before the first one. Of
+    one that keeps instruments from bright bodies, `turn_blocked` says whether a body may come too
+    near in the turn to the mode, see `gyrostat.control.guidance.way_around.Way`; where a turn can
+    start at the measured attitude, `turn_from` and `turn_rate` are that attitude and its rate.
 
     Attributes:
         controller: Controller that can follow a reference.
@@ -120,6 +127,10 @@ class Guided(Checked):
         signals: dict[str, Any] = {"mode": mode.number, "mode_start": mode.start}
         if mode.watch is not None:
             signals["mode_change"] = mode.watch.taken
+        if mode.transition is not None and mode.transition.first is not None:
+            signals["turn_blocked"] = mode.transition.first.blocked
+        if self.reference.around is not None and any(self.reference.around.measured):
+            signals |= {"turn_from": now.attitude, "turn_rate": now.rate}
         if "target" not in command._fields:
             signals["target"] = guide.now.attitude
         units = {name: UNITS[name] for name in signals}

@@ -8,6 +8,7 @@ import numpy as np
 from jaxtyping import Array, Bool, Float, Int
 
 from gyrostat.control.guidance.condition import Condition, Measured, ModeChange, is_in_view
+from gyrostat.control.guidance.transition import Transition
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar
 from gyrostat.core.checked import Checked
@@ -33,6 +34,22 @@ class Watch(NamedTuple):
     lost: Scalar
     taken: Int[Array, ""]
     sampled: Scalar
+
+
+class Mode(NamedTuple):
+    """Active mode of a reference.
+
+    Attributes:
+        number: Number of the mode, from 0.
+        start: Time at which it started, s.
+        transition: Rotation to the mode; None: there is none.
+        watch: What the conditions remember; None: the mode is only followed.
+    """
+
+    number: Int[Array, ""]
+    start: Scalar
+    transition: Transition | None = None
+    watch: Watch | None = None
 
 
 class Lasted(NamedTuple):

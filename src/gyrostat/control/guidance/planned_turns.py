@@ -3,7 +3,7 @@
 from typing import Any, NamedTuple, Self
 
 import numpy as np
-from jaxtyping import Array, Float, Int
+from jaxtyping import Array, Bool, Float, Int
 
 from gyrostat.control.guidance.slew_profile import SlewProfile
 from gyrostat.core.arrays import Vector3
@@ -68,6 +68,23 @@ class PlannedTurns(NamedTuple):
 
         return jax.tree.map(put, self, type(self)(jnp.ones(()), turn))
 
+    def fits(self, row: Int[Array, ""] | int, turn: Vector3) -> Bool[Array, ""]:
+        """Whether a rotation of a run is near that of a plan; see `fitted`."""
+        return self._nearest(row, turn)[1]
+
+    def _nearest(
+        self, row: Int[Array, ""] | int, turn: Vector3
+    ) -> tuple[Vector3, Bool[Array, ""], Turn]:
+        """Of both ways around, the nearest one to the plan, whether it is near, and the plan."""
+        is_planned, plan = jax.tree.map(lambda each: jnp.asarray(each)[row], tuple(self))
+        angle = jnp.sqrt(turn @ turn)
+        longer = (1.0 - 2.0 * jnp.pi / jnp.maximum(angle, TINY)) * turn
+        offsets = turn - plan.turn, longer - plan.turn
+        squares = [offset @ offset for offset in offsets]
+        taken = jnp.where(squares[0] <= squares[1], turn, longer)
+        reach = DEVIATION**2 * jnp.minimum(plan.turn @ plan.turn, 1.0)
+        return taken, (is_planned > 0.0) & (jnp.minimum(*squares) <= reach), plan
+
     def fitted(self, row: Int[Array, ""] | int, turn: Vector3, otherwise: SlewProfile) -> Turn:
         """Rotation of a run: the planned one if its start and its end are near those of the plan.
 
@@ -77,15 +94,7 @@ class PlannedTurns(NamedTuple):
             otherwise: Profile of the eigenaxis slew, which is taken without a plan, or if the
                 rotation vector is farther than `DEVIATION` from the planned one.
         """
-        is_planned, plan = jax.tree.map(lambda each: jnp.asarray(each)[row], tuple(self))
-        angle = jnp.sqrt(turn @ turn)
-        longer = (1.0 - 2.0 * jnp.pi / jnp.maximum(angle, TINY)) * turn
-        # of both ways around, the one that was planned
-        offsets = turn - plan.turn, longer - plan.turn
-        squares = [offset @ offset for offset in offsets]
-        taken = jnp.where(squares[0] <= squares[1], turn, longer)
-        reach = DEVIATION**2 * jnp.minimum(plan.turn @ plan.turn, 1.0)
-        fits = (is_planned > 0.0) & (jnp.minimum(*squares) <= reach)
+        taken, fits, plan = self._nearest(row, turn)
         eigenaxis = Turn(turn, jnp.zeros((2, 3)), otherwise)
         fitted = Turn(taken, plan.bows, plan.profile)
         return jax.tree.map(lambda one, other: jnp.where(fits, one, other), fitted, eigenaxis)

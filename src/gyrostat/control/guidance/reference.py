@@ -2,43 +2,28 @@
 
 from collections.abc import Callable, Sequence
 from functools import partial
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import equinox as eqx
 from jaxtyping import Array, Bool, Int
 
+from gyrostat.control.guidance.around import Around
 from gyrostat.control.guidance.attitude_reference import (
     AttitudeReference,
     Profile,
     reference_at,
 )
 from gyrostat.control.guidance.condition import Condition, ModeChange
-from gyrostat.control.guidance.mode_changes import Changes, Lasted, Watch
+from gyrostat.control.guidance.mode_changes import Changes, Lasted, Mode
 from gyrostat.control.guidance.planned_turns import PlannedTurns
-from gyrostat.control.guidance.slew import SlewLimits, Transition
+from gyrostat.control.guidance.slew import SlewLimits
+from gyrostat.control.guidance.transition import Transition
 from gyrostat.core.arrays import Scalar
 from gyrostat.core.checked import Checked
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import Tracer, jax, jnp
 from gyrostat.core.traced_once import one_function
 from gyrostat.spacecraft import Spacecraft
-
-
-class Mode(NamedTuple):
-    """Active mode of a reference.
-
-    Attributes:
-        number: Number of the mode, from 0.
-        start: Time at which it started, s.
-        transition: Rotation to the mode; None: there is none.
-        watch: What the conditions remember; None: the mode is only followed.
-    """
-
-    number: Int[Array, ""]
-    start: Scalar
-    transition: Transition | None = None
-    watch: Watch | None = None
-
 
 _profile_motion = one_function(reference_at)
 
@@ -56,12 +41,14 @@ class Reference(Checked):
         changes: Changes from mode to mode.
         planned: Planned rotation from each mode to each other one, with the number (mode before) *
             modes + (mode after); None: there are no plans.
+        around: Instruments that rotations without a plan keep from bright bodies; None: none are.
     """
 
     modes: tuple[Callable[..., Any], ...]
     limits: SlewLimits | None = None
     changes: Changes = Changes.of([], 1)
     planned: PlannedTurns | None = None
+    around: Around | None = None
 
     @classmethod
     def of(cls, profile: Profile) -> Self:
@@ -110,6 +97,7 @@ class Reference(Checked):
         spacecraft: Spacecraft | None = None,
         views: Sequence[Callable[[Scalar], Scalar]] = (),
         planned: PlannedTurns | None = None,
+        around: Around | None = None,
     ) -> Self:
         """Reference of modes with changes from any mode to any other.
 
@@ -121,6 +109,7 @@ class Reference(Checked):
             spacecraft: Spacecraft model; required for conditions on the momentum.
             views: Views along the orbit, for conditions on them.
             planned: Planned rotation from each mode to each other one, see the attributes.
+            around: See the attributes.
 
         Raises:
             InputError: There is no mode, or `limits` or `spacecraft` is required and None.
@@ -133,7 +122,7 @@ class Reference(Checked):
                 "rotation from mode to mode"
             )
         every = Changes.of(changes, len(modes), dwell, spacecraft, views)
-        return cls(tuple(modes), limits, every, planned)
+        return cls(tuple(modes), limits, every, planned, around)
 
     def start(self, *, watched: bool = True) -> Mode:
         """Mode before the first sample: the first mode, from time 0.
@@ -145,20 +134,32 @@ class Reference(Checked):
         if self.limits is None:
             return Mode(number, zero)
         watch = self.changes.start() if watched else None
-        return Mode(number, zero, Transition.none(bowed=self.planned is not None), watch)
+        parts = {"bowed": self.planned is not None, "around": self.around is not None}
+        return Mode(number, zero, Transition.none(**parts), watch)
 
-    def entered(self, mode: Mode, number: Int[Array, ""], start: Scalar) -> Mode:
+    def entered(
+        self,
+        mode: Mode,
+        number: Int[Array, ""],
+        start: Scalar,
+        begin: AttitudeReference | None = None,
+    ) -> Mode:
         """Active mode; the rotation to it is computed if it is another one.
 
         Args:
             mode: Mode before.
             number: Number of the active mode.
             start: Time at which the active mode started, s.
+            begin: Motion from which the rotation starts; None: that of the reference before.
         """
         if self.limits is None:
             return mode
         changes = (number != mode.number) | (start != mode.start)
-        return self._entered(mode, number, start, changes, lambda: self.at(mode, start))
+
+        def before() -> AttitudeReference:
+            return self.at(mode, start) if begin is None else begin
+
+        return self._entered(mode, number, start, changes, before)
 
     def _entered(
         self,
@@ -193,9 +194,15 @@ class Reference(Checked):
         """Rotation from one mode to another, from the motion at its start."""
         assert self.limits is not None
         fitted = None
+        row = origin * len(self.modes) + number
         if self.planned is not None:
-            fitted = partial(self.planned.fitted, origin * len(self.modes) + number)
-        return Transition.of(before, self.motion(number, start), start, self.limits, fitted)
+            fitted = partial(self.planned.fitted, row)
+        around = None
+        if self.around is not None:
+            fits = None if self.planned is None else partial(self.planned.fits, row)
+            around = partial(self.around.taken, self.modes, number, start, self.limits, fits)
+        after = self.motion(number, start)
+        return Transition.of(before, after, start, self.limits, fitted, around)
 
     def bound(self, mode: Mode) -> "BoundReference":
         """Reference in a mode, as a function of time.
@@ -240,6 +247,8 @@ class Reference(Checked):
         changes, number, watch = tested
         start = jnp.where(changes, time, mode.start)
         # the reference is continuous, so that `now` holds in both modes
+        if self.around is not None and any(self.around.measured):
+            now = self.around.begin(now, mode.number, number, measurement)
         later = self._entered(mode, number, start, changes, lambda: now)
         return later._replace(watch=watch), now
 

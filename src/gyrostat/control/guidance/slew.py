@@ -1,15 +1,13 @@
-"""Slews: limits, a list of slews, and the rotation from one moving reference to another."""
+"""Slews: limits, and a list of slews."""
 
-from collections.abc import Callable
-from typing import Annotated, NamedTuple, Self
+from typing import Annotated, Self
 
 import numpy as np
 from jaxtyping import Array, Float
 from numpy.typing import ArrayLike
 
-from gyrostat.control.guidance.attitude_reference import AttitudeReference
 from gyrostat.control.guidance.bowed_path import BowedPath
-from gyrostat.control.guidance.planned_turns import PlannedTurns, Turn
+from gyrostat.control.guidance.planned_turns import PlannedTurns
 from gyrostat.control.guidance.profiles import is_unit
 from gyrostat.control.guidance.slew_profile import SlewProfile
 from gyrostat.control.guidance.wheel_envelope import WheelEnvelope, WheelRoom
@@ -133,7 +131,7 @@ class Slews(Checked):
     def __call__(self, time: Scalar) -> Quaternion:
         """Attitude at a time, s."""
         since = time - jnp.asarray(self.times)
-        progress = jnp.asarray(jax.vmap(_progress)(self.profiles, since))
+        progress = jnp.asarray(jax.vmap(SlewProfile.progress)(self.profiles, since))
         if self.bows is None:
             parts = jax.vmap(rotations.from_rotation_vector)(progress[:, None] * self.turns)
         else:
@@ -144,140 +142,6 @@ class Slews(Checked):
         return attitude
 
 
-class Transition(NamedTuple):
-    """Rotation from a motion to a moving reference, along an eigenaxis of the latter's frame.
-
-    q(t) = q_b(t) exp((1 - s) p) r(c g(t) + a h(t)), with the attitude q_b after the end, the
-    rotation p from there to the attitude at the start, the progress s from 0 to 1, and the rate c
-    and the acceleration a of the motion before relative to q_b(t) exp(p); r(v) is the rotation with
-    the Rodrigues vector v / 2. With x = t / D, over the duration D, g = D x (1 - x)³ (1 + 3 x) and
-    h = D² x² (1 - x)³ / 2 have the derivatives g' = 1 and h'' = 1 at the start; all others up to
-    the second are zero there and at the end. Attitude, rate and acceleration are therefore
-    continuous where those of the profile are. Between attitudes at rest the motion is an eigenaxis
-    slew. With bows, a `BowedPath` from the rotation p to none replaces exp((1 - s) p).
-
-    Attributes:
-        turn: Rotation vector p, (3,), rad.
-        profile: Profile of the progress.
-        rate: Rate c, (3,), rad/s.
-        acceleration: Acceleration a, (3,), rad/s².
-        bows: Both bows of the path, (2, 3), rad; None: there are none.
-    """
-
-    turn: Vector3
-    profile: SlewProfile
-    rate: Vector3
-    acceleration: Vector3
-    bows: Float[Array, "2 3"] | None = None
-
-    @classmethod
-    def none(cls, *, bowed: bool = False) -> Self:
-        """Rotation by nothing, which is complete at its start.
-
-        Args:
-            bowed: Whether it has bows, which are zero.
-        """
-        zero = jnp.zeros(())
-        still = SlewProfile(zero, zero, zero, zero, zero)
-        bows = jnp.zeros((2, 3)) if bowed else None
-        return cls(jnp.zeros(3), still, jnp.zeros(3), jnp.zeros(3), bows)
-
-    @classmethod
-    def of(
-        cls,
-        before: AttitudeReference,
-        after: AttitudeReference,
-        start: Scalar,
-        limits: SlewLimits,
-        fitted: Callable[[Vector3, SlewProfile], Turn] | None = None,
-    ) -> Self:
-        """Create the transition.
-
-        Args:
-            before: Motion at the start.
-            after: Motion of the reference after the end, at the start.
-            start: Time of the start, s.
-            limits: Limits of the rotation relative to the attitude after the end.
-            fitted: Planned rotation for the rotation vector and the profile of the eigenaxis slew,
-                see `PlannedTurns.fitted`; None: there are no plans.
-        """
-        offset = rotations.error(before.attitude, after.attitude)
-        carried, gained = (rotations.to_body(offset, each) for each in after[1:])
-        rate = before.rate - carried
-        acceleration = before.acceleration - gained - jnp.cross(carried, rate)
-        turn = rotations.rotation_vector(offset)
-        # the slew turns back along p, which has the same components in both frames
-        profile = limits.profile(-turn, before.attitude, start, jnp.sqrt(rate @ rate))
-        if fitted is None:
-            return cls(turn, profile, rate, acceleration)
-        planned = fitted(-turn, profile)
-        return cls(-planned.turn, planned.profile, rate, acceleration, planned.bows)
-
-    @property
-    def duration(self) -> Scalar:
-        """Duration, s."""
-        return self.profile.duration
-
-    def __call__(self, since: Scalar, after: AttitudeReference) -> AttitudeReference:
-        """Motion at a time.
-
-        The rates of the two rotations have closed forms; their second derivatives as functions of
-        quaternions would be several times longer in exported code.
-
-        Args:
-            since: Time since the start, s, not negative and not after the end.
-            after: Motion of the reference after the end, at this time.
-        """
-        duration = self.duration
-
-        def shares(time: Scalar) -> Vector3:
-            x = time / jnp.where(duration > 0.0, duration, 1.0)
-            fading = x * (1.0 - x) ** 3 * duration
-            remainder = 1.0 - _progress(self.profile, time)
-            return jnp.stack([remainder, fading * (1.0 + 3.0 * x), fading * 0.5 * x * duration])
-
-        def changing(time: Scalar) -> tuple[Vector3, Vector3]:
-            return jax.jvp(shares, (time,), (jnp.ones_like(time),))
-
-        since = jnp.asarray(since, dtype=float)
-        (now, slope), (_, bend) = jax.jvp(changing, (since,), (jnp.ones_like(since),))
-        if self.bows is None:
-            turn = rotations.from_rotation_vector(now[0] * self.turn)
-            turning = AttitudeReference(turn, slope[0] * self.turn, bend[0] * self.turn)
-        else:
-            path = _path(-self.turn, self.bows, rotations.from_rotation_vector(self.turn))
-            turning = path.motion(1.0 - now[0], -slope[0], -bend[0])
-        half = 0.5 * jnp.stack([self.rate, self.acceleration])
-        moving = _by_rodrigues(*(each[1:] @ half for each in (now, slope, bend)))
-        return after.turned(turning).turned(moving)
-
-
-def _path(turn: Vector3, bows: Float[Array, "2 3"], start: Quaternion) -> BowedPath:
-    """Path from an attitude, with bows."""
-    eigenaxis = BowedPath.eigenaxis(start, turn)
-    return eigenaxis._replace(bow=bows[0], twist=bows[1])
-
-
 def _bowed(progress: Scalar, turn: Vector3, bows: Float[Array, "2 3"]) -> Quaternion:
     """Rotation from the start of a path at a progress, (4,)."""
-    return _path(turn, bows, jnp.array([1.0, 0.0, 0.0, 0.0]))(progress)
-
-
-def _by_rodrigues(vector: Vector3, slope: Vector3, bend: Vector3) -> AttitudeReference:
-    """Motion of the quaternion (1, g) / sqrt(1 + g'g), with g and its first and second derivative.
-
-    The rate is 2 (g' - g x g') / (1 + g'g): M. D. Shuster, "A survey of attitude representations",
-    J. Astronautical Sciences 41 (1993), section on the Rodrigues vector.
-    """
-    scale = 1.0 / (1.0 + vector @ vector)
-    attitude = jnp.sqrt(scale) * jnp.concatenate([jnp.ones(1), vector])
-    rate = 2.0 * scale * (slope - jnp.cross(vector, slope))
-    acceleration = 2.0 * scale * (bend - jnp.cross(vector, bend) - (vector @ slope) * rate)
-    return AttitudeReference(attitude, rate, acceleration)
-
-
-def _progress(profile: SlewProfile, time: Scalar) -> Scalar:
-    """Angle over the whole angle, from 0 to 1; 1 after the start of a rotation by zero."""
-    turns = profile.angle > 0.0
-    share = profile(time) / jnp.where(turns, profile.angle, 1.0)
-    return jnp.where(turns, share, jnp.where(time < 0.0, 0.0, 1.0))
+    return BowedPath.bowed(jnp.array([1.0, 0.0, 0.0, 0.0]), turn, bows)(progress)

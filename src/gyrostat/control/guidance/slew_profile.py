@@ -69,6 +69,12 @@ class SlewProfile(NamedTuple):
         half = self._first_half(jnp.where(in_first_half, time, self.duration - time))
         return jnp.where(in_first_half, half, self.angle - half)
 
+    def progress(self, time: Scalar) -> Scalar:
+        """Angle over the whole angle, from 0 to 1; 1 after the start of a rotation by zero."""
+        turns = self.angle > 0.0
+        share = self(time) / jnp.where(turns, self.angle, 1.0)
+        return jnp.where(turns, share, jnp.where(time < 0.0, 0.0, 1.0))
+
     def _first_half(self, time: Scalar) -> Scalar:
         """Angle up to half the duration; the second half is its mirror image."""
         ramp, top = self.ramp, self.rate

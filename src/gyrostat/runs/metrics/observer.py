@@ -131,7 +131,11 @@ class Observer(eqx.Module):
         """
         reference = self.setup.reference
         if reference is not None:
-            mode = reference.entered(mode, row.command.mode, row.command.mode_start)
+            begin = None
+            if "turn_from" in row.command._fields:
+                at_body = row.command.turn_from, row.command.turn_rate
+                begin = AttitudeReference(*at_body, jnp.zeros(3))
+            mode = reference.entered(mode, row.command.mode, row.command.mode_start, begin)
             return reference.at(mode, time), mode
         phase = jnp.sum(self.setup.starts <= time + 1e-9) - 1
         at_rest = jnp.zeros(3)

@@ -10,7 +10,7 @@ from gyrostat.core.jax64 import jax
 from gyrostat.core.user_errors import UserPartError
 from gyrostat.core.user_modules import is_user_kind
 from gyrostat.runs.build import Setup, build
-from gyrostat.runs.designs import LAW, Plans
+from gyrostat.runs.designs import Plans
 from gyrostat.runs.mode_inputs import condition_values, probed
 from gyrostat.runs.user.repeated import try_parts
 from gyrostat.runs.user.support import EXPORTED, Support, support_of

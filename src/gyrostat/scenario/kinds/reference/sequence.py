@@ -2,9 +2,9 @@
 
 from dataclasses import dataclass
 
-from gyrostat.control.guidance import Reference
+from gyrostat.control.guidance import Around, Reference
 from gyrostat.core.jax64 import jnp
-from gyrostat.scenario.reference_kind import ReferenceCase, Slewing
+from gyrostat.scenario.reference_kind import PlannedReference, ReferenceCase, Slewing
 
 
 @dataclass(frozen=True, eq=False)
@@ -18,6 +18,13 @@ class Sequence(Slewing):
     name = "sequence"
     tables = "reference.mode"
 
+    def around(self, planned: PlannedReference) -> Around | None:
+        """Instruments that turns keep from bright bodies; None: none are."""
+        if planned.turns is None:
+            return None
+        kept = jnp.asarray(planned.kept)
+        return Around(planned.keep_outs, kept, self.keep_out_margin, planned.measured)
+
     def reference(self, case: ReferenceCase) -> Reference:
         """See `ReferenceKind.reference`."""
         envelope = case.planned.envelope
@@ -29,4 +36,5 @@ class Sequence(Slewing):
             spacecraft=None if envelope is None else envelope.spacecraft,
             views=case.planned.views,
             planned=case.planned.turns,
+            around=self.around(case.planned),
         )

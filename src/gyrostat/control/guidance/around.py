@@ -1,0 +1,150 @@
+"""Instruments that the turns of a reference keep from bright bodies, found when a turn starts."""
+
+from collections.abc import Callable, Sequence
+from typing import Any
+
+import equinox as eqx
+from jaxtyping import Array, Float
+
+from gyrostat.control.guidance.attitude_reference import AttitudeReference, Profile
+from gyrostat.control.guidance.bodies import NO_BODY, Bodies, Sky
+from gyrostat.control.guidance.slew import SlewLimits
+from gyrostat.control.guidance.slew_profile import SlewProfile
+from gyrostat.control.guidance.transition import FADING, Transition
+from gyrostat.control.guidance.way_around import Start, Way, way_around
+from gyrostat.core import rotations
+from gyrostat.core.arrays import Quaternion, Scalar, Vector3
+from gyrostat.core.checked import Checked
+from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.traced_once import one_function
+from gyrostat.spacecraft.sensors.keep_out import KeepOut
+
+
+@one_function
+def _attitude(mode: Profile, time: Scalar) -> Quaternion:
+    """Attitude of a mode at a time."""
+    return rotations.normalised(jnp.asarray(mode(time), dtype=float))
+
+
+class Around(Checked):
+    """Instruments that turns keep from bright bodies.
+
+    Attributes:
+        keep_outs: Instruments along the same orbit.
+        kept: Whether the turn to each mode keeps each of them, 1 or 0, (modes, instruments).
+        margin: Angle that the turns keep beside those of the instruments, rad.
+        measured: Whether a turn from each mode starts at the measured attitude, as the controller
+            of that mode does not follow the reference.
+    """
+
+    keep_outs: tuple[KeepOut, ...]
+    kept: Float[Array, "modes instruments"]
+    margin: Scalar
+    measured: tuple[bool, ...] = eqx.field(static=True, default=())
+
+    def keeps(self, number: Any) -> Any:
+        """Whether the turn to a mode keeps an instrument."""
+        return jnp.any(jnp.asarray(self.kept)[number] > 0.0)
+
+    def begin(
+        self, now: AttitudeReference, origin: Any, number: Any, measurement: Any
+    ) -> AttitudeReference:
+        """Motion from which a turn to another mode starts.
+
+        Args:
+            now: Motion of the reference.
+            origin: Number of the mode before.
+            number: Number of the mode after.
+            measurement: Measurement; None for a missing sample: the reference goes on.
+        """
+        if measurement is None:
+            return now
+        starts = jnp.asarray(self.measured)[origin] & (number != origin) & self.keeps(number)
+        at_body = AttitudeReference(measurement.attitude, measurement.rate, jnp.zeros(3))
+        return jax.tree.map(lambda one, other: jnp.where(starts, one, other), at_body, now)
+
+    def taken(
+        self,
+        modes: Sequence[Profile],
+        number: Any,
+        start: Scalar,
+        limits: SlewLimits,
+        fits: Callable[[Vector3], Any] | None,
+        direct: Transition,
+    ) -> Way:
+        """Way of a turn to a mode: that of `way` unless it is planned, or keeps no instrument.
+
+        Args:
+            modes: Attitude over time of each mode.
+            number: Number of the mode.
+            start: Time of its start, s.
+            limits: Limits of the rotations.
+            fits: Function (rotation vector) -> whether it is planned; None: none is.
+            direct: The turn, planned or about its eigenaxis.
+        """
+        is_free = self.keeps(number)
+        if fits is not None:
+            is_free &= jnp.logical_not(fits(-direct.turn))
+
+        def attitude(time: Scalar) -> Quaternion:
+            branches = [lambda time, mode=mode: _attitude(mode, time) for mode in modes]
+            return jax.lax.switch(number, branches, jnp.asarray(time, dtype=float))
+
+        return jax.lax.cond(
+            is_free,
+            lambda: self.way(direct, number, start, limits, attitude),
+            lambda: Way.straight(direct.turn, direct.profile),
+        )
+
+    def way(
+        self,
+        direct: Transition,
+        number: Any,
+        start: Scalar,
+        limits: SlewLimits,
+        attitude: Callable[[Scalar], Quaternion],
+    ) -> Way:
+        """Way of a turn to a mode.
+
+        Args:
+            direct: The turn about its eigenaxis.
+            number: Number of the mode.
+            start: Time of its start, s.
+            limits: Limits of the rotations.
+            attitude: Attitude of the mode over time.
+        """
+        target = attitude(start)
+        rate, gain = (jnp.sqrt(each @ each) for each in (direct.rate, direct.acceleration))
+
+        def profile(turn: Vector3, offset: Quaternion, time: Scalar) -> SlewProfile:
+            return limits.profile(turn, rotations.product(target, offset), time, rate)
+
+        offset = rotations.from_rotation_vector(direct.turn)
+        bodies = self.bodies(number, attitude)
+        faded = direct.duration
+        wider = self.margin + FADING[0] * rate * faded + FADING[1] * gain * faded**2
+        return way_around(Start(offset, start, profile, wider), bodies)
+
+    def bodies(self, number: Any, attitude: Callable[[Scalar], Quaternion]) -> Bodies:
+        """Bodies in axes of a mode, with the cones of the instruments that a turn to it keeps.
+
+        Args:
+            number: Number of the mode.
+            attitude: Attitude of the mode over time.
+        """
+        angles = jnp.stack([jnp.stack([*map(jnp.asarray, x.angles)]) for x in self.keep_outs])
+        has_cone = (angles > 0.0) & (jnp.asarray(self.kept)[number] > 0.0)[:, None]
+        axes = jnp.stack([jnp.asarray(each.boresight, dtype=float) for each in self.keep_outs])
+
+        def at(time: Scalar) -> Sky:
+            target, sights = attitude(time), self.keep_outs[0].sights(time)
+            directions = [
+                rotations.to_body(target, rotations.normalised(each.direction)) for each in sights
+            ]
+            radii = jnp.stack([jnp.asarray(each.radius) for each in sights])
+            visible = jnp.stack([jnp.asarray(each.is_visible) for each in sights])
+            return Sky(
+                jnp.stack(directions), jnp.where(has_cone & visible, angles + radii, NO_BODY)
+            )
+
+        return Bodies(jax.vmap(rotations.normalised)(axes), at)
