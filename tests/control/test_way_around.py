@@ -7,7 +7,7 @@ from scipy.spatial.transform import Rotation as Turned
 from gyrostat.codegen.flight import Entry, emit
 from gyrostat.control.guidance import SlewLimits
 from gyrostat.control.guidance.bodies import NO_BODY, Bodies, Sky
-from gyrostat.control.guidance.way_around import Start, way_around
+from gyrostat.control.guidance.way_around import PARTS, Start, way_around
 from gyrostat.core.jax64 import jax, jnp
 
 pytestmark = pytest.mark.optimised
@@ -133,6 +133,32 @@ def test_a_turn_that_starts_inside_leaves_by_the_shortest_way_and_says_so():
         # while the turn is slow, the body may come nearer by its own motion
         assert np.all(np.diff(column[: first + 1]) > -2e-3)
         assert np.all(column[first:] > 0.0)
+
+
+def test_a_body_that_sways_within_a_part_is_not_passed_without_a_word():
+    """The body is at its place at the ends of all parts, and 8 deg nearer between them."""
+    turn = np.array([np.radians(120.0), 0.0, 0.0])
+    part = float(LIMITS.profile(turn, np.eye(4)[0], 0.0).duration) / PARTS
+    middle = Turned.from_rotvec(0.5 * turn).apply([0.0, 0.0, 1.0])
+    across = np.array([1.0, 0.0, 0.0])
+    offset = Turned.from_rotvec(turn).as_quat(scalar_first=True)
+
+    @jax.jit
+    def blocked(sway):
+        def at(time):
+            angle = np.radians(39.0) - sway * jnp.sin(jnp.pi * time / part) ** 2
+            direction = jnp.cos(angle) * middle + jnp.sin(angle) * across
+            return Sky(direction[None], jnp.full((1, 1), np.radians(35.0)))
+
+        start = Start(offset, jnp.zeros(()), LIMITS.profile, 0.01)
+        way = way_around(start, Bodies(jnp.array([[0.0, 0.0, 1.0]]), at))
+        return way.blocked, way.turns
+
+    for sway, says in ((0.0, 0.0), (np.radians(8.0), 1.0)):
+        found, turns = blocked(sway)
+        assert float(found) == says
+        # about the eigenaxis, which is clear at the ends of all parts
+        np.testing.assert_allclose(turns, 0.0, atol=1e-12)
 
 
 def test_generated_c_finds_the_same_ways(tools, tmp_path):

@@ -113,11 +113,12 @@ class Around(Checked):
             limits: Limits of the rotations.
             attitude: Attitude of the mode over time.
         """
-        target = attitude(start)
         rate, gain = (jnp.sqrt(each @ each) for each in (direct.rate, direct.acceleration))
 
         def profile(turn: Vector3, offset: Quaternion, time: Scalar) -> SlewProfile:
-            return limits.profile(turn, rotations.product(target, offset), time, rate)
+            # a target that moves has turned until the later rotations start
+            origin = rotations.product(attitude(time), offset)
+            return limits.profile(turn, origin, time, rate)
 
         offset = rotations.from_rotation_vector(direct.turn)
         bodies = self.bodies(number, attitude)

@@ -31,10 +31,14 @@ PARTS = 8
 WIDER = 0.75
 """Angle by which a cone is wider in a part, over the way of its body in it: half of the way if the
 body moved evenly along an arc."""
+TESTS = 128
+"""Times at which the way that is taken is tested once more: a target may sway within a part."""
 BEYOND = 1e-3
 """Angle by which a turn leaves a cone beyond its edge, rad."""
 DONE = -3.0
 """Excess of rotations that need not be compared with others; no other one is below -2."""
+ROUNDING = 1e-12
+"""Cosine by which a body may be nearer than in closed form, by rounding."""
 TINY = 1e-9
 """Smallest angle of a rotation with an axis, rad."""
 
@@ -130,6 +134,7 @@ def way_around(start: Start, bodies: Bodies) -> Way:
     found = jax.lax.fori_loop(0, points.number, better, first)
     before = jax.tree.map(lambda one, both: jnp.stack([one, both[0]]), leaving, found)
     excess = jnp.maximum(leaving.excess, jnp.max(found.excess))
+    excess = jnp.maximum(excess, _tested(start, bodies, found, begin))
     blocked = jnp.where(excess > 0.0, 1.0, 0.0) + jnp.where(too_near, 2.0, 0.0)
     last = jax.tree.map(lambda both: both[1], found)
     return Way(before.turn, before.profile, last.turn, last.profile, blocked)
@@ -225,6 +230,26 @@ def _excess(
 
     begin = -jnp.ones(()), bodies.at(time), size
     return jax.lax.fori_loop(0, PARTS, part, begin)[0]
+
+
+def _tested(start: Start, bodies: Bodies, found: Rotation, begin: Scalar) -> Scalar:
+    """Largest cosine to a body less that of its cone at `TESTS` times of a way by a waypoint."""
+    durations = jnp.asarray(found.profile.duration)
+    starts = jnp.stack([jnp.zeros(()), durations[0]])
+
+    def test(k: Any, most: Scalar) -> Scalar:
+        since = (k + 1.0) / TESTS * jnp.sum(durations)
+        progress = jnp.asarray(jax.vmap(SlewProfile.progress)(found.profile, since - starts))
+        first, last = jax.vmap(rotations.from_rotation_vector)(
+            (1.0 - progress)[:, None] * found.turn
+        )
+        attitude = rotations.product(last, first)
+        sights = jax.vmap(lambda each: rotations.to_inertial(attitude, each))(bodies.boresights)
+        directions, angles = bodies.at(begin + since)
+        excess = sights @ directions.T - jnp.cos(jnp.minimum(angles + start.wider, jnp.pi))
+        return jnp.maximum(most, jnp.max(jnp.where(angles > 0.0, excess - ROUNDING, -1.0)))
+
+    return jax.lax.fori_loop(0, TESTS, test, -jnp.ones(()))
 
 
 def _leaving(start: Start, bodies: Bodies) -> tuple[Rotation, Bool[Array, ""]]:
