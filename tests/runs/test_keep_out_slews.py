@@ -149,7 +149,8 @@ def commanded(path, times, *, planned=True):
     setup = nominal_setup(definition)
     speed, reference = jnp.asarray(setup.start.wheel_speed), setup.reference
     if not planned:
-        reference = replace(reference, planned=PlannedTurns.none(len(reference.modes) ** 2))
+        none = PlannedTurns.none(len(reference.modes) ** 2)
+        reference = replace(reference, planned=none, around=None)
     mode = jax.tree.map(np.asarray, reference.start(watched=False))
     changes = taken_changes(reference, speed, 1.0, definition.count) if reference.changes.to else []
     begins = [0.0, *(each.start for each in changes), np.inf]
