@@ -260,7 +260,7 @@ def _leaving(start: Start, bodies: Bodies) -> tuple[Rotation, Bool[Array, ""]]:
     later = bodies.at(start.time + while_turning).directions
     from_body = jax.vmap(jax.vmap(rotations.angle_between, (None, 0)), (0, None))
     distance = jnp.where(angles > 0.0, from_body(boresights, directions), jnp.inf)
-    drift = jax.vmap(rotations.angle_between)(directions, later)
+    drift = jnp.asarray(jax.vmap(rotations.angle_between)(directions, later))
     depth = jnp.where(angles > 0.0, angles + start.wider - distance, -1.0)
     worst = jnp.argmax(depth)
     count = len(directions)
