@@ -7,7 +7,7 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from gyrostat.control.guidance.attitude_reference import AttitudeReference, Profile
-from gyrostat.control.guidance.bodies import NO_BODY, Bodies, Sky
+from gyrostat.control.guidance.sampled_sky import SampledSky, longest
 from gyrostat.control.guidance.slew import SlewLimits
 from gyrostat.control.guidance.slew_profile import SlewProfile
 from gyrostat.control.guidance.transition import FADING, Transition
@@ -114,38 +114,31 @@ class Around(Checked):
             attitude: Attitude of the mode over time.
         """
         rate, gain = (jnp.sqrt(each @ each) for each in (direct.rate, direct.acceleration))
+        now = attitude(start)
+
+        def lasts(turn: Vector3) -> Scalar:
+            return limits.profile(turn, now, start, rate).duration
+
+        span = jnp.maximum(longest(lasts), direct.duration)
+        sky = SampledSky.of(attitude, self.keep_outs[0].sights, start, span)
 
         def profile(turn: Vector3, offset: Quaternion, time: Scalar) -> SlewProfile:
             # a target that moves has turned until the later rotations start
-            origin = rotations.product(attitude(time), offset)
+            origin = rotations.product(sky.attitude(time), offset)
             return limits.profile(turn, origin, time, rate)
 
         offset = rotations.from_rotation_vector(direct.turn)
-        bodies = self.bodies(number, attitude)
         faded = direct.duration
         wider = self.margin + FADING[0] * rate * faded + FADING[1] * gain * faded**2
-        return way_around(Start(offset, start, profile, wider), bodies)
+        bodies = sky.bodies(*self._cones(number))
+        way = way_around(Start(offset, start, profile, wider + sky.bend), bodies)
+        is_late = jnp.sum(jnp.asarray(way.profiles.duration)) + way.profile.duration > span
+        is_clear = (way.blocked == 0.0) | (way.blocked == 2.0)
+        return way._replace(blocked=way.blocked + jnp.where(is_late & is_clear, 1.0, 0.0))
 
-    def bodies(self, number: Any, attitude: Callable[[Scalar], Quaternion]) -> Bodies:
-        """Bodies in axes of a mode, with the cones of the instruments that a turn to it keeps.
-
-        Args:
-            number: Number of the mode.
-            attitude: Attitude of the mode over time.
-        """
+    def _cones(self, number: Any) -> tuple[Array, Array]:
+        """Boresights, and angles to the bodies that a turn to a mode keeps, 0 for none."""
         angles = jnp.stack([jnp.stack([*map(jnp.asarray, x.angles)]) for x in self.keep_outs])
-        has_cone = (angles > 0.0) & (jnp.asarray(self.kept)[number] > 0.0)[:, None]
+        kept = jnp.asarray(self.kept)[number]
         axes = jnp.stack([jnp.asarray(each.boresight, dtype=float) for each in self.keep_outs])
-
-        def at(time: Scalar) -> Sky:
-            target, sights = attitude(time), self.keep_outs[0].sights(time)
-            directions = [
-                rotations.to_body(target, rotations.normalised(each.direction)) for each in sights
-            ]
-            radii = jnp.stack([jnp.asarray(each.radius) for each in sights])
-            visible = jnp.stack([jnp.asarray(each.is_visible) for each in sights])
-            return Sky(
-                jnp.stack(directions), jnp.where(has_cone & visible, angles + radii, NO_BODY)
-            )
-
-        return Bodies(jax.vmap(rotations.normalised)(axes), at)
+        return jax.vmap(rotations.normalised)(axes), kept[:, None] * angles
