@@ -16,6 +16,7 @@ from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
 from gyrostat.core.checked import Checked
 from gyrostat.core.jax64 import jax, jnp
+from gyrostat.core.rarely import rarely
 from gyrostat.core.traced_once import one_function
 from gyrostat.spacecraft.sensors.keep_out import KeepOut
 
@@ -70,9 +71,12 @@ class Around(Checked):
         start: Scalar,
         limits: SlewLimits,
         fits: Callable[[Vector3], Any] | None,
+        changes: Any,
         direct: Transition,
     ) -> Way:
         """Way of a turn to a mode: that of `way` unless it is planned, or keeps no instrument.
+
+        Of a batch by `vmap`, only runs in which a turn starts are searched for a way.
 
         Args:
             modes: Attitude over time of each mode.
@@ -80,39 +84,51 @@ class Around(Checked):
             start: Time of its start, s.
             limits: Limits of the rotations.
             fits: Function (rotation vector) -> whether it is planned; None: none is.
+            changes: Whether the turn starts; the way is unused otherwise.
             direct: The turn, planned or about its eigenaxis.
         """
-        is_free = self.keeps(number)
+        is_free = changes & self.keeps(number)
         if fits is not None:
             is_free &= jnp.logical_not(fits(-direct.turn))
+        given = self, tuple(modes), number, start, limits, direct
+        arrays, rest = eqx.partition(given, eqx.is_array)
 
-        def attitude(time: Scalar) -> Quaternion:
-            branches = [lambda time, mode=mode: _attitude(mode, time) for mode in modes]
-            return jax.lax.switch(number, branches, jnp.asarray(time, dtype=float))
+        def straight(is_free: Any, arrays: Any) -> tuple[Way, Any]:
+            *_, direct = eqx.combine(arrays, rest)
+            return Way.straight(direct.turn, direct.profile), jnp.logical_not(is_free)
 
-        return jax.lax.cond(
-            is_free,
-            lambda: self.way(direct, number, start, limits, attitude),
-            lambda: Way.straight(direct.turn, direct.profile),
-        )
+        def found(is_free: Any, arrays: Any) -> Way:
+            around, modes, number, start, limits, direct = eqx.combine(arrays, rest)
+            return jax.lax.cond(
+                is_free,
+                lambda: around.way(direct, modes, number, start, limits),
+                lambda: Way.straight(direct.turn, direct.profile),
+            )
+
+        return rarely(straight, found)(is_free, arrays)
 
     def way(
         self,
         direct: Transition,
+        modes: Sequence[Profile],
         number: Any,
         start: Scalar,
         limits: SlewLimits,
-        attitude: Callable[[Scalar], Quaternion],
     ) -> Way:
         """Way of a turn to a mode.
 
         Args:
             direct: The turn about its eigenaxis.
+            modes: Attitude over time of each mode.
             number: Number of the mode.
             start: Time of its start, s.
             limits: Limits of the rotations.
-            attitude: Attitude of the mode over time.
         """
+
+        def attitude(time: Scalar) -> Quaternion:
+            branches = [lambda time, mode=mode: _attitude(mode, time) for mode in modes]
+            return jax.lax.switch(number, branches, jnp.asarray(time, dtype=float))
+
         rate, gain = (jnp.sqrt(each @ each) for each in (direct.rate, direct.acceleration))
         now = attitude(start)
 
@@ -130,7 +146,7 @@ class Around(Checked):
         offset = rotations.from_rotation_vector(direct.turn)
         faded = direct.duration
         wider = self.margin + FADING[0] * rate * faded + FADING[1] * gain * faded**2
-        bodies = sky.bodies(*self._cones(number))
+        bodies = sky.seen(*self._cones(number))
         way = way_around(Start(offset, start, profile, wider + sky.bend), bodies)
         is_late = jnp.sum(jnp.asarray(way.profiles.duration)) + way.profile.duration > span
         is_clear = (way.blocked == 0.0) | (way.blocked == 2.0)

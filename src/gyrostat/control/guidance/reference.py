@@ -173,7 +173,7 @@ class Reference(Checked):
         assert mode.transition is not None
 
         def new() -> Transition:
-            return self._transition(before(), mode.number, number, start)
+            return self._transition(before(), mode.number, number, start, changes)
 
         if isinstance(changes, Tracer):
             transition = jax.lax.cond(
@@ -190,8 +190,9 @@ class Reference(Checked):
         origin: Int[Array, ""],
         number: Int[Array, ""],
         start: Scalar,
+        changes: Bool[Array, ""],
     ) -> Transition:
-        """Rotation from one mode to another, from the motion at its start."""
+        """Rotation from one mode to another, from the motion at its start, if it `changes`."""
         assert self.limits is not None
         fitted = None
         row = origin * len(self.modes) + number
@@ -200,7 +201,8 @@ class Reference(Checked):
         around = None
         if self.around is not None:
             fits = None if self.planned is None else partial(self.planned.fits, row)
-            around = partial(self.around.taken, self.modes, number, start, self.limits, fits)
+            known = self.modes, number, start, self.limits, fits, changes
+            around = partial(self.around.taken, *known)
         after = self.motion(number, start)
         return Transition.of(before, after, start, self.limits, fitted, around)
 

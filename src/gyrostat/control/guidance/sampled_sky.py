@@ -14,30 +14,12 @@ from gyrostat.spacecraft.sensors.keep_out import Sight
 
 STEPS = 128
 """Steps between the samples."""
-
-
-class _Row(NamedTuple):
-    """Sample.
-
-    Attributes:
-        target: Attitude of the target, (4,).
-        directions: Unit vectors to the bodies in axes of the target, (bodies, 3).
-        radii: Angles from their centres to the part that counts, rad, (bodies,).
-        visible: 1 if they are visible, otherwise 0, (bodies,).
-    """
-
-    target: Quaternion
-    directions: Float[Array, "bodies 3"]
-    radii: Float[Array, " bodies"]
-    visible: Float[Array, " bodies"]
-
-    @classmethod
-    def of(cls, row: Array) -> Self:
-        """Parts of a row of the table."""
-        bodies = (len(row) - 4) // 5
-        towards = row[4 : 4 + 3 * bodies].reshape(bodies, 3)
-        rest = row[4 + 3 * bodies :]
-        return cls(row[:4], towards, rest[:bodies], rest[bodies:])
+BEND = 0.5
+"""Angle by which a direction may be off its interpolation, over the largest second difference: an
+arc leaves its chord by an eighth of it, a chord across a sample by a quarter, the rest is for an
+uneven motion."""
+HIDDEN = -10.0
+"""Angle from the centre of a body that is not visible to its part that counts, rad: no cone."""
 
 
 class SampledSky(NamedTuple):
@@ -49,13 +31,16 @@ class SampledSky(NamedTuple):
     Attributes:
         start: Time of the first sample, s.
         step: Time between samples, s.
-        samples: Rows of `_Row`, (STEPS + 1, 4 + 5 bodies).
+        target: Attitude of the target, (STEPS + 1, 4).
+        bodies: Of each body, its direction in axes of the target and the angle from its centre to
+            the part that counts, rad, or `HIDDEN`, (STEPS + 1, 4).
         bend: Angle by which a direction may be off its interpolation, rad.
     """
 
     start: Scalar
     step: Scalar
-    samples: Float[Array, "samples columns"]
+    target: Float[Array, "samples 4"]
+    bodies: tuple[Float[Array, "samples 4"], ...]
     bend: Scalar
 
     @classmethod
@@ -76,26 +61,29 @@ class SampledSky(NamedTuple):
         """
         step = span / STEPS
 
-        def sample(number: Any, table: Array) -> Array:
+        def sample(number: Any, tables: tuple[Array, ...]) -> tuple[Array, ...]:
             time = start + number * step
-            target, seen = attitude(time), sights(time)
-            towards = [rotations.to_body(target, each.direction) for each in seen]
-            units = [*map(rotations.normalised, towards)]
-            radii = jnp.stack([jnp.asarray(each.radius) for each in seen])
-            visible = jnp.stack([jnp.where(each.is_visible, 1.0, 0.0) for each in seen])
-            return table.at[number].set(jnp.concatenate([target, *units, radii, visible]))
+            target = attitude(time)
+            rows = [target]
+            for each in sights(time):
+                toward = rotations.normalised(rotations.to_body(target, each.direction))
+                radius = jnp.where(each.is_visible, each.radius, HIDDEN)
+                rows.append(jnp.concatenate([toward, radius[None]]))
+            pairs = zip(tables, rows, strict=True)
+            return tuple(table.at[number].set(row) for table, row in pairs)
 
         def bent(number: Any, most: Scalar) -> Scalar:
-            one, two, three = (_Row.of(table[number + k]).directions for k in range(3))
-            return jnp.maximum(most, jnp.max(jnp.sum((one - 2.0 * two + three) ** 2, axis=1)))
+            for table in bodies:
+                one, two, three = (table[number + k, :3] for k in range(3))
+                difference = one - 2.0 * two + three
+                most = jnp.maximum(most, difference @ difference)
+            return most
 
-        bodies = len(jax.eval_shape(sights, start))
-        empty = jnp.zeros((STEPS + 1, 4 + 5 * bodies))
-        table = jax.lax.fori_loop(0, STEPS + 1, sample, empty)
+        count = 1 + len(jax.eval_shape(sights, start))
+        empty = tuple(jnp.zeros((STEPS + 1, 4)) for _ in range(count))
+        target, *bodies = jax.lax.fori_loop(0, STEPS + 1, sample, empty)
         most = jax.lax.fori_loop(0, STEPS - 1, bent, jnp.zeros(()))
-        # An arc leaves its chord by an eighth of the second difference; twice that for an uneven
-        # motion.
-        return cls(start, step, table, 0.25 * jnp.sqrt(most))
+        return cls(start, step, target, tuple(bodies), BEND * jnp.sqrt(most))
 
     def _place(self, time: Scalar) -> tuple[Any, Scalar]:
         """Sample before a time, and the share of the step after it."""
@@ -107,11 +95,11 @@ class SampledSky(NamedTuple):
     def attitude(self, time: Scalar) -> Quaternion:
         """Attitude of the target at a time, s."""
         number, share = self._place(time)
-        before, after = (_Row.of(self.samples[number + k]).target for k in range(2))
+        before, after = self.target[number], self.target[number + 1]
         near = jnp.where(before @ after < 0.0, -after, after)
         return rotations.normalised(before + share * (near - before))
 
-    def bodies(
+    def seen(
         self,
         boresights: Float[Array, "instruments 3"],
         angles: Float[Array, "instruments bodies"],
@@ -125,12 +113,11 @@ class SampledSky(NamedTuple):
 
         def at(time: Scalar) -> Sky:
             number, share = self._place(time)
-            before, after = (_Row.of(self.samples[number + k]) for k in range(2))
-            directions = before.directions + share * (after.directions - before.directions)
-            directions = jax.vmap(rotations.normalised)(directions)
-            radii = jnp.maximum(before.radii, after.radii)
-            visible = jnp.maximum(before.visible, after.visible) > 0.0
-            return Sky(directions, jnp.where((angles > 0.0) & visible, angles + radii, NO_BODY))
+            rows = [(table[number], table[number + 1]) for table in self.bodies]
+            directions = [one[:3] + share * (two[:3] - one[:3]) for one, two in rows]
+            radii = jnp.stack([jnp.maximum(one[3], two[3]) for one, two in rows])
+            cones = jnp.where(angles > 0.0, jnp.maximum(angles + radii, NO_BODY), NO_BODY)
+            return Sky(jnp.stack([*map(rotations.normalised, directions)]), cones)
 
         return Bodies(boresights, at)
 

@@ -31,14 +31,11 @@ PARTS = 8
 WIDER = 0.75
 """Angle by which a cone is wider in a part, over the way of its body in it: half of the way if the
 body moved evenly along an arc."""
-TESTS = 128
-"""Times at which the way that is taken is tested once more: a target may sway within a part."""
+FINE_PARTS = 64
+"""Parts of each rotation in which the way that is taken is tested: a target may sway within an
+eighth of a rotation."""
 BEYOND = 1e-3
 """Angle by which a turn leaves a cone beyond its edge, rad."""
-DONE = -3.0
-"""Excess of rotations that need not be compared with others; no other one is below -2."""
-ROUNDING = 1e-12
-"""Cosine by which a body may be nearer than in closed form, by rounding."""
 TINY = 1e-9
 """Smallest angle of a rotation with an axis, rad."""
 
@@ -107,7 +104,7 @@ def way_around(start: Start, bodies: Bodies) -> Way:
         start: Start of the turn.
         bodies: Cones.
     """
-    leaving, too_near = _leaving(start, bodies)
+    leaving, others, too_near = _leaving(start, bodies)
     left = rotations.product(start.offset, rotations.from_rotation_vector(-leaving.turn))
     begin = start.time + leaving.profile.duration
     points = Waypoints.of(left, bodies, begin)
@@ -123,26 +120,27 @@ def way_around(start: Start, bodies: Bodies) -> Way:
         ends = jnp.stack([points(k), target])
         return jax.lax.scan(leg, (left, begin), ends)[1]
 
-    def better(k: Any, best: Rotation) -> Rotation:
+    def goes_on(state: tuple[Any, Any, Rotation]) -> Any:
+        # generated code reports a loop that reaches its bound, which this one does not
+        k, done, _ = state
+        return jnp.logical_not(done) & (k <= points.number)
+
+    def better(state: tuple[Any, Any, Rotation]) -> tuple[Any, Any, Rotation]:
+        k, _, best = state
+        best = _least(by(k), best)
         # the first way is that without a waypoint; it needs no other one if it is short and clear
         is_short = jnp.sum(best.turn**2) <= (jnp.pi + TINY) ** 2
-        done = (k == 1) & is_short & (jnp.max(best.excess) <= 0.0)
-        done |= jnp.max(best.excess) <= DONE
-        return jax.lax.cond(done, lambda: _final(best), lambda: _least(by(k), best))
+        done = (k == 0) & is_short & (jnp.max(best.excess) <= 0.0)
+        return k + 1, done | (k + 1 == points.number), best
 
     first = jax.tree.map(lambda each: jnp.stack([each, each]), none)
-    found = jax.lax.fori_loop(0, points.number, better, first)
-    before = jax.tree.map(lambda one, both: jnp.stack([one, both[0]]), leaving, found)
-    excess = jnp.maximum(leaving.excess, jnp.max(found.excess))
-    excess = jnp.maximum(excess, _tested(start, bodies, found, begin))
+    begins = jnp.zeros((), dtype=int), jnp.array(False), first
+    *_, found = jax.lax.while_loop(goes_on, better, begins)
+    every = jax.tree.map(lambda one, both: jnp.stack([one, *both]), leaving, found)
+    excess = jnp.maximum(jnp.max(found.excess), _tested(start, bodies, every, left, others))
     blocked = jnp.where(excess > 0.0, 1.0, 0.0) + jnp.where(too_near, 2.0, 0.0)
-    last = jax.tree.map(lambda both: both[1], found)
+    before, last = (jax.tree.map(lambda x, at=at: x[at], every) for at in (slice(2), 2))
     return Way(before.turn, before.profile, last.turn, last.profile, blocked)
-
-
-def _final(found: Rotation) -> Rotation:
-    """Rotations that need not be compared with others."""
-    return found._replace(excess=jnp.full(2, DONE))
 
 
 def _least(found: Rotation, best: Rotation) -> Rotation:
@@ -200,12 +198,13 @@ def _excess(
     end: Quaternion,
     profile: SlewProfile,
     time: Scalar,
+    parts: int = PARTS,
     counts: Any = True,
 ) -> Scalar:
     """Largest cosine to a body less that of its cone during a rotation; see `Rotation`."""
     size = jnp.sqrt(turn @ turn)
     axis = turn / jnp.maximum(size, TINY)
-    step = profile.duration / PARTS
+    step = profile.duration / parts
     boresights = bodies.boresights
     along, across = boresights @ axis, jnp.cross(axis, boresights)
 
@@ -229,31 +228,39 @@ def _excess(
         return jnp.maximum(most, worst), after, low
 
     begin = -jnp.ones(()), bodies.at(time), size
-    return jax.lax.fori_loop(0, PARTS, part, begin)[0]
+    return jax.lax.fori_loop(0, parts, part, begin)[0]
 
 
-def _tested(start: Start, bodies: Bodies, found: Rotation, begin: Scalar) -> Scalar:
-    """Largest cosine to a body less that of its cone at `TESTS` times of a way by a waypoint."""
-    durations = jnp.asarray(found.profile.duration)
-    starts = jnp.stack([jnp.zeros(()), durations[0]])
+def _tested(
+    start: Start, bodies: Bodies, every: Rotation, left: Quaternion, others: Array
+) -> Scalar:
+    """Largest excess of the rotations of a way, in `FINE_PARTS` of each.
 
-    def test(k: Any, most: Scalar) -> Scalar:
-        since = (k + 1.0) / TESTS * jnp.sum(durations)
-        progress = jnp.asarray(jax.vmap(SlewProfile.progress)(found.profile, since - starts))
-        first, last = jax.vmap(rotations.from_rotation_vector)(
-            (1.0 - progress)[:, None] * found.turn
-        )
-        attitude = rotations.product(last, first)
-        sights = jax.vmap(lambda each: rotations.to_inertial(attitude, each))(bodies.boresights)
-        directions, angles = bodies.at(begin + since)
-        excess = sights @ directions.T - jnp.cos(jnp.minimum(angles + start.wider, jnp.pi))
-        return jnp.maximum(most, jnp.max(jnp.where(angles > 0.0, excess - ROUNDING, -1.0)))
+    Args:
+        start: Start of the turn.
+        bodies: Cones.
+        every: Rotations, leading axis (3,).
+        left: Attitude relative to the target after the first one, (4,).
+        others: Whether each cone counts during the first one, (instruments, bodies).
+    """
 
-    return jax.lax.fori_loop(0, TESTS, test, -jnp.ones(()))
+    def leg(time: Scalar, each: tuple[Rotation, Quaternion, Array]) -> tuple[Scalar, Scalar]:
+        (turn, profile, _), end, counts = each
+        excess = _excess(start, bodies, turn, end, profile, time, FINE_PARTS, counts)
+        return time + profile.duration, excess
+
+    ends = jnp.stack([left, rotations.from_rotation_vector(every.turn[2]), jnp.eye(4)[0]])
+    counts = jnp.stack([others, *2 * [jnp.ones_like(others)]])
+    return jnp.max(jax.lax.scan(leg, start.time, (every, ends, counts))[1])
 
 
-def _leaving(start: Start, bodies: Bodies) -> tuple[Rotation, Bool[Array, ""]]:
-    """Rotation by which the boresight leaves the nearest body, and whether it was in its cone."""
+def _leaving(start: Start, bodies: Bodies) -> tuple[Rotation, Array, Bool[Array, ""]]:
+    """Rotation by which the boresight leaves the nearest body.
+
+    Returns:
+        Rotation, without its excess; whether each cone counts during it, (instruments, bodies);
+        whether a body is too near at the start.
+    """
     boresights = jax.vmap(lambda each: rotations.to_inertial(start.offset, each))(bodies.boresights)
     directions, angles = bodies.at(start.time)
     while_turning = start.profile(boresights[0], start.offset, start.time).duration
@@ -275,8 +282,6 @@ def _leaving(start: Start, bodies: Bodies) -> tuple[Rotation, Bool[Array, ""]]:
         size > TINY, normal / jnp.maximum(size, TINY), across_to(boresights[instrument])
     )
     turn = -angle * rotations.to_body(start.offset, normal)
-    end = rotations.product(start.offset, rotations.from_rotation_vector(-turn))
     profile = _profile(start, turn, start.offset, start.time)
-    others: Any = jnp.arange(depth.size).reshape(depth.shape) != worst
-    excess = _excess(start, bodies, turn, end, profile, start.time, others)
-    return Rotation(turn, profile, jnp.where(angle > 0.0, excess, -1.0)), jnp.any(distance < angles)
+    others = (jnp.arange(depth.size).reshape(depth.shape) != worst) & (angle > 0.0)
+    return Rotation(turn, profile, -jnp.ones(())), others, jnp.any(distance < angles)
