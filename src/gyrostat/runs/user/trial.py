@@ -15,7 +15,7 @@ from gyrostat.runs.mode_inputs import condition_values, probed
 from gyrostat.runs.user.repeated import try_parts
 from gyrostat.runs.user.support import EXPORTED, Support, support_of
 from gyrostat.scenario.kinds.registry import kinds_of
-from gyrostat.scenario.scenario import Scenario
+from gyrostat.scenario.scenario import LAW, Scenario
 from gyrostat.scenario.sensing import Values, first_measurement
 from gyrostat.scenario.structure import Structure, structure_of
 from gyrostat.scenario.user.live_calls import traced_law
