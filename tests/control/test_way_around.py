@@ -52,7 +52,7 @@ def way_of(*values):
         return LIMITS.profile(turn, offset, time)
 
     return way_around(
-        Start(case.offset, jnp.zeros(()), profile, 0.01), Bodies(jnp.asarray(BORESIGHTS), at)
+        Start(case.offset, jnp.zeros(()), profile, 0.01, 0.01), Bodies(jnp.asarray(BORESIGHTS), at)
     )
 
 

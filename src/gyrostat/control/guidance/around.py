@@ -147,7 +147,7 @@ class Around(Checked):
         faded = direct.duration
         wider = self.margin + FADING[0] * rate * faded + FADING[1] * gain * faded**2
         bodies = sky.seen(*self._cones(number))
-        way = way_around(Start(offset, start, profile, wider + sky.bend), bodies)
+        way = way_around(Start(offset, start, profile, wider + sky.bend, self.margin), bodies)
         is_late = jnp.sum(jnp.asarray(way.profiles.duration)) + way.profile.duration > span
         is_clear = (way.blocked == 0.0) | (way.blocked == 2.0)
         return way._replace(blocked=way.blocked + jnp.where(is_late & is_clear, 1.0, 0.0))

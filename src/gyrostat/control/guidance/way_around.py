@@ -89,12 +89,14 @@ class Start(NamedTuple):
         profile: Function (rotation vector of the turn, attitude relative to the target at its
             start, time) -> its profile.
         wider: Angle by which all cones are wider, rad.
+        margin: Part of it that a turn may lack at its start, as it leaves the cone there, rad.
     """
 
     offset: Quaternion
     time: Scalar
     profile: Callable[[Vector3, Quaternion, Scalar], SlewProfile]
     wider: Scalar
+    margin: Scalar
 
 
 def way_around(start: Start, bodies: Bodies) -> Way:
@@ -104,7 +106,7 @@ def way_around(start: Start, bodies: Bodies) -> Way:
         start: Start of the turn.
         bodies: Cones.
     """
-    leaving, others, too_near = _leaving(start, bodies)
+    leaving, first_test, too_near = _leaving(start, bodies)
     left = rotations.product(start.offset, rotations.from_rotation_vector(-leaving.turn))
     begin = start.time + leaving.profile.duration
     points = Waypoints.of(left, bodies, begin)
@@ -137,7 +139,7 @@ def way_around(start: Start, bodies: Bodies) -> Way:
     begins = jnp.zeros((), dtype=int), jnp.array(False), first
     *_, found = jax.lax.while_loop(goes_on, better, begins)
     every = jax.tree.map(lambda one, both: jnp.stack([one, *both]), leaving, found)
-    excess = jnp.maximum(jnp.max(found.excess), _tested(start, bodies, every, left, others))
+    excess = jnp.maximum(jnp.max(found.excess), _tested(start, bodies, every, left, first_test))
     blocked = jnp.where(excess > 0.0, 1.0, 0.0) + jnp.where(too_near, 2.0, 0.0)
     before, last = (jax.tree.map(lambda x, at=at: x[at], every) for at in (slice(2), 2))
     return Way(before.turn, before.profile, last.turn, last.profile, blocked)
@@ -232,7 +234,7 @@ def _excess(
 
 
 def _tested(
-    start: Start, bodies: Bodies, every: Rotation, left: Quaternion, others: Array
+    start: Start, bodies: Bodies, every: Rotation, left: Quaternion, first_test: tuple[Array, Array]
 ) -> Scalar:
     """Largest excess of the rotations of a way, in `FINE_PARTS` of each.
 
@@ -241,25 +243,29 @@ def _tested(
         bodies: Cones.
         every: Rotations, leading axis (3,).
         left: Attitude relative to the target after the first one, (4,).
-        others: Whether each cone counts during the first one, (instruments, bodies).
+        first_test: During the first one, whether each cone counts, and the angle by which it is
+            wider, rad, (instruments, bodies).
     """
 
-    def leg(time: Scalar, each: tuple[Rotation, Quaternion, Array]) -> tuple[Scalar, Scalar]:
-        (turn, profile, _), end, counts = each
-        excess = _excess(start, bodies, turn, end, profile, time, FINE_PARTS, counts)
+    def leg(time: Scalar, each: Any) -> tuple[Scalar, Scalar]:
+        (turn, profile, _), end, counts, wider = each
+        widened = start._replace(wider=wider)
+        excess = _excess(widened, bodies, turn, end, profile, time, FINE_PARTS, counts)
         return time + profile.duration, excess
 
     ends = jnp.stack([left, rotations.from_rotation_vector(every.turn[2]), jnp.eye(4)[0]])
-    counts = jnp.stack([others, *2 * [jnp.ones_like(others)]])
-    return jnp.max(jax.lax.scan(leg, start.time, (every, ends, counts))[1])
+    counts, wider = first_test
+    counts = jnp.stack([counts, *2 * [jnp.ones_like(counts)]])
+    wider = jnp.stack([wider, *2 * [start.wider * jnp.ones_like(wider)]])
+    return jnp.max(jax.lax.scan(leg, start.time, (every, ends, counts, wider))[1])
 
 
-def _leaving(start: Start, bodies: Bodies) -> tuple[Rotation, Array, Bool[Array, ""]]:
+def _leaving(start: Start, bodies: Bodies) -> tuple[Rotation, tuple[Array, Array], Bool[Array, ""]]:
     """Rotation by which the boresight leaves the nearest body.
 
     Returns:
-        Rotation, without its excess; whether each cone counts during it, (instruments, bodies);
-        whether a body is too near at the start.
+        Rotation, without its excess; `first_test` of `_tested`; whether a body is too near at the
+        start.
     """
     boresights = jax.vmap(lambda each: rotations.to_inertial(start.offset, each))(bodies.boresights)
     directions, angles = bodies.at(start.time)
@@ -283,5 +289,8 @@ def _leaving(start: Start, bodies: Bodies) -> tuple[Rotation, Array, Bool[Array,
     )
     turn = -angle * rotations.to_body(start.offset, normal)
     profile = _profile(start, turn, start.offset, start.time)
-    others = (jnp.arange(depth.size).reshape(depth.shape) != worst) & (angle > 0.0)
-    return Rotation(turn, profile, -jnp.ones(())), others, jnp.any(distance < angles)
+    too_near = jnp.any(distance < angles)
+    is_worst = jnp.arange(depth.size).reshape(depth.shape) == worst
+    counts = (angle > 0.0) & jnp.logical_not(is_worst & too_near)
+    wider = start.wider - jnp.where(is_worst, start.margin, 0.0)
+    return Rotation(turn, profile, -jnp.ones(())), (counts, wider), too_near
