@@ -164,7 +164,7 @@ def turns(reference, to, attitude, start, instruments):
     def entered(attitude, start):
         before = AttitudeReference(attitude, jnp.zeros(3), jnp.zeros(3))
         mode = reference.start(watched=False)
-        mode = reference.entered(mode, jnp.asarray(to), start, before)
+        mode = reference.entered(mode, jnp.asarray(to), start, lambda _: before)
         turn = mode.transition
         return mode, (turn.first.blocked, turn.duration, turn.first.fading)
 

@@ -3,7 +3,7 @@
     python docs/make_versions.py v0.1.0 HEAD --into docs/_build/versions
 
 builds the documentation of each commit from a work tree of its own, by its own source, into
-`0.1.0` and `development`: a tag names its folder, any other commit is the development. It then
+`0.1.0` and `development`: a tag names its folder, another commit is the development. It then
 writes versions.js, which the pages read, and a list of the versions, index.html. Folders that are
 there already stay, and are listed too. All of it works from files, without a server.
 """
@@ -12,6 +12,7 @@ import argparse
 import json
 import os
 import re
+import shutil
 import subprocess
 import sys
 import tempfile
@@ -92,8 +93,20 @@ def main():
     parser.add_argument("commits", nargs="*", help="tags or other commits; none: only the list")
     parser.add_argument("--into", type=Path, default=ROOT / "docs" / "_build" / "versions")
     arguments = parser.parse_args()
-    arguments.into.mkdir(parents=True, exist_ok=True)
+    places: dict[str, str] = {}
     for commit in arguments.commits:
+        if subprocess.run(
+            ["git", "rev-parse", "-q", "--verify", f"{commit}^{{commit}}"],
+            cwd=ROOT,
+            capture_output=True,
+        ).returncode:
+            parser.error(f"found {commit!r}, expected a tag or another commit of this repository")
+        other = places.setdefault(folder_of(commit, ROOT), commit)
+        if other != commit:
+            parser.error(f"found {other} and {commit}, expected at most one commit without a tag")
+    arguments.into.mkdir(parents=True, exist_ok=True)
+    for folder, commit in places.items():
+        shutil.rmtree(arguments.into / folder, ignore_errors=True)  # pages that are no more
         build(commit, arguments.into)
     names = list_versions(arguments.into)
     print(f"{', '.join(names)}: {arguments.into / 'index.html'}")

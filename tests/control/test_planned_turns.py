@@ -132,3 +132,29 @@ def test_the_longer_way_of_a_plan_is_taken():
         assert np.asarray(found.bows) == pytest.approx(BOWS)
         expected = angle if angle < 0.0 else angle - 2.0 * np.pi
         assert np.asarray(found.turn) == pytest.approx(expected * axis)
+
+
+@pytest.mark.parametrize(
+    ("offset", "rate", "acceleration", "fits"),
+    [
+        (0.0, 0.0, 0.0, True),
+        (0.02, 0.99, 0.0, True),
+        (0.021, 0.0, 0.0, False),
+        (0.0, 1.01, 0.0, False),
+        (0.0, 0.0, 0.99, True),
+        (0.0, 0.0, 1.01, False),
+        (np.nan, 0.0, 0.0, False),
+        (0.0, np.nan, 0.0, False),
+    ],
+)
+def test_a_start_that_the_cones_are_not_widened_for_does_not_fit(offset, rate, acceleration, fits):
+    """The bounds of the motion beside a path, from the largest values of its shares in time."""
+    x, duration = np.linspace(0.0, 1.0, 100001), float(PROFILE.duration)
+    by_rate = np.max(x * (1.0 - x) ** 3 * (1.0 + 3.0 * x)) * duration
+    by_acceleration = np.max(0.5 * x**2 * (1.0 - x) ** 3) * duration**2
+    motion = 0.03 * rate / by_rate, 0.03 * acceleration / by_acceleration
+    plan = Turn(jnp.asarray(TURN), jnp.asarray(BOWS), PROFILE)
+    covered = PlannedTurns.none(3, covered=True).planned(1, plan, (0.02, 0.03))
+    turn = jnp.asarray(TURN + np.array([offset, 0.0, 0.0]))
+    assert bool(covered.fits(1, turn, motion)) == fits
+    assert (covered.fitted(1, turn, PROFILE, motion).bows == BOWS).all() == fits

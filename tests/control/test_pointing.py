@@ -1,6 +1,8 @@
 """Pointing profiles along an orbit, against the geometry that they stand for."""
 
+from dataclasses import fields
 from functools import partial
+from typing import Any, NamedTuple
 
 import numpy as np
 import pytest
@@ -8,8 +10,9 @@ from scipy.spatial.transform import Rotation
 
 from gyrostat.control.guidance import GroundTarget, Nadir, Pointing, reference_at, to_earth, to_sun
 from gyrostat.control.guidance.attitude_reference import Motion
+from gyrostat.core import rotations
 from gyrostat.core.errors import InputError
-from gyrostat.core.jax64 import jax
+from gyrostat.core.jax64 import jax, jnp
 from gyrostat.spacecraft import CircularOrbit
 from tests.spacecraft import orbit_samples
 
@@ -92,3 +95,28 @@ def test_a_profile_is_a_tree_of_numbers():
 def test_parallel_axes_are_refused():
     with pytest.raises(InputError, match="parallel"):
         Pointing.of(ORBIT, to_sun, [1.0, 0.0, 0.0], [-2.0, 0.0, 0.0]).check()
+
+
+class Turned(Pointing):
+    """Pointing with an attitude of its own."""
+
+    def __call__(self, time):
+        return rotations.product(super().__call__(time), jnp.array([0.6, 0.8, 0.0, 0.0]))
+
+
+class Wrapped(NamedTuple):
+    """Profile with a field that has the name of a method of others."""
+
+    reference: Any
+
+    def __call__(self, time):
+        return self.reference(time)
+
+
+def test_a_profile_of_a_user_gives_its_own_attitude():
+    shipped = Pointing.of(ORBIT, TARGET, AXIS, SECOND)
+    own = Turned(*(getattr(shipped, each.name) for each in fields(shipped)))
+    for profile in (own, Wrapped(own), Wrapped(shipped)):
+        found = reference_at(profile, 40.0)
+        for ours, theirs in zip(found, Motion.of(profile, 40.0).reference, strict=True):
+            np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-18)

@@ -57,7 +57,8 @@ def track_figure(track: FrictionTrack) -> Figure:
         upper.plot(track.time, track.scale, color=MODEL, lw=1.2)
         upper.axhline(1.0, color=MARK, lw=0.6)
         settled = track.scale[len(track.time) // 10 :]  # the first values are those of the start
-        reach = 1.3 * max(float(np.max(np.abs(settled - 1.0))), 3.0 * float(track.scale_sigma[-1]))
+        sizes = np.append(np.abs(settled - 1.0), 3.0 * track.scale_sigma[-1:])
+        reach = 1.3 * max([*sizes[np.isfinite(sizes)], 1e-3])
         upper.set_ylim(1.0 - reach, 1.0 + reach)
         upper.set_ylabel("friction over\nthat of the model")
         upper.legend(loc="upper right")

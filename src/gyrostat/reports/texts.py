@@ -51,20 +51,24 @@ def _(result: Record) -> str:
     return "\n".join(
         [
             f"{result.name}: {len(result.time)} samples over {plain(duration)} s{gaps}",
-            *(f"  {name}: {_range(values)} {unit}" for name, values, unit in rows),
+            *(f"  {name}: {_range(values, unit)}" for name, values, unit in rows),
             *(f"  {note}" for note in result.notes),
         ]
     )
 
 
-def _range(values: Vector) -> str:
+def _range(values: Vector, unit: str) -> str:
     finite = values[np.isfinite(values)]
-    return f"{plain(float(finite.min()))} to {plain(float(finite.max()))}" if len(finite) else "no"
+    if not len(finite):
+        return "no valid value"
+    return f"{plain(float(finite.min()))} to {plain(float(finite.max()))} {unit}"
 
 
 @text_of.register
 def _(result: FrictionTrack) -> str:
     """Friction at the end, and whether the filter is consistent."""
+    if not len(result.time):
+        return "friction: no samples"
     scale = measured(float(result.scale[-1]), float(result.scale_sigma[-1]))
     verdict = "consistent" if result.consistent else "NOT consistent"
     return (

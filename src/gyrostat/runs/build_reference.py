@@ -87,7 +87,9 @@ def _turns(scenario: Scenario, kind: Any) -> PlannedTurns | None:
     names = [part for part in scenario.parts if part.section == kind.tables]
     if not any(part.linked(AROUND) for part in names):
         return None
-    return PlannedTurns.none(len(names) ** 2 if kind.tables == "reference.mode" else len(names))
+    if kind.tables == "reference.mode":
+        return PlannedTurns.none(len(names) ** 2, covered=True)
+    return PlannedTurns.none(len(names))
 
 
 def _tabulated(scenario: Scenario, component: Any, text: Source) -> Any:

@@ -118,7 +118,7 @@ def _plan_slews(
             still = [AttitudeReference(jnp.asarray(q), zero, zero) for q in (before, after)]
             eigenaxis = _transition(still[0], still[1], np.asarray(start), planner.limits)
             names = part.linked(AROUND)
-            turn = planner.plan(
+            turn, _ = planner.plan(
                 SlewToPlan(place, origin, names, eigenaxis, Fixed(after), start, start)
             )
             turns = turns.planned(row, turn)
@@ -153,7 +153,7 @@ def _plan_modes(
         if slew is not None:
             place, origin = f"reference.mode.{part.name}", names[pair[0]]
             slew = slew._replace(place=place, origin=origin, instruments=part.linked(AROUND))
-            turns = turns.planned(pair[0] * len(names) + pair[1], planner.plan(slew))
+            turns = turns.planned(pair[0] * len(names) + pair[1], *planner.plan(slew))
     return turns
 
 

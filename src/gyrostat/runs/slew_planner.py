@@ -15,7 +15,7 @@ from gyrostat.control.guidance import (
     plan_slew,
 )
 from gyrostat.control.guidance.keep_out_slew import SAMPLES, PlannedSlew
-from gyrostat.control.guidance.transition import FADING
+from gyrostat.control.guidance.planned_turns import turned_beside
 from gyrostat.core import rotations
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
@@ -70,7 +70,7 @@ class SlewPlanner(NamedTuple):
     margin: float
     crossing_time: float
 
-    def plan(self, slew: SlewToPlan) -> Turn:
+    def plan(self, slew: SlewToPlan) -> tuple[Turn, tuple[float, float]]:
         """Plan a slew in axes of its target.
 
         In them the bodies move: each cone contains its body at all times of the slew. It is wider
@@ -79,6 +79,9 @@ class SlewPlanner(NamedTuple):
 
         Args:
             slew: Slew.
+
+        Returns:
+            The plan, and what its cones are widened for, see `PlannedTurns.covers`.
 
         Raises:
             InputError: An end is inside a cone, or no clear path within the limits is found.
@@ -89,8 +92,9 @@ class SlewPlanner(NamedTuple):
         crossing = self.crossing_time if self.crossing_time > 0.0 else None
         limits, time = self._limits_at(slew), 1.05 * float(before.duration)
         for _ in range(ATTEMPTS):
-            beside = FADING[0] * rate * time + FADING[1] * gain * time**2
-            wider = self.margin + slew.spread + beside
+            beside = turned_beside(rate, gain, time)
+            covers = self.margin + slew.spread, float(beside)
+            wider = sum(covers)
             times = np.linspace(slew.start, slew.last + time, TIMES)
             cones = slew_cones(self.keep_outs, slew.instruments, slew.target, times, wider)
             found = plan_slew(offset, ALIGNED, cones.cones, limits, slew.start, crossing)
@@ -98,7 +102,7 @@ class SlewPlanner(NamedTuple):
             profile = _with_change(found, rate)
             if profile.duration <= time:
                 bows = jnp.stack([found.path.bow, found.path.twist])
-                return jax.tree.map(np.asarray, Turn(found.path.turn, bows, profile))
+                return jax.tree.map(np.asarray, Turn(found.path.turn, bows, profile)), covers
             time = 1.1 * float(profile.duration)
         raise InputError(
             f"key {slew.place}.{AROUND}: found a slew from {slew.origin} during which the bodies "

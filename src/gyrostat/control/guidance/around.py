@@ -7,10 +7,11 @@ import equinox as eqx
 from jaxtyping import Array, Float
 
 from gyrostat.control.guidance.attitude_reference import AttitudeReference, Profile
+from gyrostat.control.guidance.planned_turns import turned_beside
 from gyrostat.control.guidance.sampled_sky import SampledSky, longest
 from gyrostat.control.guidance.slew import SlewLimits
 from gyrostat.control.guidance.slew_profile import SlewProfile
-from gyrostat.control.guidance.transition import FADING, Transition
+from gyrostat.control.guidance.transition import Transition
 from gyrostat.control.guidance.way_around import Start, Way, way_around
 from gyrostat.core import rotations
 from gyrostat.core.arrays import Quaternion, Scalar, Vector3
@@ -70,7 +71,7 @@ class Around(Checked):
         number: Any,
         start: Scalar,
         limits: SlewLimits,
-        fits: Callable[[Vector3], Any] | None,
+        fits: Callable[[Vector3, tuple[Scalar, Scalar]], Any] | None,
         changes: Any,
         direct: Transition,
     ) -> Way:
@@ -83,13 +84,14 @@ class Around(Checked):
             number: Number of the mode.
             start: Time of its start, s.
             limits: Limits of the rotations.
-            fits: Function (rotation vector) -> whether it is planned; None: none is.
+            fits: Function of the rotation vector and the relative motion, see
+                `PlannedTurns.fits`; None: no turn is planned.
             changes: Whether the turn starts; the way is unused otherwise.
             direct: The turn, planned or about its eigenaxis.
         """
         is_free = changes & self.keeps(number)
         if fits is not None:
-            is_free &= jnp.logical_not(fits(-direct.turn))
+            is_free &= jnp.logical_not(fits(-direct.turn, direct.moves))
         given = self, tuple(modes), number, start, limits, direct
         arrays, rest = eqx.partition(given, eqx.is_array)
 
@@ -129,7 +131,7 @@ class Around(Checked):
             branches = [lambda time, mode=mode: _attitude(mode, time) for mode in modes]
             return jax.lax.switch(number, branches, jnp.asarray(time, dtype=float))
 
-        rate, gain = (jnp.sqrt(each @ each) for each in (direct.rate, direct.acceleration))
+        rate, gain = direct.moves
         now = attitude(start)
 
         def lasts(turn: Vector3) -> Scalar:
@@ -144,8 +146,7 @@ class Around(Checked):
             return limits.profile(turn, origin, time, rate)
 
         offset = rotations.from_rotation_vector(direct.turn)
-        faded = direct.duration
-        wider = self.margin + FADING[0] * rate * faded + FADING[1] * gain * faded**2
+        wider = self.margin + turned_beside(rate, gain, direct.duration)
         bodies = sky.seen(*self._cones(number))
         way = way_around(Start(offset, start, profile, wider + sky.bend, self.margin), bodies)
         is_late = jnp.sum(jnp.asarray(way.profiles.duration)) + way.profile.duration > span

@@ -127,8 +127,8 @@ def reference_at(profile: Profile, time: Scalar) -> AttitudeReference:
     """Attitude, rate and acceleration of a profile at a time.
 
     Args:
-        profile: Attitude over time; its method `reference`, if it has one, gives them.
+        profile: Attitude over time; its method `reference_of_aim`, if it has one, gives them.
         time: Time, s.
     """
-    reference = getattr(profile, "reference", None)
-    return Motion.of(profile, time).reference if reference is None else reference(time)
+    own = getattr(profile, "reference_of_aim", None)
+    return Motion.of(profile, time).reference if own is None else own(time)

@@ -108,8 +108,10 @@ class Pointing(Checked):
         """Attitude at a time, s."""
         return _pointed(*self.aim(self.orbit, time), jnp.asarray(self.body))
 
-    def reference(self, time: Scalar) -> AttitudeReference:
+    def reference_of_aim(self, time: Scalar) -> AttitudeReference:
         """Attitude, rate and acceleration at a time, s."""
+        if type(self).__call__ is not Pointing.__call__:
+            return Motion.of(self, time).reference
         directions = with_derivatives(partial(self.aim, self.orbit), time)
         return _reference(directions, jnp.asarray(self.body))
 

@@ -142,7 +142,7 @@ class Reference(Checked):
         mode: Mode,
         number: Int[Array, ""],
         start: Scalar,
-        begin: AttitudeReference | None = None,
+        begin: Callable[[AttitudeReference], AttitudeReference] | None = None,
     ) -> Mode:
         """Active mode; the rotation to it is computed if it is another one.
 
@@ -150,14 +150,16 @@ class Reference(Checked):
             mode: Mode before.
             number: Number of the active mode.
             start: Time at which the active mode started, s.
-            begin: Motion from which the rotation starts; None: that of the reference before.
+            begin: Motion from which the rotation starts, of that of the reference before; None:
+                the same.
         """
         if self.limits is None:
             return mode
         changes = (number != mode.number) | (start != mode.start)
 
         def before() -> AttitudeReference:
-            return self.at(mode, start) if begin is None else begin
+            now = self.at(mode, start)
+            return now if begin is None else begin(now)
 
         return self._entered(mode, number, start, changes, before)
 

@@ -15,9 +15,6 @@ from gyrostat.core import rotations
 from gyrostat.core.arrays import Scalar, Vector3
 from gyrostat.core.jax64 import jax, jnp
 
-FADING = 0.198, 0.0173
-"""Largest x (1 - x)³ (1 + 3 x) and x² (1 - x)³ / 2: see `Transition`, g / D and h / D²."""
-
 
 class Before(NamedTuple):
     """Rotations before the last one of a transition, one after the other from rest to rest.
@@ -91,7 +88,7 @@ class Transition(NamedTuple):
         after: AttitudeReference,
         start: Scalar,
         limits: SlewLimits,
-        fitted: Callable[[Vector3, SlewProfile], Turn] | None = None,
+        fitted: Callable[[Vector3, SlewProfile, tuple[Scalar, Scalar]], Turn] | None = None,
         around: Callable[["Transition"], Way] | None = None,
     ) -> Self:
         """Create the transition.
@@ -101,8 +98,8 @@ class Transition(NamedTuple):
             after: Motion of the reference after the end, at the start.
             start: Time of the start, s.
             limits: Limits of the rotation relative to the attitude after the end.
-            fitted: Planned rotation for the rotation vector and the profile of the eigenaxis slew,
-                see `PlannedTurns.fitted`; None: there are no plans.
+            fitted: Planned rotation for the rotation vector, the profile of the eigenaxis slew and
+                the relative motion, see `PlannedTurns.fitted`; None: there are no plans.
             around: Way for the transition without rotations before it; None: there are none.
         """
         offset = rotations.error(before.attitude, after.attitude)
@@ -112,9 +109,10 @@ class Transition(NamedTuple):
         turn = rotations.rotation_vector(offset)
         # the slew turns back along p, which has the same components in both frames
         profile = limits.profile(-turn, before.attitude, start, jnp.sqrt(rate @ rate))
+        eigenaxis = cls(turn, profile, rate, acceleration)
         if fitted is None:
-            return cls(turn, profile, rate, acceleration)
-        planned = fitted(-turn, profile)
+            return eigenaxis
+        planned = fitted(-turn, profile, eigenaxis.moves)
         direct = cls(-planned.turn, planned.profile, rate, acceleration, planned.bows)
         if around is None:
             return direct
@@ -123,6 +121,12 @@ class Transition(NamedTuple):
         fading = jnp.minimum(direct.duration, total)
         first = Before(way.turns, way.profiles, fading, way.blocked)
         return direct._replace(turn=way.last, profile=way.profile, first=first)
+
+    @property
+    def moves(self) -> tuple[Scalar, Scalar]:
+        """Sizes of the rate, rad/s, and of the acceleration, rad/s², at the start."""
+        rate, acceleration = self.rate, self.acceleration
+        return jnp.sqrt(rate @ rate), jnp.sqrt(acceleration @ acceleration)
 
     @property
     def duration(self) -> Scalar:

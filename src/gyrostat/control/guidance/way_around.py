@@ -140,7 +140,7 @@ def way_around(start: Start, bodies: Bodies) -> Way:
     *_, found = jax.lax.while_loop(goes_on, better, begins)
     every = jax.tree.map(lambda one, both: jnp.stack([one, *both]), leaving, found)
     excess = jnp.maximum(jnp.max(found.excess), _tested(start, bodies, every, left, first_test))
-    blocked = jnp.where(excess > 0.0, 1.0, 0.0) + jnp.where(too_near, 2.0, 0.0)
+    blocked = jnp.where(excess <= 0.0, 0.0, 1.0) + jnp.where(too_near, 2.0, 0.0)
     before, last = (jax.tree.map(lambda x, at=at: x[at], every) for at in (slice(2), 2))
     return Way(before.turn, before.profile, last.turn, last.profile, blocked)
 

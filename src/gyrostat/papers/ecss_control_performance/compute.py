@@ -1,7 +1,5 @@
 """Pointing budgets of annex C from an ensemble of errors over time, and rules of annex A."""
 
-from typing import NamedTuple
-
 import numpy as np
 from jaxtyping import Float
 from scipy.special import ndtr
@@ -10,6 +8,7 @@ from scipy.stats import chi2
 from gyrostat.campaigns.pointing.indices import WindowIndex
 from gyrostat.core.types import Vector
 from gyrostat.papers.claims import Value
+from gyrostat.papers.ecss_control_performance.budget import Budget, Index
 from gyrostat.papers.ecss_control_performance.figures import figures
 from gyrostat.papers.ecss_control_performance.setup import (
     ARCSEC,
@@ -25,33 +24,8 @@ from gyrostat.papers.ecss_control_performance.setup import (
 )
 from gyrostat.papers.reproduction import Part, Run
 
-Index = Float[np.ndarray, "values 3"]
 DIRECTIONAL = {"95": 0.95, "9973": 0.9973}
 """Levels of directional errors in A.2.4: end of a name -> level."""
-
-
-class Budget(NamedTuple):
-    """Budget of an index; all arrays about the axes x, y and z.
-
-    Attributes:
-        means: Source -> mean over time and members, (3,), arcsec.
-        sigmas: Source -> standard deviation over time and members, (3,), arcsec.
-        whole: Index of the sum of all errors, over time and members, arcsec.
-    """
-
-    means: dict[str, Vector]
-    sigmas: dict[str, Vector]
-    whole: Index
-
-    @property
-    def sigma(self) -> Vector:
-        """Standard deviation of the whole, (3,), arcsec."""
-        return np.std(self.whole, axis=0)
-
-    @property
-    def size(self) -> Vector:
-        """Size that the whole does not exceed in `LEVEL` of time and members, (3,), arcsec."""
-        return np.quantile(np.abs(self.whole), LEVEL, axis=0)
 
 
 def index_of(index: str, errors: Float[np.ndarray, "members samples 3"]) -> Index:

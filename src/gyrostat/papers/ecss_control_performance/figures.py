@@ -1,28 +1,25 @@
 """Figures of the budgets: what each source contributes, and the size of the whole error."""
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING
 
 import numpy as np
 
+from gyrostat.papers.ecss_control_performance.budget import Budget
 from gyrostat.papers.ecss_control_performance.setup import AXES, FACTOR, LEVEL, REQUIRED, SOURCES
 from gyrostat.papers.figures import GREY, INK, Drawing
 from gyrostat.reports.colours import MARK, MEASURED, MODEL
 from gyrostat.reports.drawing import panels
 
-if TYPE_CHECKING:
-    from gyrostat.papers.ecss_control_performance.compute import Budget
-
 COLOURS = MODEL, MARK, MEASURED
 """Colours of the axes."""
 
 
-def figures(budgets: "Mapping[str, Budget]") -> tuple[Drawing, ...]:
+def figures(budgets: Mapping[str, Budget]) -> tuple[Drawing, ...]:
     """All figures."""
     return contributions(budgets), sizes(budgets)
 
 
-def contributions(budgets: "Mapping[str, Budget]") -> Drawing:
+def contributions(budgets: Mapping[str, Budget]) -> Drawing:
     """Standard deviation of each source and of the whole about each axis."""
     names = [*SOURCES, "whole"]
     labels = [*(source.label for source in SOURCES.values()), "all sources"]
@@ -39,7 +36,7 @@ def contributions(budgets: "Mapping[str, Budget]") -> Drawing:
     return Drawing("Contributions to the budgets (tables C-3 and C-4)", figure, caption)
 
 
-def sizes(budgets: "Mapping[str, Budget]") -> Drawing:
+def sizes(budgets: Mapping[str, Budget]) -> Drawing:
     """Share of time and members in which the whole error exceeds a size."""
     with panels(1, 2, height=3.6, sharey=True) as (figure, row):
         for axes, (index, budget) in zip(row, budgets.items(), strict=True):

@@ -131,11 +131,19 @@ class Observer(eqx.Module):
         """
         reference = self.setup.reference
         if reference is not None:
-            begin = None
-            if "turn_from" in row.command._fields:
-                at_body = row.command.turn_from, row.command.turn_rate
-                begin = AttitudeReference(*at_body, jnp.zeros(3))
-            mode = reference.entered(mode, row.command.mode, row.command.mode_start, begin)
+            number, start = row.command.mode, row.command.mode_start
+            around, before = reference.around, mode.number
+
+            def begin(now: AttitudeReference) -> AttitudeReference:
+                assert around is not None
+                at_body = row.command.turn_from, row.command.turn_rate, now.acceleration
+                found = around.begin(now, before, number, AttitudeReference(*at_body))
+                # a change at a missing sample is recorded later, and starts at the reference
+                is_now = start == time
+                return jax.tree.map(lambda a, b: jnp.where(is_now, a, b), found, now)
+
+            is_recorded = around is not None and "turn_from" in row.command._fields
+            mode = reference.entered(mode, number, start, begin if is_recorded else None)
             return reference.at(mode, time), mode
         phase = jnp.sum(self.setup.starts <= time + 1e-9) - 1
         at_rest = jnp.zeros(3)
