@@ -136,7 +136,7 @@ def main():
     paths = paths or [*(ROOT / f"examples/scenarios/{name}.toml" for name in READY), MISSION]
     print(HEADER)
     print("|---" * HEADER.count(" | ") + "|---|")
-    with tempfile.TemporaryDirectory() as name:
+    with tempfile.TemporaryDirectory(ignore_cleanup_errors=True) as name:
         folder = Path(name)
         (folder / "profile").mkdir()
         with browser_class()(folder / "profile", 1200, 900) as browser:
