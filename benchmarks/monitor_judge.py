@@ -161,15 +161,21 @@ def report_delays(name, delays):
     )
 
 
+def answered(wheel):
+    """Verdict ten days after the first alarm; None without an alarm, or if it was before onset."""
+    first = next((k for k, v in enumerate(wheel.verdicts) if v.alarm), None)
+    if first is None or first < int(wheel.onset):
+        return None
+    return wheel.verdicts[min(first + 10, len(wheel.verdicts) - 1)]
+
+
 def classes(fault, wheels):
     """Class ten days after the alarm."""
     right = pair = wrong = 0
     probability = []
     for wheel in wheels:
-        first = next((k for k, v in enumerate(wheel.verdicts) if v.alarm), None)
-        if first is None or first < int(wheel.onset):
+        if (verdict := answered(wheel)) is None:
             continue
-        verdict = wheel.verdicts[min(first + 10, len(wheel.verdicts) - 1)]
         probability.append(verdict.probabilities[fault])
         right += verdict.classes == (fault,)
         pair += len(verdict.classes) == 2 and fault in verdict.classes
@@ -195,10 +201,8 @@ def reliability(wheels):
         return
     stated, true, weights = [], [], []
     for wheel in wheels:
-        first = next((k for k, v in enumerate(wheel.verdicts) if v.alarm), None)
-        if first is None or first < int(wheel.onset):
+        if (verdict := answered(wheel)) is None:
             continue
-        verdict = wheel.verdicts[min(first + 10, len(wheel.verdicts) - 1)]
         stated.append([verdict.probabilities[name] for name in rates])
         true.append([float(name == wheel.fault) for name in rates])
         weights.append(rates[wheel.fault] / numbers[wheel.fault])

@@ -95,11 +95,9 @@ def main():
     arguments = parser.parse_args()
     places: dict[str, str] = {}
     for commit in arguments.commits:
-        if subprocess.run(
-            ["git", "rev-parse", "-q", "--verify", f"{commit}^{{commit}}"],
-            cwd=ROOT,
-            capture_output=True,
-        ).returncode:
+        try:
+            _git("rev-parse", "--verify", f"{commit}^{{commit}}", cwd=ROOT)
+        except subprocess.CalledProcessError:
             parser.error(f"found {commit!r}, expected a tag or another commit of this repository")
         other = places.setdefault(folder_of(commit, ROOT), commit)
         if other != commit:

@@ -82,13 +82,13 @@ def _text(value: Any) -> str:
     if hasattr(value, "shape") and hasattr(value, "dtype"):
         return _array(value)
     if isinstance(value, Mapping):
-        listed = ", ".join(f"{key}: {_text(each)}" for key, each in value.items())
-        return listed if len(value) <= MOST else f"{len(value)} entries"
+        if len(value) > MOST:
+            return f"{len(value)} entries"
+        return ", ".join(f"{key}: {_text(each)}" for key, each in value.items())
     if {"value", "low", "high"} <= {*_names(value)}:
         return f"{_text(value.value)} ({_text(value.low)} to {_text(value.high)})"
     if isinstance(value, Sequence) and not hasattr(value, "_fields"):
-        listed = ", ".join(map(_text, value))
-        return listed if len(value) <= MOST else f"{len(value)} elements"
+        return ", ".join(map(_text, value)) if len(value) <= MOST else f"{len(value)} elements"
     return getattr(value, "__name__", type(value).__name__)
 
 

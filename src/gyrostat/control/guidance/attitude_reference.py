@@ -76,14 +76,10 @@ class Motion(NamedTuple):
         """
         values, slopes, bends = path
 
-        def derivative(*given: Any) -> tuple[Quaternion, Quaternion]:
-            return jax.jvp(lambda *x: normalised(attitude(*x)), given[::2], given[1::2])
+        def derivative(values: Any, slopes: Any) -> tuple[Quaternion, Quaternion]:
+            return jax.jvp(lambda *x: normalised(attitude(*x)), values, slopes)
 
-        values_and_slopes = tuple(
-            each for pair in zip(values, slopes, strict=True) for each in pair
-        )
-        changes = tuple(each for pair in zip(slopes, bends, strict=True) for each in pair)
-        (quaternion, slope), (_, bend) = jax.jvp(derivative, values_and_slopes, changes)
+        (quaternion, slope), (_, bend) = jax.jvp(derivative, (values, slopes), (slopes, bends))
         return cls(quaternion, slope, bend)
 
     @property
