@@ -9,6 +9,7 @@ import gyrostat as gs
 from gyrostat.cli import app
 from gyrostat.core.errors import InputError
 from gyrostat.monitoring.fleet.faults.motor_constant import MotorConstant
+from gyrostat.monitoring.fleet.faults.tachometer import Tachometer
 from gyrostat.monitoring.fleet.files import write_fleet
 from gyrostat.monitoring.fleet.flight import Cell, Fleet, Flight
 from gyrostat.monitoring.fleet.pointing import LOW, SLEWS
@@ -18,10 +19,10 @@ from gyrostat.monitoring.fleet.vehicle import LARGE
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Six days of a flight; the second wheel's motor weakens by 6 % on the fourth."""
-    fault = MotorConstant(wheel=1, day=3.0, size=-0.06)
+    """Six days of a flight; on the fourth, a motor weakens by 6 %, and a tachometer misses pulses."""
+    faults = (MotorConstant(wheel=1, day=3.0, size=-0.06), Tachometer(2, day=3.0, size=-0.03))
     there = tmp_path_factory.mktemp("fleet")
-    fleet = Fleet(Cell(LARGE, LOW, SLEWS), [Flight(2, (fault,))])
+    fleet = Fleet(Cell(LARGE, LOW, SLEWS), [Flight(2, faults)])
     write_fleet(there, fleet, 6, Sampling(period=10.0))
     return there / "flight2"
 
@@ -33,7 +34,9 @@ def test_alarm_names_the_wheel_and_its_class(folder, tmp_path):
     result = CliRunner().invoke(app, command)
     assert result.exit_code == 1, result.output
     health = json.loads((tmp_path / "out" / "health.json").read_text(encoding="utf-8"))
-    assert [alarm["wheel"] for alarm in health["alarms"]] == ["wheel2"]
+    # the body rates contradict the speed of the third wheel, not those of the others
+    assert [alarm["wheel"] for alarm in health["alarms"]] == ["wheel2", "wheel3"]
+    assert health["changes"]["wheel3"]["classes"] == ["tachometer fault"]
     change = health["changes"]["wheel2"]
     assert change["classes"][0] == "motor constant"
     assert change["onset"]["start"] == pytest.approx(3 * 86400.0)

@@ -1,4 +1,4 @@
-"""Statistics of what the balance of torques leaves: bursts, stiction, faults of a tachometer."""
+"""Statistics of what the balance of torques of a wheel leaves: bursts and stiction."""
 
 from typing import Any
 
@@ -42,7 +42,6 @@ def residual_columns(
         "residual_kurtosis": _kurtosis(fast),
         "residual_excess": float((means.max() - middle) / max(spread, 1e-300)),
         "residual_lowest": float((means.min() - middle) / max(spread, 1e-300)),
-        "exchange_residual": _exchange(blocks, known, wheel),
     }
     slow = blocks.part(
         ~usable(blocks, wheel, known.wheels[wheel].slowest)
@@ -65,22 +64,6 @@ def _beyond(blocks: Blocks, known: KnownWheels, wheel: int, value: Estimate) -> 
         - level[COULOMB] * blocks.direction[:, wheel]
     )
     return torque * np.sign(blocks.direction[:, wheel])
-
-
-def _exchange(blocks: Blocks, known: KnownWheels, wheel: int) -> float:
-    """Rms torque along an axis that neither body nor wheels account for, N·m; NaN if not known."""
-    if known.axes is None or known.inertia is None or not len(blocks):
-        return np.nan
-    share = known.rotor_inertia
-    length = blocks.length[:, None]
-    wheels = ((blocks.change * share) @ known.axes.T) / length
-    locked = known.inertia + (known.axes * share) @ known.axes.T
-    body = (blocks.turn @ locked) / length
-    momentum = blocks.rate @ locked + (blocks.speed * share) @ known.axes.T
-    torque = wheels + body + np.cross(blocks.rate, momentum)
-    along = torque @ known.axes[:, wheel]
-    along = along[np.isfinite(along)]
-    return float(np.sqrt(np.mean(along**2))) if along.size else np.nan
 
 
 def _robust(values: Vector) -> float:

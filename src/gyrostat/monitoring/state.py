@@ -21,7 +21,7 @@ from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.windows import COLUMNS, DTYPES, Windows
 
-_FORMAT = 3
+_FORMAT = 4
 START = 65_536
 """Number of bytes at the start of a file that tell it from others of its name."""
 
@@ -121,9 +121,10 @@ def load_state(path: Path, monitor: WheelMonitor, settings: str) -> Progress:
     except (OSError, ValueError, KeyError, TypeError) as error:
         raise InputError(f"{path}: found {error}, expected the state of gyrostat monitor") from None
     if not known or progress.settings != settings:
+        other = "with other options or wheels" if known else "of another version"
         raise InputError(
-            f"{path}: found the state of a call with other options or wheels, expected the same: "
-            "give another --out, or start again with --restart"
+            f"{path}: found the state of a call {other}, expected the same: give another --out, or "
+            "start again with --restart"
         )
     monitor.clock = Clock(**text["clock"])
     monitor.driven = text["driven"]

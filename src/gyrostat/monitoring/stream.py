@@ -13,6 +13,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks, Samples, blocks_of
 from gyrostat.monitoring.clock import Clock
+from gyrostat.monitoring.exchange import exchange_columns
 from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.wheel_data import KnownWheels
 from gyrostat.monitoring.window import FEWEST, window_row
@@ -186,7 +187,8 @@ class WheelMonitor:
                 length=self.block,
                 driven=self.driven,
                 noise=self.noise[wheel],
+                exchange=exchange,
             )
-            for wheel in range(len(self.known.wheels))
+            for wheel, exchange in enumerate(exchange_columns(blocks, self.known))
         ]
         return [row for row, _ in results], [noise for _, noise in results]

@@ -42,6 +42,7 @@ def window_row(
     length: float,
     driven: bool,
     noise: Noise | None,
+    exchange: dict[str, float],
 ) -> tuple[dict[str, Any], Noise | None]:
     """Row of a wheel, and the noise that the next window starts from.
 
@@ -53,11 +54,12 @@ def window_row(
         length: Usual length of a block, s.
         driven: Whether there is a motor current or a commanded torque.
         noise: Noise of the previous window, or None.
+        exchange: Columns of the exchange of momentum.
     """
     rotor = known.wheels[wheel]
     row = {"wheel": rotor.name, "start": window[0], "end": window[1]}
     row |= plain_columns(blocks, wheel, window)
-    row |= standstill_columns(blocks, known, wheel)
+    row |= standstill_columns(blocks, known, wheel) | exchange
     if not driven:
         reason = "there is neither motor current nor commanded torque"
         return row | _unknown(reason) | {"valid": False, "why": reason}, noise

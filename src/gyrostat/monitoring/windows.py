@@ -94,6 +94,10 @@ COLUMNS: dict[str, Column] = {
     "exchange_residual": Column(
         "number", "N·m", "rms of the torque that wheels and body do not exchange, along the axis"
     ),
+    "speed_scale": Column(
+        "number", "", "measured over true speed, from the momentum that wheels and body exchange"
+    ),
+    "speed_scale_sigma": Column("number", "", "its standard deviation"),
     "standstill_share": Column("number", "", "share of samples with the wheel at rest"),
     "standstill_torque": Column("number", "N·m", "largest motor torque at rest"),
     "valid": Column("flag", "", "whether the estimates hold"),

@@ -2,8 +2,8 @@
 
 The first four are the parameters of the window table, divided by a reference. A window determines
 some combinations of them; what the estimator knew beforehand is taken out. The others tell faults
-apart that leave the estimates alone. They are near a level of their own for a healthy wheel; their
-variance is learnt.
+apart that leave the estimates alone. They are near a level of their own for a healthy wheel; the
+last ones have no stated variance.
 """
 
 from collections.abc import Mapping
@@ -15,11 +15,13 @@ import numpy as np
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.windows import REGRESSED
 
-EXTRA = ("burst", "breakaway", "exchange", "standstill")
-"""Channels whose variance is learnt."""
+EXTRA = ("speed_scale", "burst", "breakaway", "standstill")
+"""Channels beside the estimates, each with a factor of its variance that is learnt."""
 CHANNELS = (*REGRESSED, *EXTRA)
-PRIOR_SIGMA = np.array([0.3, 0.1, 0.1, 0.1])
-"""Standard deviation that a channel of `EXTRA` has before it is learnt."""
+STATED = 5
+"""Number of the first channels that are relative and have a stated variance in each window."""
+PRIOR_SIGMA = np.array([1.0, 0.3, 0.1, 0.1])
+"""Standard deviation of each channel of `EXTRA`, over the stated one, before it is learnt."""
 REFERENCE_TEMPERATURE = 20.0
 CROSSINGS = 12
 """Crossings of a window in which the largest torque at rest is near the breakaway torque."""
@@ -64,7 +66,7 @@ class Observation:
     Attributes:
         value: Values, (M,).
         direction: Part of each channel in each value, (M, 8).
-        variance: Variances of the first values, (M - E,); those of the last E values are learnt.
+        variance: Stated variances, (M,); 1 without one. A factor is learnt.
         extras: Places in `EXTRA` of the last E values.
         temperature: Difference of the mean temperature from 20 °C, K; 0 if it is unknown.
     """
@@ -77,7 +79,11 @@ class Observation:
 
     @staticmethod
     def of(
-        estimates: Vector, information: Matrix, extras: Vector, temperature: float = 0.0
+        estimates: Vector,
+        information: Matrix,
+        extras: Vector,
+        scale_sigma: float,
+        temperature: float = 0.0,
     ) -> "Observation":
         """Observation of relative values.
 
@@ -85,6 +91,7 @@ class Observation:
             estimates: Information times estimates, (4,).
             information: Inverse covariance of the estimates, may be singular, (4, 4).
             extras: Values of `EXTRA`, (4,); NaN where the window has none.
+            scale_sigma: Standard deviation of `speed_scale`.
             temperature: Difference of the mean temperature from 20 °C, K.
         """
         inverse, axes = np.linalg.eigh(0.5 * (information + information.T))
@@ -94,10 +101,11 @@ class Observation:
         direction = np.zeros((inverse.size + present.size, len(CHANNELS)))
         direction[: inverse.size, :4] = axes.T
         direction[inverse.size + np.arange(present.size), 4 + present] = 1.0
+        stated = np.array([scale_sigma**2, 1.0, 1.0, 1.0])
         return Observation(
             np.concatenate([axes.T @ estimates / inverse, extras[present]]),
             direction,
-            1.0 / inverse,
+            np.concatenate([1.0 / inverse, stated[present]]),
             tuple(int(k) for k in present),
             temperature,
         )
@@ -128,6 +136,7 @@ def observation(row: Mapping[str, Any], reference: Reference) -> Observation:
         estimates,
         information,
         _extras(row, reference),
+        float(row["speed_scale_sigma"]),
         temperature if np.isfinite(temperature) else 0.0,
     )
 
@@ -150,11 +159,11 @@ def _extras(row: Mapping[str, Any], reference: Reference) -> Vector:
     standstill = float(row["standstill_share"])
     return np.array(
         [
+            float(row["speed_scale"]),
             _log(row["residual_excess"]),
             _log(row["standstill_torque"] / reference.coulomb)
             if row["crossings"] >= CROSSINGS
             else np.nan,
-            _log(row["exchange_residual"]),
             np.sqrt(standstill) if standstill >= 0.0 else np.nan,
         ]
     )

@@ -12,9 +12,16 @@ b are sums over the windows since s.
 from dataclasses import dataclass, field
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.monitoring.change.channels import CHANNELS, PRIOR_SIGMA, Observation, Reference
+from gyrostat.monitoring.change.channels import (
+    CHANNELS,
+    PRIOR_SIGMA,
+    STATED,
+    Observation,
+    Reference,
+)
 
 STATES = len(CHANNELS) + 2
 """Levels, then the temperature coefficients of Coulomb and viscous friction."""
@@ -32,7 +39,7 @@ class LevelSettings:
     """Prior of the levels.
 
     Attributes:
-        walk: Random walk of each of the four estimates, relative, per square root of a window.
+        walk: Random walk of each relative channel, per square root of a window.
         extra_walk: Random walk of the other channels, in their standard deviations.
         memory: Windows with the weight of which the variances are known beforehand.
         onsets: Number of windows before the present in which a change may have begun.
@@ -55,8 +62,8 @@ class Levels:
         count: Number of windows so far.
         mean: State, (10,).
         covariance: (10, 10).
-        scatter: Factor of the estimates' variance, learnt; and the variances of the other channels,
-            (5,).
+        scatter: Factors of the stated variances of the estimates, together, and of each other
+            channel, learnt, (5,).
         weight: Number of values that each of `scatter` rests on, (5,).
         response: Response of the state to each unit fault, (K, onsets, courses, 10).
         information: a of each pair of signatures, (K, K, onsets, courses).
@@ -81,11 +88,11 @@ class Levels:
         kinds, onsets, courses = len(self.signatures), self.settings.onsets, len(COURSES)
         mean, precision = self.reference.prior()
         self.mean = np.zeros(STATES)
-        self.mean[:4] = mean
+        self.mean[:STATED] = [*mean, 1.0]
         known = np.minimum(1.0 / np.maximum(precision, 1e-12), WIDEST)
-        self.covariance = np.diag([*known, 25.0, 1.0, 1e3, 1.0, 1e-5, 1e-3])
+        self.covariance = np.diag([*known, 1.0, 25.0, 1.0, 1.0, 1e-5, 1e-3])
         self.scatter = np.concatenate([[1.0], PRIOR_SIGMA**2])
-        self.weight = np.array([self.settings.memory, 5.0, 5.0, 5.0, 5.0])
+        self.weight = np.array([self.settings.memory, self.settings.memory, 5.0, 5.0, 5.0])
         self.response = np.zeros((kinds, onsets, courses, STATES))
         self.information = np.zeros((kinds, kinds, onsets, courses))
         self.score = np.zeros((kinds, onsets, courses))
@@ -119,16 +126,20 @@ class Levels:
 
     def _walk(self) -> None:
         walk = np.zeros(STATES)
-        walk[:4] = self.settings.walk**2
-        walk[4:8] = self.settings.extra_walk**2 * self.scatter[1:]
+        walk[:STATED] = self.settings.walk**2
+        walk[STATED : len(CHANNELS)] = self.settings.extra_walk**2 * self.scatter[2:]
         self.covariance[np.diag_indices(STATES)] += walk
 
     def _observed(self, seen: Observation) -> tuple[Matrix, Matrix]:
         matrix = np.zeros((seen.value.size, STATES))
         matrix[:, : len(CHANNELS)] = seen.direction
         matrix[:, len(CHANNELS) :] = seen.temperature * seen.direction[:, :2]
-        learnt = self.scatter[1 + np.array(seen.extras, dtype=int)]
-        return matrix, np.diag(np.concatenate([self.scatter[0] * seen.variance, learnt]))
+        return matrix, np.diag(self.scatter[self._factors(seen)] * seen.variance)
+
+    def _factors(self, seen: Observation) -> NDArray[np.int64]:
+        """Place in `scatter` of each value, (M,)."""
+        estimates = seen.value.size - len(seen.extras)
+        return np.array([0] * estimates + [1 + extra for extra in seen.extras], dtype=np.int64)
 
     def _correct(self, seen: Observation) -> float:
         matrix, noise = self._observed(seen)
@@ -154,7 +165,7 @@ class Levels:
 
     def _learn(self, seen: Observation, innovation: Vector, spread: Matrix) -> None:
         """Learn the variances from innovations, each limited to three standard deviations."""
-        count = seen.variance.size
+        count = seen.value.size - len(seen.extras)
         if count:
             block = spread[:count, :count]
             size = innovation[:count] @ np.linalg.solve(block, innovation[:count])

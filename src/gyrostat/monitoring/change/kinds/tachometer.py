@@ -7,13 +7,12 @@ from gyrostat.monitoring.change.kinds.change_kind import ChangeKind, direction
 
 
 class Tachometer(ChangeKind):
-    """All torques seem to be scaled alike, and the body rates contradict the speeds."""
+    """All torques seem to be scaled alike, and so does the momentum that the body receives."""
 
     name: ClassVar[str] = "tachometer fault"
     signatures: ClassVar[tuple[Vector, ...]] = (
-        direction(coulomb=1.0, motor_constant=1.0),
-        direction(exchange=1.0),
+        direction(coulomb=1.0, motor_constant=1.0, speed_scale=1.0),
     )
-    sizes: ClassVar[tuple[tuple[float, ...], ...]] = ((0.02, 0.1), (0.05, 0.5))
+    sizes: ClassVar[tuple[tuple[float, ...], ...]] = ((0.01,), (0.03,), (0.1,))
     rate: ClassVar[float] = 0.01
     ramps: ClassVar[bool] = False
