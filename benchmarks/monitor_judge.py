@@ -18,7 +18,10 @@ from monitor_fleet import VEHICLES
 from monitor_peers import FIRST, NUMBERS, paths
 
 from gyrostat.monitoring.change.assess import DAY, episodes, reference_to
+from gyrostat.monitoring.change.channels import STATED, observation
 from gyrostat.monitoring.change.detector import AlarmSettings, Detector
+from gyrostat.monitoring.change.evidence import KINDS
+from gyrostat.monitoring.change.levels import RAMP
 from gyrostat.monitoring.fleet.known import known_wheels
 from gyrostat.monitoring.fleet.sampling import Sampling
 from gyrostat.monitoring.windows import REGRESSED, read_windows
@@ -26,6 +29,11 @@ from gyrostat.monitoring.windows import REGRESSED, read_windows
 JUDGED = 100000
 DELAY = 10
 PARAMETERS = (*REGRESSED,)
+APART = 3.29
+"""Distance of two classes, in standard deviations, at which the best test is right in 95 %."""
+GRADUAL = ("Coulomb growth", "viscous growth", "motor constant", "offset", "tachometer fault")
+"""Classes that estimates and speed scale tell apart; the others have channels of their own."""
+TRUTH = ("coulomb_level", "viscous", "motor_constant", "offset", "tachometer")
 FALSE_ALARMS = 0.5
 """False alarms per wheel-year for which the thresholds of the peers are set."""
 
@@ -44,6 +52,8 @@ class Wheel:
     onset: float | None
     tuning: bool
     verdicts: list = field(default_factory=list)
+    seen: list = field(default_factory=list)
+    reference: object = None
     statistic: dict = field(default_factory=dict)
 
 
@@ -83,10 +93,13 @@ def wheels_of(path):
 def detect(wheel):
     """Verdicts of the monitor."""
     known = known_wheels(VEHICLES[wheel.key[0]], Sampling()).wheels[0]
-    detector = Detector(reference_to(known), AlarmSettings())
+    wheel.reference = reference_to(known)
+    detector = Detector(wheel.reference, AlarmSettings())
     columns = wheel.table.columns
     for k in range(len(wheel.table)):
-        wheel.verdicts.append(detector.update({name: v[k] for name, v in columns.items()}))
+        row = {name: v[k] for name, v in columns.items()}
+        wheel.seen.append(observation(row, wheel.reference))
+        wheel.verdicts.append(detector.take(wheel.seen[-1]))
 
 
 def resampled(values, weights=None):
@@ -171,7 +184,7 @@ def answered(wheel):
 
 def classes(fault, wheels):
     """Class ten days after the alarm."""
-    right = pair = wrong = 0
+    right = pair = more = wrong = 0
     probability = []
     for wheel in wheels:
         if (verdict := answered(wheel)) is None:
@@ -179,13 +192,76 @@ def classes(fault, wheels):
         probability.append(verdict.probabilities[fault])
         right += verdict.classes == (fault,)
         pair += len(verdict.classes) == 2 and fault in verdict.classes
-        wrong += fault not in verdict.classes
-    total = max(right + pair + wrong, 1)
+        more += len(verdict.classes) > 2 and fault in verdict.classes
+        wrong += bool(verdict.classes) and fault not in verdict.classes
+    total = max(len(probability), 1)
     print(
-        f"    {'class':30s} right {right / total:.3f}  in a pair {pair / total:.3f}  wrong or open "
-        f"{wrong / total:.3f}  mean probability {np.mean(probability or [np.nan]):.3f}"
+        f"    {'class':30s} right {right / total:.3f}  in a pair {pair / total:.3f}  one of three "
+        f"{more / total:.3f}  wrong {wrong / total:.3f}  the rest open  "
+        f"mean probability {np.mean(probability or [np.nan]):.3f}"
     )
-    return right + pair, total
+
+
+def alike(wheel):
+    """Classes that nobody could tell from the wheel's fault ten days after the alarm.
+
+    The windows' own errors are taken as exact, the levels before the fault and the fault as known.
+    Of another class, the size, onset and course that come closest to the fault are d standard
+    deviations away. Of two such wheels, one with each class, the best test is right in the share
+    Phi(d / 2) (Neyman and Pearson): 95 % need a d of 3.29. Only changes of the estimates and of the
+    scale of the speed are compared.
+    """
+    onset, last = int(wheel.onset), _judged(wheel)
+    scales = np.append(wheel.reference.scales(), 1.0)
+    truth = np.stack([wheel.truth[n] for n in TRUTH], axis=1)[: last + 1] / scales
+    change = truth - truth[max(onset - 5, 0) : onset].mean(axis=0)
+    change[:onset] = 0.0
+    design, roots = zip(*[_stated(seen) for seen in wheel.seen[onset : last + 1]], strict=True)
+    signal = np.concatenate(
+        [d @ c / r for d, c, r in zip(design, change[onset:], roots, strict=True)]
+    )
+    found = []
+    for kind in KINDS:
+        signature = kind.signatures[0][:STATED]
+        if kind.name == wheel.fault or kind.name not in GRADUAL:
+            continue
+        closest = np.inf
+        for begin in range(last + 1 - onset):
+            age = np.maximum(np.arange(last + 1 - onset) - begin + 0.5, 0.0)
+            for course in ((age > 0.0).astype(float), np.minimum(age / RAMP, 1.0), age / RAMP):
+                other = np.concatenate(
+                    [d @ signature * c / r for d, c, r in zip(design, course, roots, strict=True)]
+                )
+                share = (signal @ other) ** 2 / max(other @ other, 1e-300)
+                closest = min(closest, signal @ signal - share)
+        if closest < APART**2:
+            found.append(kind.name)
+    return found
+
+
+def _judged(wheel):
+    first = next(k for k, v in enumerate(wheel.verdicts) if v.alarm)
+    return min(first + 10, len(wheel.verdicts) - 1)
+
+
+def _stated(seen):
+    """Parts of the channels with a stated variance, (M, 5), and standard deviations, (M,)."""
+    rows = np.any(seen.direction[:, :STATED] != 0.0, axis=1)
+    return seen.direction[rows, :STATED], np.sqrt(seen.variance[rows])
+
+
+def report_alike(fault, wheels):
+    """Shares of wheels whose class could be found at best, and what it is confused with."""
+    sets = [tuple(alike(w)) for w in wheels if answered(w) is not None]
+    if not sets:
+        return
+    sizes = np.array([len(names) for names in sets])
+    names = Counter(name for each in sets for name in each)
+    right, pair, more = (np.mean(there) for there in (sizes == 0, sizes == 1, sizes > 1))
+    print(
+        f"    {'at best':30s} right {right:.3f}  in a pair {pair:.3f}  more alike {more:.3f}  "
+        f"with {dict(names)}"
+    )
 
 
 def reliability(wheels):
@@ -282,6 +358,8 @@ def main():
         for fault, group in sorted(faulty.items()):
             report_delays(fault, [delay(w, [v.alarm for v in w.verdicts]) for w in group])
             classes(fault, group)
+            if fault in GRADUAL:
+                report_alike(fault, group)
         if tuning and healthy:
             peers(tuning, healthy, faulty)
         reliability([w for group in faulty.values() for w in group])

@@ -19,7 +19,7 @@ from gyrostat.monitoring.fleet.vehicle import LARGE
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Six days of a flight; on the fourth, a motor weakens by 6 %, and a tachometer misses pulses."""
+    """Six days of a flight; on the fourth, a motor weakens and a tachometer misses pulses."""
     faults = (MotorConstant(wheel=1, day=3.0, size=-0.06), Tachometer(2, day=3.0, size=-0.03))
     there = tmp_path_factory.mktemp("fleet")
     fleet = Fleet(Cell(LARGE, LOW, SLEWS), [Flight(2, faults)])

@@ -5,7 +5,7 @@ import pytest
 import scipy.stats
 
 from gyrostat.monitoring.change.channels import CHANNELS, Observation, Reference, observation
-from gyrostat.monitoring.change.detector import EXCESS, AlarmSettings, Detector
+from gyrostat.monitoring.change.detector import EXCESS, AlarmSettings, Detector, answer
 from gyrostat.monitoring.change.evidence import KINDS, NAMES, SIGNATURES, evidence, log_marginal
 from gyrostat.monitoring.change.kinds.change_kind import direction
 from gyrostat.monitoring.change.levels import RAMP, Levels, LevelSettings
@@ -231,3 +231,14 @@ def test_rates_decide_between_classes_that_fit_alike():
     rates = np.array([kind.rate for kind in KINDS]) / 365.25
     probabilities, rarer = found.probabilities(rates), found.probabilities(rates / 10.0)
     assert rarer[1:] / rarer[0] == pytest.approx(probabilities[1:] / probabilities[0] / 10.0)
+
+
+@pytest.mark.parametrize(
+    ("given", "count"),
+    [([0.92, 0.05, 0.03], 1), ([0.6, 0.31, 0.09], 2), ([0.4, 0.3, 0.25], 3), ([0.3, 0.3, 0.2], 0)],
+)
+def test_the_answer_is_the_smallest_set_that_is_probable_enough(given, count):
+    rest = (1.0 - sum(given)) / (len(NAMES) - 3)
+    changed = np.array([*given, *[rest] * (len(NAMES) - 3)])
+    # whatever the probability of no change
+    assert answer(np.concatenate([[0.5], 0.5 * changed])) == NAMES[:count]

@@ -60,10 +60,11 @@ def test_rate_of_false_alarms_has_its_poisson_interval():
 
 def test_text_of_a_rehearsal():
     sigma = dict.fromkeys(("coulomb", "viscous", "motor_constant", "offset"), 0.01)
-    faults = {"offset": Expected(0.1, 4, 1, np.inf, 1)}
+    faults = {"offset": Expected(0.1, 4, 1, np.inf, 0, 1)}
     found = Rehearsal(1.0, 0, sigma, sigma, faults, ("quiet",))
     text = "\n".join(found.lines())
-    assert "offset of 0.1: alarm in 1 of 4 wheels, median delay none, class right in 1" in text
+    assert "offset of 0.1: alarm in 1 of 4 wheels, median delay none, class right in 0" in text
+    assert "one of two or three in 1" in text
     assert found.as_json()["faults"]["offset"]["median_delay_days"] is None
 
 

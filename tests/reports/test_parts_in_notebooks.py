@@ -146,11 +146,14 @@ def test_a_record_and_a_track_are_drawn_with_their_values():
 
 def test_a_rehearsal_and_a_wheel_model_are_text_and_picture():
     shares = dict.fromkeys(REGRESSED, 0.01)
-    faults = {"wear": Expected(1.3, 8, 6, 21.0, 4), "stiction": Expected(2.0, 8, 0, np.inf, 0)}
+    faults = {
+        "wear": Expected(1.3, 8, 6, 21.0, 4, 2),
+        "stiction": Expected(2.0, 8, 0, np.inf, 0, 0),
+    }
     rehearsal = Rehearsal(12.0, 1, shares, shares, faults)
     assert "wear of 1.3: alarm in 6 of 8 wheels" in str(rehearsal)
     left, right = rehearsal.plot().axes
-    assert [bar.get_width() for bar in left.patches] == [75.0, 0.0, 50.0, 0.0]
+    assert [bar.get_width() for bar in left.patches] == [75.0, 0.0, 50.0, 0.0, 25.0, 0.0]
     assert [bar.get_width() for bar in right.patches] == [21.0, 0.0]
     friction = {"viscous": 2e-6, "coulomb": 1e-3, "static": 1.2e-3, "stribeck_speed": 0.4}
     model = WheelModel(gs.Stribeck, {"inertia": 1e-3, **friction}, {"coulomb": 1e-5})

@@ -58,7 +58,8 @@ class Expected(Described):
         wheels: Number of wheels.
         alarms: Wheels with an alarm after the onset, within the flight.
         delay: Median days to the alarm; infinite if most wheels have none.
-        right: Wheels whose class is right at the end, alone or in a pair.
+        right: Wheels whose class is right at the end.
+        among: Wheels whose class is among those that cannot be told apart at the end.
     """
 
     size: float
@@ -66,6 +67,7 @@ class Expected(Described):
     alarms: int
     delay: float
     right: int
+    among: int
 
 
 @dataclass(frozen=True, eq=False)
@@ -112,6 +114,7 @@ class Rehearsal(PicturedText):
                     "alarms": each.alarms,
                     "median_delay_days": each.delay if np.isfinite(each.delay) else None,
                     "class_right": each.right,
+                    "class_among": each.among,
                 }
                 for name, each in self.faults.items()
             },
@@ -134,7 +137,7 @@ class Rehearsal(PicturedText):
             delay = f"{each.delay:.0f} days" if np.isfinite(each.delay) else "none"
             yield (
                 f"{name} of {each.size:g}: alarm in {each.alarms} of {each.wheels} wheels, median "
-                f"delay {delay}, class right in {each.right}"
+                f"delay {delay}, class right in {each.right}, one of two or three in {each.among}"
             )
         for line in self.assumptions:
             yield f"assumed: {line}"
@@ -239,17 +242,18 @@ def _flown(batch: _Batch) -> tuple[Windows, list[WheelHealth]]:
 def _expected(
     name: str, size: float, onsets: Mapping[str, int], healths: list[WheelHealth]
 ) -> Expected:
-    delays, right = [], 0
+    delays, right, among = [], 0, 0
     for health in healths:
         if health.wheel not in onsets:
             continue
         onset = onsets[health.wheel]
         late = [k for k, verdict in enumerate(health.verdicts) if verdict.alarm and k >= onset]
         delays.append(float(late[0] - onset) if late else np.inf)
-        right += bool(late) and name in health.verdicts[-1].classes
-    return Expected(
-        size, len(delays), int(np.sum(np.isfinite(delays))), float(np.median(delays)), right
-    )
+        if late and name in health.verdicts[-1].classes:
+            right += len(health.verdicts[-1].classes) == 1
+            among += len(health.verdicts[-1].classes) > 1
+    alarms = int(np.sum(np.isfinite(delays)))
+    return Expected(size, len(delays), alarms, float(np.median(delays)), right, among)
 
 
 def samples_of(

@@ -101,16 +101,18 @@ def rehearsal_figure(rehearsal: Rehearsal) -> Figure:
     place = np.arange(len(names))
     height = max(HEIGHT, 0.9 + 0.35 * len(names))
     with panels(1, 2, height=height, sharey=True) as (figure, (left, right)):
-        for offset, color, label, values in (
-            (-0.2, MODEL, "alarm", [100.0 * each.alarms / each.wheels for each in faults]),
-            (0.2, BAND, "class right", [100.0 * each.right / each.wheels for each in faults]),
-        ):
-            left.barh(place + offset, values, height=0.36, color=color, label=label)
+        alarms, found, among = (
+            np.array([100.0 * getattr(each, name) / each.wheels for each in faults])
+            for name in ("alarms", "right", "among")
+        )
+        left.barh(place - 0.2, alarms, height=0.36, color=MODEL, label="alarm")
+        left.barh(place + 0.2, found, height=0.36, color=MEASURED, label="class right")
+        left.barh(place + 0.2, among, left=found, height=0.36, color=BAND, label="of two or three")
         left.set_xlim(0.0, 100.0)
         left.set_xlabel("wheels (%)")
         left.set_yticks(place, [literal(name) for name in names])
         left.invert_yaxis()
-        left.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=2)
+        left.legend(loc="lower left", bbox_to_anchor=(0.0, 1.0), ncols=3)
         delays = [each.delay if np.isfinite(each.delay) else 0.0 for each in faults]
         right.barh(place, delays, height=0.5, color=MEASURED)
         for row, each in enumerate(faults):

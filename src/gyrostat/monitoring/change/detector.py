@@ -28,7 +28,9 @@ EXCESS = 4.0
 """Mean run length over the threshold, at least, on simulated white windows: 73 +- 10 windows at 20
 and 950 +- 120 at 100 (60 and 70 wheels)."""
 SURE = 0.9
-"""Probability that a class, or a pair of classes, needs to be the answer."""
+"""Probability that the classes of an answer have together."""
+MOST = 3
+"""Largest number of classes of an answer."""
 _STORED = (
     "mean",
     "covariance",
@@ -109,8 +111,8 @@ class Verdict(Described):
         statistic: Log of the Shiryaev-Roberts statistic.
         alarm: Whether it is above the threshold.
         probabilities: "none" and each class -> probability, from the evidence and the rates.
-        classes: Classes that are the answer if there is a change: one, a pair that cannot be told
-            apart, or none if more than two are possible.
+        classes: Classes that are the answer if there is a change: one, two or three that cannot be
+            told apart, or none if more are possible.
         onset: Window in which the most probable class of change began, and the limits of its 90 %
             interval; None without an alarm.
     """
@@ -123,14 +125,14 @@ class Verdict(Described):
 
 
 def answer(probabilities: Vector) -> tuple[str, ...]:
-    """The smallest set of classes with the probability `SURE`, given a change; at most two.
+    """The smallest set of classes with the probability `SURE`, given a change; at most `MOST`.
 
     Args:
         probabilities: Of no change and each class, (1 + classes,).
     """
     changed = probabilities[1:] / max(np.sum(probabilities[1:]), 1e-300)
     order = np.argsort(changed)[::-1]
-    for count in (1, 2):
+    for count in range(1, MOST + 1):
         if np.sum(changed[order[:count]]) >= SURE:
             return tuple(NAMES[k] for k in order[:count])
     return ()
