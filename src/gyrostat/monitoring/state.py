@@ -17,11 +17,12 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.files import whole_file
 from gyrostat.monitoring.blocks import Blocks, Samples
 from gyrostat.monitoring.clock import Clock
+from gyrostat.monitoring.exchange import Exchange
 from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.windows import COLUMNS, DTYPES, Windows
 
-_FORMAT = 4
+_FORMAT = 5
 START = 65_536
 """Number of bytes at the start of a file that tell it from others of its name."""
 
@@ -88,6 +89,7 @@ def save_state(path: Path, monitor: WheelMonitor, progress: Progress) -> None:
         arrays |= _arrays("blocks", Blocks.joined(monitor.open_blocks))
     if monitor.clock.held is not None:
         arrays |= _arrays("held", monitor.clock.held)
+    arrays |= _arrays("exchange", monitor.exchange)
     text = {
         "format": _FORMAT,
         "progress": vars(progress),
@@ -138,10 +140,11 @@ def load_state(path: Path, monitor: WheelMonitor, settings: str) -> Progress:
     monitor.clock.held = Samples(**held) if held else None
     monitor.tail = Samples(**tail) if tail else None
     monitor.open_blocks = [Blocks(**blocks)] if blocks else []
+    monitor.exchange = Exchange(**_part("exchange", arrays))
     return progress
 
 
-def _arrays(prefix: str, table: Samples | Blocks) -> dict[str, Any]:
+def _arrays(prefix: str, table: Samples | Blocks | Exchange) -> dict[str, Any]:
     values = {f"{prefix}.{each.name}": getattr(table, each.name) for each in fields(table)}
     return {name: value for name, value in values.items() if value is not None}
 

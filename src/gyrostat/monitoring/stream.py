@@ -13,7 +13,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks, Samples, blocks_of
 from gyrostat.monitoring.clock import Clock
-from gyrostat.monitoring.exchange import exchange_columns
+from gyrostat.monitoring.exchange import Exchange
 from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.wheel_data import KnownWheels
 from gyrostat.monitoring.window import FEWEST, window_row
@@ -42,6 +42,7 @@ class WheelMonitor:
         tail: Samples of the block that is not complete.
         open_blocks: Blocks of the window that is not complete.
         noise: Noise of each wheel in its last valid window.
+        exchange: Exchange of momentum, as learnt from the windows so far.
     """
 
     known: KnownWheels
@@ -54,6 +55,7 @@ class WheelMonitor:
     tail: Samples | None = None
     open_blocks: list[Blocks] = field(default_factory=list)
     noise: list[Noise | None] = field(default_factory=list)
+    exchange: Exchange = field(default_factory=Exchange)
     _singles: list[Samples] = field(default_factory=list, repr=False)
 
     def __post_init__(self):
@@ -161,7 +163,7 @@ class WheelMonitor:
 
     def _close(self) -> None:
         """Estimate the window that is complete."""
-        rows, self.noise = self._rows()
+        rows, self.noise, self.exchange = self._rows()
         self.rows += rows
         if len(self.rows) > MANY:
             self.done.append(Windows.of(self.rows))
@@ -174,10 +176,11 @@ class WheelMonitor:
             return []
         return self._rows()[0]
 
-    def _rows(self) -> tuple[list[dict[str, Any]], list[Noise | None]]:
+    def _rows(self) -> tuple[list[dict[str, Any]], list[Noise | None], Exchange]:
         blocks = Blocks.joined(self.open_blocks)
         self.open_blocks = [blocks]
         start = self._number() * self.window
+        columns, exchange = self.exchange.window(blocks, self.known)
         results = [
             window_row(
                 blocks,
@@ -187,8 +190,8 @@ class WheelMonitor:
                 length=self.block,
                 driven=self.driven,
                 noise=self.noise[wheel],
-                exchange=exchange,
+                exchange=columns[wheel],
             )
-            for wheel, exchange in enumerate(exchange_columns(blocks, self.known))
+            for wheel in range(len(self.known.wheels))
         ]
-        return [row for row, _ in results], [noise for _, noise in results]
+        return [row for row, _ in results], [noise for _, noise in results], exchange

@@ -20,7 +20,7 @@ EXTRA = ("speed_scale", "burst", "breakaway", "standstill")
 CHANNELS = (*REGRESSED, *EXTRA)
 STATED = 5
 """Number of the first channels that are relative and have a stated variance in each window."""
-PRIOR_SIGMA = np.array([1.0, 0.3, 0.1, 0.1])
+PRIOR_SIGMA = np.array([2.0, 0.3, 0.1, 0.1])
 """Standard deviation of each channel of `EXTRA`, over the stated one, before it is learnt."""
 REFERENCE_TEMPERATURE = 20.0
 CROSSINGS = 12

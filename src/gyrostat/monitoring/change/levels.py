@@ -92,7 +92,7 @@ class Levels:
         known = np.minimum(1.0 / np.maximum(precision, 1e-12), WIDEST)
         self.covariance = np.diag([*known, 1.0, 25.0, 1.0, 1.0, 1e-5, 1e-3])
         self.scatter = np.concatenate([[1.0], PRIOR_SIGMA**2])
-        self.weight = np.array([self.settings.memory, self.settings.memory, 5.0, 5.0, 5.0])
+        self.weight = np.array([self.settings.memory, 5.0, 5.0, 5.0, 5.0])
         self.response = np.zeros((kinds, onsets, courses, STATES))
         self.information = np.zeros((kinds, kinds, onsets, courses))
         self.score = np.zeros((kinds, onsets, courses))
