@@ -19,8 +19,8 @@ from gyrostat.monitoring.fleet.vehicle import LARGE
 
 @pytest.fixture(scope="module")
 def folder(tmp_path_factory):
-    """Six days of a flight; on the fourth, a motor weakens and a tachometer misses pulses."""
-    faults = (MotorConstant(wheel=1, day=3.0, size=-0.06), Tachometer(2, day=3.0, size=-0.03))
+    """Six days of a flight; a motor weakens on the fourth, a tachometer fails on the sixth."""
+    faults = (MotorConstant(wheel=1, day=3.0, size=-0.06), Tachometer(2, day=5.0, size=-0.03))
     there = tmp_path_factory.mktemp("fleet")
     fleet = Fleet(Cell(LARGE, LOW, SLEWS), [Flight(2, faults)])
     write_fleet(there, fleet, 6, Sampling(period=10.0))
@@ -37,12 +37,17 @@ def test_alarm_names_the_wheel_and_its_class(folder, tmp_path):
     # the body rates contradict the speed of the third wheel, not those of the others
     assert [alarm["wheel"] for alarm in health["alarms"]] == ["wheel2", "wheel3"]
     assert health["changes"]["wheel3"]["classes"] == ["tachometer fault"]
+    for wheel, scale in (("wheel1", 1.0), ("wheel3", 0.97)):
+        found = health["wheels"][wheel]["latest"]["speed_scale"]
+        assert found["interval"][0] < scale < found["interval"][1]
+        assert f"speed_scale     {found['value']:.4f}" in result.output
     change = health["changes"]["wheel2"]
     assert change["classes"][0] == "motor constant"
     assert change["onset"]["start"] == pytest.approx(3 * 86400.0)
     assert health["changes"]["wheel1"]["forecast"]["reached_within_a_year"] < 0.5
     page = (tmp_path / "out" / "report.html").read_text(encoding="utf-8")
     assert '<a href="#wheel2">wheel2</a>: ALARM: motor constant' in page
+    assert page.count("measured over true speed") == 4
     assert health["assumed"]["faults_per_wheel_year"]["motor constant"] > 0.0
 
 

@@ -101,9 +101,16 @@ class Health(Pictured):
                     )
                 else:
                     lines.append(f"  {parameter:<15} {unknown_text(row, parameter)}")
+            if math.isfinite(row["speed_scale"]):
+                value, half = row["speed_scale"], 1.96 * row["speed_scale_sigma"]
+                lines.append(f"  speed_scale     {value:.4f} ± {half:.4f} (95 %)")
         lines += [f"note: {note}" for note in self.notes]
         lines += [f"ALARM: {alarm['wheel']}: {alarm['text']}" for alarm in self.alarms]
         return lines
+
+
+NO_EXCHANGE = "without slews, body rates, axes or inertia the exchange of momentum does not show it"
+"""Why a window has no scale of the measured speed."""
 
 
 def unknown_text(row: Mapping[str, Any], parameter: str) -> str:
@@ -122,7 +129,7 @@ def unknown_text(row: Mapping[str, Any], parameter: str) -> str:
 def _parameters(row: Mapping[str, Any]) -> dict[str, Any]:
     """Parameters of a row for JSON: value, interval and whether it is observable."""
     result: dict[str, Any] = {"start": row["start"], "end": row["end"]}
-    for name, unit in PARAMETERS.items():
+    for name, unit in {**PARAMETERS, "speed_scale": ""}.items():
         value, sigma = row[name], row[f"{name}_sigma"]
         present = math.isfinite(value) and math.isfinite(sigma)
         result[name] = {
@@ -130,8 +137,8 @@ def _parameters(row: Mapping[str, Any]) -> dict[str, Any]:
             "sigma": sigma if present else None,
             "interval": [value - 1.96 * sigma, value + 1.96 * sigma] if present else None,
             "unit": unit,
-            "observable": bool(row[f"{name}_observable"]),
-            "reason": row[f"{name}_reason"],
+            "observable": bool(row.get(f"{name}_observable", present)),
+            "reason": row.get(f"{name}_reason", "" if present else NO_EXCHANGE),
         }
     return result
 
