@@ -33,7 +33,7 @@ def healthy(random, shift=0.0):
 def observed(values, temperature=0.0, information=INFORMATION):
     """Observation of the channels."""
     return Observation.of(
-        information @ values[:4], information, values[4:], SCALE_SIGMA, temperature
+        information @ values[:4], information, values[4:], temperature, SCALE_SIGMA
     )
 
 
@@ -169,7 +169,7 @@ def test_a_window_that_hardly_shows_the_scale_of_the_speed_is_no_fault():
         sigma = 4.0 * SCALE_SIGMA if day % 7 == 0 else SCALE_SIGMA
         shift = direction(speed_scale=3.0 * (sigma - SCALE_SIGMA))
         values = noisy(random) + shift
-        seen = Observation.of(INFORMATION @ values[:4], INFORMATION, values[4:], sigma)
+        seen = Observation.of(INFORMATION @ values[:4], INFORMATION, values[4:], 0.0, sigma)
         assert not detector.take(seen).alarm
 
 

@@ -82,8 +82,8 @@ class Observation:
         estimates: Vector,
         information: Matrix,
         extras: Vector,
-        scale_sigma: float,
         temperature: float = 0.0,
+        scale_sigma: float = np.nan,
     ) -> "Observation":
         """Observation of relative values.
 
@@ -91,17 +91,17 @@ class Observation:
             estimates: Information times estimates, (4,).
             information: Inverse covariance of the estimates, may be singular, (4, 4).
             extras: Values of `EXTRA`, (4,); NaN where the window has none.
-            scale_sigma: Standard deviation of `speed_scale`.
             temperature: Difference of the mean temperature from 20 °C, K.
+            scale_sigma: Standard deviation of `speed_scale`; NaN without it.
         """
         inverse, axes = np.linalg.eigh(0.5 * (information + information.T))
         used = inverse > LEAST
         inverse, axes = inverse[used], axes[:, used]
-        present = np.flatnonzero(np.isfinite(extras))
+        stated = np.array([scale_sigma**2, 1.0, 1.0, 1.0])
+        present = np.flatnonzero(np.isfinite(extras + stated))
         direction = np.zeros((inverse.size + present.size, len(CHANNELS)))
         direction[: inverse.size, :4] = axes.T
         direction[inverse.size + np.arange(present.size), 4 + present] = 1.0
-        stated = np.array([scale_sigma**2, 1.0, 1.0, 1.0])
         return Observation(
             np.concatenate([axes.T @ estimates / inverse, extras[present]]),
             direction,
@@ -136,8 +136,8 @@ def observation(row: Mapping[str, Any], reference: Reference) -> Observation:
         estimates,
         information,
         _extras(row, reference),
-        float(row["speed_scale_sigma"]),
         temperature if np.isfinite(temperature) else 0.0,
+        float(row["speed_scale_sigma"]),
     )
 
 
