@@ -21,6 +21,7 @@ from gyrostat.monitoring.change.assess import DAY, episodes, reference_to
 from gyrostat.monitoring.change.channels import STATED, observation
 from gyrostat.monitoring.change.detector import AlarmSettings, Detector
 from gyrostat.monitoring.change.evidence import KINDS
+from gyrostat.monitoring.change.kinds.tachometer import Tachometer
 from gyrostat.monitoring.change.levels import RAMP
 from gyrostat.monitoring.fleet.known import known_wheels
 from gyrostat.monitoring.fleet.sampling import Sampling
@@ -203,18 +204,21 @@ def classes(fault, wheels):
 
 
 def alike(wheel):
-    """Classes that nobody could tell from the wheel's fault ten days after the alarm.
+    """Classes that these windows cannot tell from the wheel's fault ten days after the alarm.
 
     The windows' own errors are taken as exact, the levels before the fault and the fault as known.
     Of another class, the size, onset and course that come closest to the fault are d standard
-    deviations away. Of two such wheels, one with each class, the best test is right in the share
-    Phi(d / 2) (Neyman and Pearson): 95 % need a d of 3.29. Only changes of the estimates and of the
-    scale of the speed are compared.
+    deviations away. Of two such wheels, one with each class and equally probable, the best test is
+    right in the share Phi(d / 2) (Neyman and Pearson): 95 % need a d of 3.29. Only changes of the
+    estimates and of the scale of the speed are compared.
     """
     onset, last = int(wheel.onset), _judged(wheel)
     scales = np.append(wheel.reference.scales(), 1.0)
     truth = np.stack([wheel.truth[n] for n in TRUTH], axis=1)[: last + 1] / scales
     change = truth - truth[max(onset - 5, 0) : onset].mean(axis=0)
+    scale = np.eye(STATED)[-1]
+    # a wrong speed shows as the class says, not in the true torques
+    change += np.outer(change[:, -1], Tachometer.signatures[0][:STATED] - scale)
     change[:onset] = 0.0
     design, roots = zip(*[_stated(seen) for seen in wheel.seen[onset : last + 1]], strict=True)
     signal = np.concatenate(
@@ -228,7 +232,8 @@ def alike(wheel):
         closest = np.inf
         for begin in range(last + 1 - onset):
             age = np.maximum(np.arange(last + 1 - onset) - begin + 0.5, 0.0)
-            for course in ((age > 0.0).astype(float), np.minimum(age / RAMP, 1.0), age / RAMP):
+            courses = [(age > 0.0).astype(float), np.minimum(age / RAMP, 1.0), age / RAMP]
+            for course in courses if kind.ramps else courses[:1]:
                 other = np.concatenate(
                     [d @ signature * c / r for d, c, r in zip(design, course, roots, strict=True)]
                 )

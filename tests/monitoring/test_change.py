@@ -122,7 +122,7 @@ CASES = {
     "offset": (direction(offset=0.1), 0),
     "torque bursts": (direction(burst=1.5, coulomb=0.02), 0),
     "stiction": (direction(breakaway=0.5), 0),
-    "tachometer fault": (-0.03 * direction(coulomb=1.0, motor_constant=1.0, speed_scale=1.0), 0),
+    "tachometer fault": (-0.03 * direction(coulomb=1.0, motor_constant=1.0, speed_scale=-1.0), 0),
     "seizure": (direction(coulomb=20.0, standstill=0.9), 0),
 }
 

@@ -1,19 +1,15 @@
 """Scales of measured speeds from the exchange of momentum, of a motion that conserves it."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.spatial.transform import Rotation
 
 from gyrostat.monitoring.blocks import Samples, blocks_of
-from gyrostat.monitoring.exchange import (
-    LARGEST_SIGMA,
-    LEARNT,
-    Exchange,
-    _body,
-    _wheels,
-    speed_scales,
-)
+from gyrostat.monitoring.exchange import Exchange, Regression, _body, _wheels
 from gyrostat.monitoring.fleet.vehicle import pyramid
+from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.wheel_data import KnownWheel, KnownWheels
 
 INERTIA = np.diag([0.09, 0.1, 0.07])
@@ -21,8 +17,7 @@ ROTOR = 1e-4
 MOMENTUM = np.array([1e-3, -5e-4, 2e-3])
 COUNT = 150
 """Blocks of a minute."""
-FLOWN = Exchange(LEARNT)
-"""Exchange that learns no more: the inertia is the stated one."""
+AXES = {"z": (0.0, 0.0, 1.0), "all": (1.0, 1.0, 1.0)}
 
 
 def known(axes, step=0.0):
@@ -30,7 +25,7 @@ def known(axes, step=0.0):
     return KnownWheels((wheel,) * axes.shape[1], axes, INERTIA, speed_resolution=step)
 
 
-def flown(axes, angle=0.3, torque=(0.0, 0.0, 0.0), own=20.0):
+def flown(axes, angle=0.3, torque=(0.0, 0.0, 0.0), own=20.0, axes_of=(1.0, 1.0, 1.0)):
     """Samples of a second: slews by about `angle`, rad; wheels hold the momentum.
 
     Wheels also exchange momentum with each other, `own` rad/s, where there are more than three.
@@ -46,7 +41,7 @@ def flown(axes, angle=0.3, torque=(0.0, 0.0, 0.0), own=20.0):
             vector += share * slews[int(begin // 500.0)]
         return Rotation.from_rotvec(vector)
 
-    slews = angle * random.standard_normal((COUNT, 3))
+    slews = angle * random.standard_normal((COUNT, 3)) * axes_of
     before, here, after = (path(time + step) for step in (-1e-2, 0.0, 1e-2))
     rate = (before.inv() * after).as_rotvec() / 2e-2
     total = here.inv().apply(np.outer(time, torque) + MOMENTUM)
@@ -58,10 +53,19 @@ def flown(axes, angle=0.3, torque=(0.0, 0.0, 0.0), own=20.0):
     return Samples(time, speed, np.zeros_like(speed), rate)
 
 
+def locked(axes, inertia=INERTIA):
+    return inertia + ROTOR * axes @ axes.T
+
+
+def exact(axes, inertia=INERTIA):
+    """Exchange that has learnt an inertia for good."""
+    return Exchange(np.eye(9), -locked(axes, inertia).ravel())
+
+
 def columns(samples, axes, step=0.0):
     blocks, _ = blocks_of(samples, 60.0, step)
     assert len(blocks) == COUNT
-    return FLOWN.window(blocks, known(axes, step))[0]
+    return exact(axes).window(blocks, known(axes, step))[0]
 
 
 @pytest.fixture(scope="module")
@@ -84,7 +88,7 @@ def test_scale_of_each_wheel_is_found(motion):
     scale = np.array([1.0, 0.97, 1.0, 1.02])
     rows = columns(scaled(motion, scale), pyramid())
     # speeds and rates that curve within a minute leave 1e-5
-    np.testing.assert_allclose([row["speed_scale"] for row in rows], scale, atol=3e-5)
+    np.testing.assert_allclose([row["speed_scale"] for row in rows], 1.0 / scale, atol=3e-5)
     assert rows[1]["exchange_residual"] > 100.0 * columns(motion, pyramid())[1]["exchange_residual"]
 
 
@@ -95,18 +99,52 @@ def worst(rows):
 def test_a_wrong_inertia_is_learnt(motion):
     wheels = known(pyramid()).wheels
     off = np.array([[0.0, 0.004, -0.002], [0.004, 0.0, 0.0], [-0.002, 0.0, 0.0]])
-    wrong = KnownWheels(wheels, pyramid(), INERTIA @ np.diag([1.05, 1.0, 0.93]) + off)
+    stated = INERTIA @ np.diag([1.05, 1.0, 0.93]) + off
+    wrong = KnownWheels(wheels, pyramid(), stated)
     blocks, _ = blocks_of(motion, 60.0, 0.0)
-    assert worst(FLOWN.window(blocks, wrong)[0]) > 5e-3
+    assert worst(exact(pyramid(), stated).window(blocks, wrong)[0]) > 5e-3
     rows, learnt = Exchange().window(blocks, wrong)
     assert worst(rows) < 2e-4
-    rotors = ROTOR * pyramid() @ pyramid().T
-    # the stated inertia has a weight of a thousandth
-    np.testing.assert_allclose(learnt.inertia(wrong.inertia + rotors), INERTIA + rotors, atol=4e-5)
-    # after some windows it is kept
-    for _ in range(LEARNT + 2):
-        _, learnt = learnt.window(blocks, wrong)
-    assert learnt.windows == LEARNT
+    inertia, _ = learnt.inertia(locked(pyramid(), stated), 0.0)
+    np.testing.assert_allclose(inertia, locked(pyramid()), atol=2e-5)
+    assert not learnt.contradicted
+
+
+def test_it_is_learnt_for_the_axes_that_slews_show():
+    # windows with slews about z alone, then about all: the other elements were not known before
+    random = np.random.default_rng(3)
+    wheels = known(pyramid()).wheels
+    wrong = KnownWheels(wheels, pyramid(), INERTIA @ np.diag([1.05, 1.0, 0.95]))
+    about = {name: flown(pyramid(), own=0.0, axes_of=each) for name, each in AXES.items()}
+    learnt, seen = Exchange(), []
+    for name in ["z"] * 12 + ["all"] * 12:
+        blocks, _ = blocks_of(scaled(about[name], 1.0, 3e-6, random), 60.0, 0.0)
+        rows, after = learnt.window(blocks, wrong)
+        seen.append(not np.array_equal(after.product, learnt.product))
+        learnt = after
+        for row in rows:
+            if "speed_scale" in row:
+                assert abs(row["speed_scale"] - 1.0) < 4.0 * row["speed_scale_sigma"]
+    # it learns until the inertia is known well enough, and again when other axes show
+    assert seen[0]
+    assert not seen[11]
+    assert seen[12]
+    assert not seen[23]
+
+
+def test_rates_in_the_wrong_unit_contradict_the_inertia():
+    # rad/s that are read as deg/s
+    motion = flown(pyramid(), own=0.0)
+    seen = Samples(motion.time, motion.speed, motion.drive, np.radians(motion.rate))
+    blocks, _ = blocks_of(seen, 60.0, 0.0)
+    rows, learnt = Exchange().window(blocks, known(pyramid()))
+    assert learnt.contradicted
+    assert all("speed_scale" not in row for row in rows)
+    # one tachometer that counts half the pulses is a fault of a wheel
+    half = scaled(motion, [1.0, 0.5, 1.0, 1.0])
+    rows, learnt = exact(pyramid()).window(blocks_of(half, 60.0, 0.0)[0], known(pyramid()))
+    assert not learnt.contradicted
+    assert rows[1]["speed_scale"] == pytest.approx(2.0, rel=0.01)
 
 
 def test_gyro_noise_does_not_make_the_learnt_inertia_too_small():
@@ -114,15 +152,42 @@ def test_gyro_noise_does_not_make_the_learnt_inertia_too_small():
     small = flown(pyramid(), angle=0.03, own=20.0)
     random = np.random.default_rng(7)
     learnt = Exchange()
-    for _ in range(LEARNT):
+    for _ in range(8):
         blocks, _ = blocks_of(scaled(small, 1.0, 3e-6, random), 60.0, 0.0)
         _, learnt = learnt.window(blocks, known(pyramid()))
-    locked = INERTIA + ROTOR * pyramid() @ pyramid().T
     x = np.diff(_body(blocks), axis=0).reshape(-1, 9)
     y = np.diff(_wheels(blocks, pyramid() * ROTOR).sum(axis=2), axis=0).reshape(-1)
     attenuated = -np.linalg.lstsq(x, y)[0].reshape(3, 3)
-    assert np.all(np.diagonal(attenuated / locked) < 0.96)
-    assert learnt.inertia(locked) == pytest.approx(locked, abs=1e-3)
+    assert np.all(np.diagonal(attenuated / locked(pyramid())) < 0.97)
+    inertia, covariance = learnt.inertia(locked(pyramid()), 6.0 * (0.1 * 3e-6 / 60.0) ** 2)
+    away = (inertia - locked(pyramid())).ravel()
+    assert np.all(np.abs(away) < 4.0 * np.sqrt(np.diagonal(covariance)))
+    assert np.max(np.abs(away)) < 1e-3
+
+
+def test_what_is_not_measured_is_left_out(motion):
+    rate = motion.rate.copy()
+    rate[1000:1100:7] = np.nan  # within blocks and at their ends
+    blocks, _ = blocks_of(Samples(motion.time, motion.speed, motion.drive, rate), 60.0, 0.0)
+    rows, _ = exact(pyramid()).window(blocks, known(pyramid()))
+    for row in rows:
+        assert row["speed_scale"] == pytest.approx(1.0, abs=1e-4)
+
+
+def test_thrusters_in_a_mode_that_is_left_out_are_no_exchange(motion):
+    firing = (motion.time > 2000.0) & (motion.time <= 2400.0)
+    push = np.where(firing, np.sign(2200.5 - motion.time), 0.0)  # to and fro
+    rate = motion.rate + np.cumsum(push)[:, None] * [1e-4, 0.0, 0.0]
+    mode = np.where(firing, 2.0, 0.0)
+    scales = []
+    for left_out in ((2.0,), ()):
+        wheels = replace(known(pyramid()), modes_left_out=left_out)
+        monitor = WheelMonitor(wheels, window=60.0 * COUNT, driven=False)
+        monitor.exchange = exact(pyramid())
+        monitor.add(Samples(motion.time, motion.speed, motion.drive, rate, mode=mode))
+        scales.append(monitor.windows()["speed_scale"])
+    np.testing.assert_allclose(scales[0], 1.0, atol=1e-3)
+    assert not np.all(np.abs(scales[1] - 1.0) < 3e-3)
 
 
 def test_external_torques_are_left_out():
@@ -143,22 +208,21 @@ def test_errors_are_as_large_as_stated(motion):
 
 
 def test_the_bias_by_rounded_speeds_is_in_sigma():
-    # small slews, and a tachometer of 0.1 rad/s: the scale is too large, and not used
+    # small slews, and a tachometer of 0.1 rad/s: the scale is too small, and not used
     small = flown(pyramid(), angle=0.1, own=0.0)
     rounded = scaled(small, 1.0, step=0.1)
     blocks, _ = blocks_of(rounded, 60.0, 0.1)
     momentum = pyramid() * ROTOR
-    received = -_body(blocks) @ (INERTIA + momentum @ pyramid().T).ravel()
     found = {
-        step: speed_scales(
-            received, _wheels(blocks, momentum), np.full(4, (step * ROTOR / 60.0) ** 2 / 12.0)
-        )
+        step: Regression.of(
+            _wheels(blocks, momentum), np.full(4, (step * ROTOR / 60.0) ** 2 / 12.0)
+        ).scales(_body(blocks), locked(pyramid()), np.zeros((9, 9)))[:2]
         for step in (0.0, 0.1)
     }
     scale, sigma = found[0.1]
-    assert np.all(scale - 1.0 > 4.0 * found[0.0][1])
-    assert np.all(np.abs(scale - 1.0) < 1.5 * sigma)
-    assert np.all(np.abs(scale - 1.0) > 0.3 * sigma)
+    assert np.all(1.0 - scale > 4.0 * found[0.0][1])
+    np.testing.assert_array_less(0.3 * sigma, 1.0 - scale)
+    np.testing.assert_array_less(1.0 - scale, 1.5 * sigma)
     assert all("speed_scale" not in row for row in columns(rounded, pyramid(), 0.1))
 
 
@@ -177,8 +241,7 @@ def test_what_does_not_show_is_left_out(motion):
     rows = columns(Samples(alike.time, speed, np.zeros_like(speed), alike.rate), double)
     assert [("speed_scale" in row) for row in rows[:2]] == [False, False]
     noisy = scaled(motion, 1.0, 5e-3, np.random.default_rng(1))
-    for row in columns(noisy, axes):
-        assert row.get("speed_scale_sigma", 0.0) <= LARGEST_SIGMA
+    assert all("speed_scale" not in row for row in columns(noisy, axes))
 
 
 def test_a_wheel_without_telemetry_leaves_the_scales_open(motion):

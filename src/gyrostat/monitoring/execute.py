@@ -11,6 +11,7 @@ import numpy as np
 from gyrostat.core.errors import InputError
 from gyrostat.monitoring.change.assess import Limit, assess, reference_to
 from gyrostat.monitoring.change.detector import AlarmSettings
+from gyrostat.monitoring.change.kinds.tachometer import Tachometer
 from gyrostat.monitoring.health import Health
 from gyrostat.monitoring.reading import first_time, read_parts
 from gyrostat.monitoring.state import Progress, load_state, save_state
@@ -167,6 +168,12 @@ def _health(monitor: WheelMonitor, progress: Progress, options: Options) -> Heal
             "the axes of the wheels are not known: speeds that do not turn the body are used as if "
             "friction could not move them"
         )
+    if monitor.exchange.contradicted:
+        notes.append(
+            "body rates and wheel speeds fit an inertia that differs from the stated one by "
+            f"{100.0 * monitor.exchange.difference:.0f} %: check units and signs of the rates, "
+            "axes and inertia; the scales of the speeds are not used"
+        )
     windows, wheels = monitor.windows(), monitor.known.wheels
     limit = options.friction_limit
     settings = replace(options.alarm, window=monitor.window / DAY)
@@ -176,4 +183,9 @@ def _health(monitor: WheelMonitor, progress: Progress, options: Options) -> Heal
         {wheel.name: reference_to(wheel) for wheel in wheels},
         {} if limit is None else {wheel.name: Limit(limit) for wheel in wheels},
     )
+    if len(conditions) > 1 and all(each.probable == Tachometer.name for each in conditions):
+        notes.append(
+            "all wheels seem to have a tachometer fault: a change of the gyro's scale or of the "
+            "body's inertia looks like this"
+        )
     return Health(windows, telemetry, tuple(notes), tuple(conditions), settings)

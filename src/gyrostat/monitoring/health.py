@@ -109,7 +109,9 @@ class Health(Pictured):
         return lines
 
 
-NO_EXCHANGE = "without slews, body rates, axes or inertia the exchange of momentum does not show it"
+NO_EXCHANGE = (
+    "the exchange of momentum does not show it to 1 %, or rates, axes or inertia are missing"
+)
 """Why a window has no scale of the measured speed."""
 
 

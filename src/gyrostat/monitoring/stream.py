@@ -152,14 +152,18 @@ class WheelMonitor:
         return float(np.floor(self.open_blocks[0].start[0] / self.window + 1e-12))
 
     def _without_modes(self, samples: Samples) -> Samples:
-        """Samples without the drive in modes whose telemetry is not used.
+        """Samples without drive and rates in modes whose telemetry is not used.
 
         The samples stay, so that blocks with some of them are left out rather than closed up.
         """
         if samples.mode is None or not self.known.modes_left_out:
             return samples
         left_out = np.isin(samples.mode, self.known.modes_left_out)
-        return replace(samples, drive=np.where(left_out[:, None], np.nan, samples.drive))
+        drive = np.where(left_out[:, None], np.nan, samples.drive)
+        rate = samples.rate
+        if rate is not None:
+            rate = np.where(left_out[:, None], np.nan, rate)
+        return replace(samples, drive=drive, rate=rate)
 
     def _close(self) -> None:
         """Estimate the window that is complete."""

@@ -95,7 +95,7 @@ COLUMNS: dict[str, Column] = {
         "number", "N·m", "rms of the torque that wheels and body do not exchange, along the axis"
     ),
     "speed_scale": Column(
-        "number", "", "measured over true speed, from the momentum that wheels and body exchange"
+        "number", "", "true over measured speed, from the momentum that wheels and body exchange"
     ),
     "speed_scale_sigma": Column("number", "", "its standard deviation"),
     "standstill_share": Column("number", "", "share of samples with the wheel at rest"),

@@ -168,5 +168,5 @@ def _rows(health: Health, name: str) -> list[tuple[str, str, str]]:
             rows.append((title, "open", unknown_text(row, parameter)))
     if math.isfinite(row["speed_scale"]):
         text = measured(row["speed_scale"], SIGMAS * row["speed_scale_sigma"])
-        rows.append(("measured over true speed", "", text))
+        rows.append(("true over measured speed", "", text))
     return rows

@@ -90,10 +90,21 @@ class WheelHealth(Described):
     @property
     def class_text(self) -> str:
         """Classes of the change after the last window, with their probabilities."""
-        last = self.verdicts[-1]
-        probable = sorted(last.probabilities, key=lambda name: -last.probabilities[name])
-        names = last.classes or [name for name in probable if name != "none"][:3]
-        return " or ".join(map(self._share, names))
+        classes = self.verdicts[-1].classes
+        if classes:
+            return " or ".join(map(self._share, classes))
+        return "of open class, most probable " + ", ".join(map(self._share, self._ordered[:3]))
+
+    @property
+    def probable(self) -> str:
+        """Most probable class where an alarm stands; else empty."""
+        return self._ordered[0] if self.alarm else ""
+
+    @property
+    def _ordered(self) -> list[str]:
+        """Classes, the most probable ones first."""
+        shares = self.verdicts[-1].probabilities
+        return sorted((name for name in shares if name != "none"), key=lambda name: -shares[name])
 
     def _share(self, name: str) -> str:
         return f"{name} ({100.0 * self.verdicts[-1].probabilities[name]:.0f} %)"

@@ -11,7 +11,7 @@ class Tachometer(ChangeKind):
 
     name: ClassVar[str] = "tachometer fault"
     signatures: ClassVar[tuple[Vector, ...]] = (
-        direction(coulomb=1.0, motor_constant=1.0, speed_scale=1.0),
+        direction(coulomb=1.0, motor_constant=1.0, speed_scale=-1.0),
     )
     sizes: ClassVar[tuple[tuple[float, ...], ...]] = ((0.01,), (0.03,), (0.1,))
     rate: ClassVar[float] = 0.01
