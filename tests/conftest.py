@@ -142,8 +142,7 @@ def pytest_xdist_make_scheduler(config, log):
 
 
 PROGRAMS = 200
-"""Programs that share a context of MLIR, which keeps their constants. To make one takes as long as
-to lower a program of one operation, and what tests compute outside of programs compiles many."""
+"""Programs that share a context of MLIR; making one takes as long as lowering one operation."""
 contexts = threading.local()
 
 
@@ -198,6 +197,9 @@ def pytest_runtest_setup(item):
     # What this process compiles is not stored: few of its programs are met again in another one.
     jax.config.update("jax_persistent_cache_min_compile_time_secs", 1e9)
     own = "codegen" in item.path.parts or item.get_closest_marker("optimised_c") is not None
+    # What flight C takes in memory is measured with optimisation, which matters to exports alone.
+    size = "-Os" if own or "exports" in item.path.parts else "-O0"
+    importlib.import_module("gyrostat.codegen.flight.measure").OPTIMISATION = size
     if C_COMPILER:
         os.environ["CC"] = C_COMPILER if optimised or own else f"{C_COMPILER} -O0"
 

@@ -4,17 +4,15 @@ import json
 import re
 import shutil
 import subprocess
-from dataclasses import replace
 from pathlib import Path
 
-import equinox as eqx
 import numpy as np
 import pytest
-from scipy.spatial.transform import Rotation
+from scipy.spatial.transform import Rotation, Slerp
 
 import gyrostat as gs
 from gyrostat.codegen.evaluation import evaluated
-from gyrostat.control.guidance import PlannedTurns, reference_at
+from gyrostat.control.guidance import reference_at
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.runs.followed import taken_changes
 from gyrostat.runs.reference_path import nominal_setup
@@ -133,24 +131,21 @@ def scenario(tmp_path_factory):
     return write
 
 
-@evaluated  # a few times: compiling takes longer
+@evaluated  # once for each mode: compiling takes longer
 def entered(reference, mode, to, begin):
     return reference.entered(mode, to, begin)
 
 
-@eqx.filter_jit  # as a constant of the program, each reference would be compiled
+@evaluated
 def motion(reference, mode, times):
     return jax.vmap(lambda time: reference.at(mode, time))(times)
 
 
-def commanded(path, times, *, planned=True):
+def commanded(path, times):
     """Attitude of the nominal reference at times between the samples, and its changes."""
     definition = read_scenario(path)
     setup = nominal_setup(definition)
     speed, reference = jnp.asarray(setup.start.wheel_speed), setup.reference
-    if not planned:
-        none = PlannedTurns.none(len(reference.modes) ** 2)
-        reference = replace(reference, planned=none, around=None)
     mode = jax.tree.map(np.asarray, reference.start(watched=False))
     changes = taken_changes(reference, speed, 1.0, definition.count) if reference.changes.to else []
     begins = [0.0, *(each.start for each in changes), np.inf]
@@ -174,25 +169,31 @@ def distances(turned, boresight, times):
     return angles[0], angles[1] - np.degrees(np.arcsin(6378137.0 / np.linalg.norm(place, axis=1)))
 
 
+def nearest(turned, times, down):
+    """Smallest angles of the camera and the tracker from the Sun, and of the latter from Earth."""
+    sun, _ = distances(turned, np.array([0.0, 0.0, 1.0]), times)
+    tracker_sun, earth = distances(turned, np.array([0.0, 2.0, -1.0]), times)
+    return np.min(sun), np.min(tracker_sun[down]), np.min(earth[down])
+
+
 def test_commanded_attitude_is_outside_of_all_cones_between_samples(scenario):
     """The second slew ends at a target that turns, which moves the cones by several degrees."""
     times = np.arange(0.0, 640.0, 0.125)
-    nearest = []
     path = scenario(MODES)
-    for planned in (False, True):
-        turned, changes = commanded(path, times, planned=planned)
-        assert [each.pair for each in changes] == [(0, 1), (1, 2)]
-        assert [each.start for each in changes] == [2.0, 252.0]
-        sun, _ = distances(turned, np.array([0.0, 0.0, 1.0]), times)
-        tracker_sun, earth = distances(turned, np.array([0.0, 2.0, -1.0]), times)
-        down = times >= 252.0
-        nearest.append((np.min(sun), np.min(tracker_sun[down]), np.min(earth[down])))
-    alone, around = nearest
+    turned, changes = commanded(path, times)
+    assert [each.pair for each in changes] == [(0, 1), (1, 2)]
+    assert [each.start for each in changes] == [2.0, 252.0]
+    down = times >= 252.0
+    around, alone = nearest(turned, times, down), []
     assert around[0] == pytest.approx(35.0, abs=0.5)
     assert np.all(np.array(around) >= [35.0, 60.0, 20.0])
     # about the eigenaxes, both slews pass through a cone
-    assert alone[0] < 10.0
-    assert alone[1] < 50.0
+    for begin, end in ((2.0, 252.0), (252.0, 450.0)):
+        ends = turned[np.searchsorted(times, [begin, end])]
+        turn = Slerp([0.0, 1.0], ends)(np.linspace(0.0, 1.0, 200))
+        alone.append(nearest(turn, np.full(200, begin), slice(None)))
+    assert alone[0][0] < 10.0
+    assert alone[1][1] < 55.0
     # the native engine flies what JAX computes
     run = gs.simulate(path, engine="native")
     flown = Rotation.from_quat(np.asarray(run["target"])[:640], scalar_first=True)
