@@ -4,8 +4,9 @@ Such a function runs for milliseconds and takes seconds to compile. Of a branch,
 is taken is evaluated. The last digits can differ from those of compiled code.
 """
 
-from collections.abc import Callable, Sequence
+from collections.abc import Callable, Iterator, Sequence
 from functools import lru_cache, partial
+from itertools import count
 from threading import RLock
 from typing import Any
 
@@ -13,13 +14,17 @@ import equinox as eqx
 import numpy as np
 
 from gyrostat.codegen.jax_versions import closed, scan_counts
-from gyrostat.codegen.numpy_rules import OPERATORS, RULES
+from gyrostat.codegen.numpy_expressions import expression
+from gyrostat.codegen.numpy_rules import RULES
 from gyrostat.codegen.tracing import CALLS
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.random_keys import is_random_key
 
 Function = Callable[..., Sequence[Any]]
 """Function of numbers and arrays of NumPy that returns some; random keys are arrays of JAX."""
+INLINED = 8
+"""Largest number of operations of a function that is repeated wherever it is called: many functions
+of JAX, such as `jnp.where`, have fewer, and a call takes longer than an operation."""
 
 
 def evaluated(function: Callable[..., Any]) -> Callable[..., Any]:
@@ -119,22 +124,45 @@ class _Source:
         self._programs = programs
         self._objects: dict[str, Any] = {}
         self._variables: dict[Any, str] = {}
+        self._numbers = count()
 
     def function(self, jaxpr: Any) -> Function:
         """Function of the variables of a jaxpr."""
         arguments = [*map(self._name, (*jaxpr.constvars, *jaxpr.invars))]
-        lines = [*map(self._line, jaxpr.eqns)]
+        lines = [*self._lines(jaxpr)]
         lines.append(f"return [{', '.join(map(self._name, jaxpr.outvars))}]")
         text = f"def function({', '.join(arguments)}):\n " + "\n ".join(lines)
         exec(text, self._objects)
         return self._objects["function"]
+
+    def _lines(self, jaxpr: Any) -> Iterator[str]:
+        for equation in jaxpr.eqns:
+            name = CALLS.get(equation.primitive.name)
+            inner = None if name is None else closed(equation.params[name], ())
+            if inner is None or len(inner.jaxpr.eqns) > INLINED:
+                yield self._line(equation)
+            else:
+                yield from self._inlined(equation, inner)
+
+    def _inlined(self, equation: Any, inner: Any) -> Iterator[str]:
+        """Lines of a function that is called; its variables have new names at each call."""
+        constants = [self._object(_number(value)) for value in inner.consts]
+        operands = [*constants, *map(self._name, equation.invars)]
+        names = (*inner.jaxpr.constvars, *inner.jaxpr.invars)
+        outside, self._variables = self._variables, dict(zip(names, operands, strict=True))
+        yield from self._lines(inner.jaxpr)
+        results = [*map(self._name, inner.jaxpr.outvars)]
+        self._variables = outside
+        outside.update(zip(equation.outvars, results, strict=True))
 
     def _name(self, atom: Any) -> str:
         """Name of a variable or constant."""
         value = getattr(atom, "val", None)  # of a constant
         if value is not None:
             return self._object(np.asarray(value, atom.aval.dtype)[()])
-        return self._variables.setdefault(atom, f"v{len(self._variables)}")
+        if atom not in self._variables:
+            self._variables[atom] = f"v{next(self._numbers)}"
+        return self._variables[atom]
 
     def _object(self, value: Any) -> str:
         name = f"o{len(self._objects)}"
@@ -149,8 +177,8 @@ class _Source:
             function = _rule(equation)
             if function is not None:
                 results = results.removesuffix(", ")
-                if equation.primitive.name in OPERATORS:
-                    return f"{results} = {OPERATORS[equation.primitive.name].format(*operands)}"
+                if (text := expression(equation, function)) is not None:
+                    return f"{results} = {text.format(*operands)}"
         call = f"{self._object(function or _by_jax(equation))}({', '.join(operands)})"
         return f"{results} = {call}" if results else call
 
