@@ -149,7 +149,23 @@ def halved_in_turn(x, n):
     return jax.vmap(halved)(x[:4] + jnp.array([-1.0, 2.0, 3.0, 0.2]), jax.random.split(KEY, 4))
 
 
-CASES = [smooth, moved, whole, summed, controlled, empty, other_types, halved_in_turn]
+def called(x, n):
+    """Functions that are repeated where they are called, of others and of themselves."""
+    shift = np.array([0.1, 0.2])
+
+    @jax.jit
+    def turned(a, b):
+        return b + shift, a
+
+    @jax.jit
+    def twice(a, b):
+        return (*turned(a, b), *turned(b, a), jnp.where(a[0] > 0.0, a, b)[0])
+
+    first, second = twice(x[:2], x[1:3]), twice(x[1:3], x[:2])
+    return first, second, turned(*turned(*first[:2])), x[2].reshape(1), x[:1].reshape(())
+
+
+CASES = [smooth, moved, whole, summed, controlled, empty, other_types, halved_in_turn, called]
 
 
 @pytest.mark.filterwarnings("error")
