@@ -59,11 +59,11 @@ settings.load_profile("ci" if os.environ.get("CI") else "gyrostat")
 # Files that take longest, the longest first; the campaign files that share one flown campaign.
 LONGEST = (
     *("papers/test_carvalho_fenili", "identification/test_batch", "campaigns/test_engine"),
-    *("campaigns/test_user_orbits", "identification/test_design"),
+    *("campaigns/test_user_orbits", "identification/test_design", "runs/test_keep_out_slews"),
     *("campaigns/test_user_world", "papers/test_carrara_kuga", "test_cli", "campaigns/test_faults"),
     *("spacecraft/test_added_parts", "campaigns/test_user_metrics", "spacecraft/test_gyrostat"),
     *("campaigns/test_user_controllers", "identification/test_diagnosis"),
-    *("campaigns/test_user_data",),
+    *("campaigns/test_user_data", "runs/test_targets", "runs/test_modes"),
     *("runs/test_example_scenarios", "runs/test_magnetic_scenarios"),
     *("identification/test_comparison", "spacecraft/test_flexible", "simulation/test_in_lanes"),
     *("papers/test_endo_sekiguchi_nonaka", "control/test_following", "control/test_optimal_laws"),
