@@ -113,7 +113,8 @@ class Coverage:
     Attributes:
         decisions: Coverage of each decision.
         hits: Evaluations of the current batch that are new: decision, evaluation, lane.
-        margins: Goal -> margin in each lane of the current batch, of a run with margins.
+        margins: Goal -> whether the decision is reached, and the margin, in each lane of the
+            current batch, (2, lanes); of a run with margins.
     """
 
     def __init__(
@@ -172,5 +173,9 @@ class Coverage:
             for state, margin in zip(goal.outcome[0], margins, strict=True):
                 if state != "-":
                     least = np.minimum(least, margin if state == "T" else np.negative(margin))
-            before = self.margins.get(goal, -np.inf)
-            self.margins[goal] = np.fmax(before, np.broadcast_to(least, lanes.shape))
+            least = np.fmax(np.broadcast_to(least, lanes.shape), -np.inf)
+            now = np.stack([lanes.astype(float), least])
+            # of several calls, one that reaches the decision counts first
+            before = self.margins.get(goal, np.full_like(now, -np.inf))
+            is_larger = (now[0] > before[0]) | ((now[0] == before[0]) & (now[1] > before[1]))
+            self.margins[goal] = np.where(is_larger, now, before)

@@ -1,12 +1,17 @@
 """Search for test vectors along the margins of conditions.
 
 For each evaluation that is sought, steps with a large margin are kept: the smallest difference that
-separates a condition of it, or of the path to it, from its wanted value. One field at a time is
-changed; the secant of the margin gives the change that brings it to zero (alternating variables:
-Korel, Automated software test data generation, IEEE TSE 16, 1990).
+separates a condition of it, or of the path to it, from its wanted value. A step that reaches the
+decision is better than one that does not (Wegener, Baresel, Sthamer: Evolutionary test environment
+for automatic structural testing, Information and Software Technology 43, 2001). One field at a time
+is changed; the secant of the margin gives the change that brings it to zero (alternating variables:
+Korel, Automated software test data generation, IEEE TSE 16, 1990). The limit of a sum of squares,
+such as the size of a vector, is reached by several fields, each of which brings the margin to the
+largest value of a parabola (successive parabolic interpolation: Brent, Algorithms for minimization
+without derivatives, 1973, chapter 5).
 """
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
@@ -29,9 +34,10 @@ class Descent:
     """Progress towards a goal.
 
     Attributes:
-        best: Step with the largest margin; None before the first round.
+        best: Best step; None before the first round.
         margin: Its margin.
         slopes: Field -> change of the margin by a unit of the field.
+        peaks: Field -> its value with the largest margin, by a parabola.
         is_fresh: Whether no change was tried yet.
         idle: Number of rounds without an improvement.
         starts: Number of starts.
@@ -40,6 +46,7 @@ class Descent:
     best: Candidate | None = None
     margin: float = -np.inf
     slopes: dict[int, float] = field(default_factory=dict)
+    peaks: dict[int, float] = field(default_factory=dict)
     is_fresh: bool = True
     idle: int = 0
     starts: int = 0
@@ -84,7 +91,7 @@ class Descents:
         explorer.evaluate(every, has_margins=True)
         for goal, base, start, tries in spans:
             if goal in explorer.margins:
-                margins = explorer.margins[goal][start : start + len(tries)]
+                margins = explorer.margins[goal][:, start : start + len(tries)]
                 self._learn(self.goals[goal], base, tries, margins)
         return True
 
@@ -115,17 +122,25 @@ class Descents:
         tries: Sequence[tuple[int | None, Candidate]],
         margins: np.ndarray,
     ) -> None:
-        before = float(margins[0])
-        for (k, candidate), after in zip(tries, margins.tolist(), strict=True):
-            if k is None:
+        (reaches, *reached), (before, *after) = margins
+        tried = zip(tries[1:], reached, after, strict=True)
+        points: dict[int, dict[float, float]] = {}
+        for (k, candidate), is_reached, margin in tried:
+            if k is None or is_reached != reaches:
                 continue
+            value, origin = float(candidate.values[k]), float(base.values[k])
             with np.errstate(all="ignore"):
-                slope = (after - before) / (candidate.values[k] - base.values[k])
+                slope = (margin - before) / np.subtract(value, origin)
             if np.isfinite(slope) and slope != 0.0:
                 descent.slopes[k] = float(slope)
-        lane = int(np.argmax(margins))
-        descent.margin, descent.idle = float(margins[lane]), descent.idle + 1
-        if margins[lane] > before:
+                points.setdefault(k, {origin: before})[value] = margin
+        for k, every in points.items():
+            peak = _peak(every)
+            if peak is not None:
+                descent.peaks[k] = peak
+        lane = max(range(len(tries)), key=lambda each: tuple(margins[:, each]))
+        descent.margin, descent.idle = float(margins[1, lane]), descent.idle + 1
+        if tuple(margins[:, lane]) > (reaches, before):
             descent.best, descent.idle = tries[lane][1], 0
 
     def _allowed(self, base: Candidate) -> list[int]:
@@ -145,6 +160,13 @@ class Descents:
                 changed = [base.values[k] + share * change for share in SHARES]
             if np.isfinite(change):
                 tries += [(k, self._moved(base, k, value)) for value in changed]
+        peaks = list(descent.peaks.items())
+        for count in (1, 1, 2, 3, 3) if peaks else ():
+            values = base.values.copy()
+            chosen = [peaks[place] for place in random.permutation(len(peaks))[:count].tolist()]
+            for k, value in chosen:
+                values[k] = value
+            tries.append((None, self._changed(base, values, [k for k, _ in chosen])))
         fresh = allowed if descent.is_fresh else random.choice(allowed, 6).tolist()
         descent.is_fresh = False
         for k in fresh:
@@ -187,3 +209,25 @@ class Descents:
         every = dict.fromkeys((*base.changed, *changed))
         kept = tuple(k for k in every if k not in self._explorer.inputs)
         return self._explorer.candidate(base.situation, values, kept)
+
+
+def _peak(margins: Mapping[float, float]) -> float | None:
+    """Value at the maximum of the parabola through the largest margin and its neighbours.
+
+    Args:
+        margins: Value of a field -> margin.
+
+    Returns:
+        The value; None if there are fewer than three, or the parabola has no maximum.
+    """
+    if len(margins) < 3:
+        return None
+    values = sorted(margins)
+    place = values.index(max(margins, key=margins.__getitem__))
+    first = min(max(place - 1, 0), len(values) - 3)
+    a, b, c = values[first : first + 3]
+    with np.errstate(all="ignore"):
+        rise = np.divide(margins[b] - margins[a], b - a)
+        bend = np.divide(np.divide(margins[c] - margins[b], c - b) - rise, c - a)
+        peak = 0.5 * (a + b - rise / bend)
+    return float(peak) if bend < 0.0 and np.isfinite(peak) else None

@@ -28,7 +28,8 @@ class Explorer:
         tuned: Values of all fields before the first step.
         nominal: Inputs of the run that is changed, (steps, inputs).
         proposals: Random changes.
-        margins: Goal -> margin of each candidate of the last evaluation with margins.
+        margins: Goal -> whether each candidate of the last evaluation with margins reaches the
+            decision, and its margin, (2, candidates).
         effort: Work of the machine so far.
     """
 
@@ -90,8 +91,8 @@ class Explorer:
             after[:, group] = np.where(dead, np.nan, results)
             self._add_hits([candidates[k] for k in group])
             for goal, least in self.coverage.margins.items():
-                every = self.margins.setdefault(goal, np.full(len(candidates), -np.inf))
-                every[group] = np.where(dead, -np.inf, least)
+                every = self.margins.setdefault(goal, np.full((2, len(candidates)), -np.inf))
+                every[:, group] = np.where(dead, -np.inf, least)
             if dead.any() and not self._loops_are_shown():
                 lanes = np.flatnonzero(dead).tolist()
                 self._run_long([candidates[group[lane]] for lane in lanes], begins=begins)
