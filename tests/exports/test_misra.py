@@ -28,3 +28,11 @@ def test_a_deviation_without_a_finding_fails(law, check, tmp_path):
     result = check("misra", tmp_path, law | {DEVIATIONS: law[DEVIATIONS] + "15.1\tgoto\n"})
     assert result.outcome == "failed"
     assert result.reason == "rule 15.1: deviation without a finding"
+
+
+@needs_cppcheck
+def test_rules_about_values_of_constants_are_checked(law, check, tmp_path):
+    shift = "\nstatic uint32_t shifted(uint32_t u)\n{\n    return u << 40;\n}\n"
+    result = check("misra", tmp_path, law | {"controller.c": law["controller.c"] + shift})
+    assert result.outcome == "failed"
+    assert result.reason.endswith("rule 12.2")
