@@ -1,11 +1,13 @@
 """Intervals of the health monitor on simulated fleets, and its time and memory.
 
-    python benchmarks/monitor.py intervals [--vehicle large] [--noise 0.02]
+    python benchmarks/monitor.py intervals [--vehicle large] [--noise 0.02] [--drives power]
     python benchmarks/monitor.py time [--days 3650]
 
 `intervals` flies fleets with closed attitude loops and prints, for each pointing, the share of
 wheel-days whose 95 % interval holds the true value, and errors. The wheels are known as after a
-bench identification (`bench`) or as from a data sheet (`sheet`). `time` monitors Parquet telemetry
+bench identification (`bench`) or as from a data sheet (`sheet`). With the electrical power as the
+drive, the stated idle power, and the gain of the power, have an error as well; "motor_constant" is
+then that of the measured power (docs/monitor.md). `time` monitors Parquet telemetry
 of 4 wheels at 1 Hz.
 """
 
@@ -26,7 +28,8 @@ from gyrostat.monitoring.fleet.flight import Cell, Fleet, Flight
 from gyrostat.monitoring.fleet.pointing import CROSSINGS, HIGH, LOW, QUIET, SLEWS
 from gyrostat.monitoring.fleet.sampling import RPM, Sampling, sample
 from gyrostat.monitoring.fleet.vehicle import LARGE, SMALL
-from gyrostat.monitoring.reading import read_parts
+from gyrostat.monitoring.power import current_of_power
+from gyrostat.monitoring.reading import DRIVES, read_parts
 from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.wheel_data import KnownWheel, KnownWheels
 
@@ -36,6 +39,8 @@ VEHICLES = {"large": (LARGE, LOW), "small": (SMALL, HIGH)}
 POINTINGS = {"slews": SLEWS, "quiet": QUIET, "crossings": CROSSINGS}
 KNOWN = {"bench": (0.003, 0.01, 0.002), "sheet": (0.01, 0.3, 0.02)}
 """Relative sigma of motor constant, viscous coefficient and offset (over Coulomb torque)."""
+POWER = {"bench": (0.005, 0.01), "sheet": (0.05, 0.03)}
+"""Relative sigma of idle power and of the gain of the measured power."""
 SHOWN = ("coulomb", "coulomb_level", "motor_constant", "viscous", "offset")
 
 
@@ -74,18 +79,40 @@ def known_wheels(vehicle, truth, kind, random):
     return KnownWheels(tuple(wheels), vehicle.axes, np.diag(vehicle.inertia), (2.0,), 0.4 * RPM)
 
 
-def samples_of(columns, vehicle, drive):
+def with_power(known, vehicle, kind, random):
+    """Wheels whose idle power is stated with an error, and the gains of their measured powers."""
+    wheel, (idle, gain) = vehicle.wheel, POWER[kind]
+    errors = random.standard_normal((4, 2))
+    wheels = tuple(
+        replace(
+            each,
+            idle_power=wheel.idle_power * (1.0 + idle * error),
+            resistance=wheel.resistance,
+            sigma={**each.sigma, "idle_power": idle * wheel.idle_power, "power_gain": gain},
+        )
+        for each, error in zip(known.wheels, errors[:, 0], strict=True)
+    )
+    return replace(known, wheels=wheels, power_resolution=1e-3), 1.0 + gain * errors[:, 1]
+
+
+def samples_of(columns, vehicle, drive, known, gains):
     """Columns of telemetry as the monitor takes them."""
 
     def per_wheel(name, unit=1.0):
         return np.stack([columns[f"wheel{k}_{name}"] for k in range(1, 5)], axis=1) * float(unit)
 
-    torque = drive == "torque"
-    values = per_wheel("torque_N·m", 1.0 / vehicle.wheel.motor_constant) if torque else None
+    speed = per_wheel("speed_rpm", RPM)
+    if drive == "torque":
+        values = per_wheel("torque_N·m", 1.0 / vehicle.wheel.motor_constant)
+    elif drive == "power":
+        idle = vehicle.wheel.idle_power
+        values = current_of_power(idle + (per_wheel("power_W") - idle) * gains, speed, known)
+    else:
+        values = per_wheel("current_A")
     return Samples(
         columns["time_s"],
-        per_wheel("speed_rpm", RPM),
-        per_wheel("current_A") if values is None else values,
+        speed,
+        values,
         None,
         np.repeat(columns["temperature_degC"][:, None], 4, axis=1),
         columns["mode"].astype(float),
@@ -96,40 +123,55 @@ def intervals(arguments):
     """Fly fleets and print the table."""
     random = np.random.default_rng(8)
     vehicle, orbit = VEHICLES[arguments.vehicle]
-    print(
-        "| pointing | drive | known from | inside, " + ", ".join(SHOWN) + " | Coulomb sigma, rms |"
-    )
-    for name, pointing in POINTINGS.items():
+    vehicle = replace(vehicle, slew_time=arguments.slew_time or vehicle.slew_time)
+    shown = ", ".join(SHOWN)
+    print(f"| pointing | drive | known from | inside, {shown} | Coulomb sigma, rms | wheel-days")
+    for name in arguments.pointings:
+        pointing = POINTINGS[name]
         cell = Cell(vehicle, orbit, pointing, noise_sigma=arguments.noise)
         flights = [Flight(FIRST + k) for k in range(arguments.flights)]
-        cases = [(drive, kind) for drive in ("current", "torque") for kind in KNOWN]
-        monitors, truth = {}, [[] for _ in flights]
+        cases = [(drive, kind) for drive in arguments.drives for kind in KNOWN]
+        monitors, gains, truth = {}, {}, [[] for _ in flights]
         for flown in Fleet(cell, flights).days(arguments.days):
             for b, day in enumerate(flown):
                 truth[b].append(day.truth)
-                columns = sample(day, vehicle, Sampling())
+                columns = sample(day, vehicle, Sampling(returned=arguments.returned))
                 for drive, kind in cases:
+                    case = b, drive, kind
                     if day.day == 0:
-                        known = known_wheels(vehicle, day.truth, kind, random)
-                        monitors[b, drive, kind] = WheelMonitor(known)
-                    monitors[b, drive, kind].add(samples_of(columns, vehicle, drive))
+                        known, gains[case] = known_wheels(vehicle, day.truth, kind, random), None
+                        if drive == "power":
+                            known, gains[case] = with_power(known, vehicle, kind, random)
+                        monitors[case] = WheelMonitor(known, drive=drive)
+                    known = monitors[case].known
+                    samples = samples_of(columns, vehicle, drive, known, gains[case])
+                    monitors[case].add(samples)
         for drive, kind in cases:
             tally = Tally([], [], [])
             for b in range(len(flights)):
-                count(tally, monitors[b, drive, kind].windows(), truth[b])
+                case = b, drive, kind
+                stated = [wheel.motor_constant for wheel in monitors[case].known.wheels]
+                motor = None if gains[case] is None else stated / gains[case]
+                count(tally, monitors[case].windows(), truth[b], motor)
+            if not tally.scores:
+                print(f"| {name} | {drive} | {kind} | no valid wheel-day | | 0")
+                continue
             scores, errors = np.array(tally.scores), np.array(tally.errors)
             inside = " ".join(f"{100 * x:.0f}" for x in np.mean(np.abs(scores) < 1.96, axis=0))
             sigma, rms = np.median(tally.sigmas), np.sqrt(np.mean(errors**2))
-            print(f"| {name} | {drive} | {kind} | {inside} | {100 * sigma:.2f} {100 * rms:.2f} % |")
+            print(f"| {name} | {drive} | {kind} | {inside} | {100 * sigma:.2f} {100 * rms:.2f} % | "
+                  f"{len(errors)}")  # fmt: skip
 
 
-def count(tally, table, truth):
-    """Add the wheel-days of a flight."""
+def count(tally, table, truth, motor=None):
+    """Add the wheel-days of a flight; `motor` replaces the true motor constants."""
     for row in range(len(table)):
         if not table["valid"][row]:
             continue
         day, wheel = int(table["start"][row] // 86400), int(str(table["wheel"][row])[-1]) - 1
         exact = {name: truth[day][name][wheel] for name in SHOWN}
+        if motor is not None:
+            exact["motor_constant"] = motor[wheel]
         tally.scores.append([(table[n][row] - exact[n]) / table[f"{n}_sigma"][row] for n in SHOWN])
         tally.errors.append(table["coulomb"][row] / exact["coulomb"] - 1.0)
         tally.sigmas.append(table["coulomb_sigma"][row] / exact["coulomb"])
@@ -178,6 +220,10 @@ verb.add_argument("--vehicle", choices=VEHICLES, default="large")
 verb.add_argument("--noise", type=float, default=0.02)
 verb.add_argument("--flights", type=int, default=12)
 verb.add_argument("--days", type=int, default=4)
+verb.add_argument("--drives", nargs="+", choices=DRIVES, default=["current", "torque"])
+verb.add_argument("--pointings", nargs="+", choices=POINTINGS, default=[*POINTINGS])
+verb.add_argument("--slew-time", type=float, help="duration of slews, s")
+verb.add_argument("--returned", type=float, default=1.0, help="share of the power of braking")
 verb.set_defaults(run=intervals)
 verb = verbs.add_parser("time")
 verb.add_argument("--days", type=int, default=3650)

@@ -14,6 +14,8 @@ def test_si_units_are_spelled_as_the_outputs_spell_them():
     assert SI_UNIT == {
         "time": "s",
         "current": "A",
+        "power": "W",
+        "resistance": "Ohm",
         "speed": "rad/s",
         "torque": "N·m",
         "momentum": "N·m·s",
@@ -56,6 +58,10 @@ def test_si_units_convert_exactly(dimension, unit):
         ("current", "A|amps|Ampere", 1.0),
         ("current", "mA", 0.001),
         ("current", "uA|µA", 1e-6),
+        ("power", "W|watts", 1.0),
+        ("power", "mW|Milliwatt", 1e-3),
+        ("resistance", "Ohm|ohms|\u03a9|\u2126", 1.0),
+        ("resistance", "mOhm|mohm|m\u03a9", 1e-3),
         ("speed", "rad/s|rad / s|rad·s⁻¹|rad s^-1|rad.s-1|rad per s|RAD/S|rad/sec", 1.0),
         ("speed", "deg/s|°/s|° / s|Deg/s", 0.017453292519943295),
         ("speed", "rpm|RPM|Rpm|rev/min|r/min|1/min|min^-1|min⁻¹|U/min", 0.10471975511965977),
@@ -143,6 +149,7 @@ def test_arrays_keep_their_shape_and_numbers_become_floats():
     ("unit", "dimension"),
     [
         ("MA", "current"),  # mega
+        ("MW", "power"),
         ("ma", "current"),
         ("a", "current"),
         ("MS", "time"),

@@ -171,9 +171,9 @@ def test_a_wrong_motor_constant_is_found_and_not_used():
 
 
 def test_without_current_nothing_is_observable(quiet):
-    monitor = WheelMonitor(known(), driven=False)
+    monitor = WheelMonitor(known(), drive="none")
     monitor.add(quiet[0][0])
     table = monitor.windows()
     assert not table["coulomb_observable"][0]
-    assert "neither motor current nor commanded torque" in table["coulomb_reason"][0]
+    assert "no motor current, electrical power or commanded torque" in table["coulomb_reason"][0]
     assert np.isfinite(table["speed_mean"][0])

@@ -81,6 +81,14 @@ TABLE: dict[str, tuple[Row, ...]] = {
         (Unit("mA", 1e-3), (), ("milliamp", "milliamps", "milliampere", "milliamperes")),
         (Unit("µA", 1e-6), (), ("microamp", "microamps", "microampere", "microamperes")),
     ),
+    "power": (
+        (Unit("W"), (), ("watt", "watts")),
+        (Unit("mW", 1e-3), (), ("milliwatt", "milliwatts")),
+    ),
+    "resistance": (
+        (Unit("Ohm"), ("Ω",), ("ohm", "ohms")),
+        (Unit("mOhm", 1e-3), ("mohm", "mΩ"), ("milliohm", "milliohms")),
+    ),
     "speed": (
         (Unit("rad/s"), (), ("rad/s", "rad/sec", "rad·s-1", "radians/s")),
         (Unit("deg/s", _DEGREE), (), ("deg/s", "deg/sec", "°/s", "°/sec", "deg·s-1", "degrees/s")),

@@ -26,7 +26,8 @@ class Samples:
     Attributes:
         time: Increasing, (N,), s.
         speed: (N, wheels), rad/s.
-        drive: Motor current, or commanded torque over the nominal motor constant, (N, wheels), A.
+        drive: Motor current, also from the power, or commanded torque over the nominal motor
+            constant, (N, wheels), A.
         rate: Body rate, (N, 3), rad/s, or None.
         temperature: (N, wheels), °C, or None.
         mode: (N,), or None.

@@ -110,6 +110,7 @@ def estimate(rows: Rows, prior: Prior, start: Vector, noise: Noise) -> Estimate:
     first = _point(rows, columns, prior, start, noise)
     left = rows.response - rows.regressors @ first.solution.beta
     speed = rows.regressors[:, [p for p in (VISCOUS, WARMING) if p < start.size]]
+    speed = speed[:, speed.any(axis=0)]
     centre, curvature = find_noise(left, speed, rows.time, rows.white, noise)
     start = first.solution.value
     points = [at(place) for place in _nodes(centre, curvature)]

@@ -23,6 +23,16 @@ PART = 200_000
 """Largest number of samples that are read at once."""
 CHECKPOINT = 30.0
 """Shortest time between two checkpoints, s."""
+NOTES = {
+    "torque": "the commanded torque drives the wheels: motor_constant is the nominal one times "
+    "actual over commanded torque",
+    "power": "the electrical power shows the motor torque: motor_constant is the nominal one times "
+    "true over measured power above idle, and a change of the true motor constant hardly shows; a "
+    "change of the idle power looks like one of the Coulomb torque; braking is left out",
+    "none": "there is no motor current, electrical power or commanded torque: friction is internal "
+    "to the spacecraft and does not show in speeds and rates alone",
+}
+"""Drive -> remark on results with it."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +60,7 @@ class Options:
             columns = Path(columns).read_text(encoding="utf-8")
         axes = None if known.axes is None else known.axes.tolist()
         inertia = None if known.inertia is None else known.inertia.tolist()
-        rest = (known.modes_left_out, known.speed_resolution)
+        rest = (known.modes_left_out, known.speed_resolution, known.power_resolution)
         return repr((known.wheels, axes, inertia, rest, columns, self.units, self.window))
 
 
@@ -101,7 +111,7 @@ def monitor_files(
         skip = progress.rows.get(label, 0)
         for part in read_parts(path, known, options.columns, options.units, skip=skip, part=PART):
             _check_drive(path, progress, part.drive)
-            monitor.driven = part.drive != "none"
+            monitor.drive = part.drive
             monitor.add(part.samples)
             progress.rows[label] = part.rows
             if state is not None and time.monotonic() - saved > CHECKPOINT:
@@ -144,17 +154,7 @@ def _health(monitor: WheelMonitor, progress: Progress, options: Options) -> Heal
         "without_time": clock.without_time,
         "window": monitor.window,
     }
-    notes = []
-    if progress.drive == "torque":
-        notes.append(
-            "the commanded torque drives the wheels: motor_constant is the nominal one times "
-            "actual over commanded torque"
-        )
-    if progress.drive == "none":
-        notes.append(
-            "there is neither motor current nor commanded torque: friction is internal to the "
-            "spacecraft and does not show in speeds and rates alone"
-        )
+    notes = [NOTES[progress.drive]] if progress.drive in NOTES else []
     if clock.repeats:
         notes.append(f"{clock.repeats} samples repeat earlier times and are left out")
     if clock.resets:

@@ -12,8 +12,8 @@ A file of columns names the logs, and the columns of each:
 
 The roles are those of `gyrostat.monitoring.reading`. The table has the times of the first log.
 Speeds, body rates and temperatures of the others are interpolated between two of their samples;
-currents, torques and modes are held from a sample to the next. Where a log has a gap, values are
-missing.
+currents, powers, torques and modes are held from a sample to the next. Where a log has a gap,
+values are missing.
 """
 
 from collections.abc import Mapping, Sequence
@@ -36,7 +36,7 @@ from gyrostat.telemetry.fault import damaged, fault
 
 GAP = 3.0
 """Time between two samples over the usual one above which a log has a gap."""
-_HELD = ("current", "torque", "mode")
+_HELD = ("current", "power", "torque", "mode")
 
 
 @dataclass(frozen=True)

@@ -7,13 +7,21 @@ from gyrostat.monitoring.logs import read_table
 from gyrostat.monitoring.reading import roles_of
 from gyrostat.monitoring.wheel_data import KnownWheels
 
-_EXAMPLES = {"time": "s", "speed": "rpm", "current": "mA", "torque": "N·m", "temperature": "°C"}
+_EXAMPLES = {
+    "time": "s",
+    "speed": "rpm",
+    "current": "mA",
+    "power": "W",
+    "torque": "N·m",
+    "temperature": "°C",
+}
 
 _HEAD = (
     "# Columns of telemetry for gyrostat monitor --columns. Write the name of its column behind",
     "# each role, and delete the lines that the telemetry lacks. Needed are the time, and the",
-    "# speed of each wheel; current is that of the motor, torque the commanded one. A unit is",
-    "# needed where a column's name has none; dates, as in 2026-03-01T12:00:00Z, need none.",
+    "# speed of each wheel; current is that of the motor, power the electrical one of wheel and",
+    "# drive, torque the commanded one. A unit is needed where a column's name has none; dates, as",
+    "# in 2026-03-01T12:00:00Z, need none.",
 )
 
 

@@ -3,11 +3,14 @@
 The axial balance of a rotor, averaged over a block, times the sign s of its speed and over the
 motor constant K, with the measured current on the left:
 
-    s i = (s x + c + |w| b + s o + s i' d + |w| (T - T0) b_T + n) / K + e,  x = J (dw + a . dW) / dt
+    s i = (s x + c + |w| b + s o + s i' d + |w| (T - T0) b_T + g (p + i² r) + n) / K + e,
+    x = J (dw + a . dW) / dt
 
 The fifth term, with the rate i' of the current, is a lag of the current's samples behind those of
 the speed, such as that of a command held between two samples: d / K is the lag. Left out, it passes
-for viscous friction in slews, whose speeds are like sines.
+for viscous friction in slews, whose speeds are like sines. The last, only where i comes from the
+electrical power, are errors p of the idle power and r of the resistance R, with
+g about K / (K |w| + 2 R |i|) (`gyrostat.monitoring.power`, `rows`).
 
 The friction noise n must not be correlated with what it is regressed on. The attitude loop answers
 n by the current, hence the current stands on the left. What n does to the speeds nevertheless is
@@ -22,8 +25,8 @@ import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
 
-MOTOR, COULOMB, VISCOUS, OFFSET, LAG, WARMING = range(6)
-"""Places of the parameters: K, c, b, o, d and b_T."""
+MOTOR, COULOMB, VISCOUS, OFFSET, LAG, WARMING, IDLE, RESISTANCE = range(8)
+"""Places of the parameters: K, c, b, o, d, b_T, p and r."""
 SMALL = 1e-3
 """Last step over the standard deviations, and last relative change of the scale."""
 

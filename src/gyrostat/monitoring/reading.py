@@ -2,8 +2,12 @@
 
 Columns are found by their names or assigned by a file (`gyrostat.telemetry.mapping`). The roles are
 `time` (and `time_fine`, added to it), for each wheel NAME `NAME_speed`, and where there are:
-`NAME_current`, `NAME_torque` (commanded motor torque), `NAME_temperature`; further `rate_x`,
-`rate_y`, `rate_z` (body rate), `temperature` (of all wheels) and `mode` (a number).
+`NAME_current`, `NAME_power` (electrical power of wheel and drive), `NAME_torque` (commanded motor
+torque), `NAME_temperature`; further `rate_x`, `rate_y`, `rate_z` (body rate), `temperature` (of all
+wheels) and `mode` (a number).
+
+The drive is the current. Without it, it is the power where idle power and resistance of
+each wheel are known, as that is measured and a command is not; else the commanded torque.
 """
 
 import os
@@ -13,9 +17,10 @@ from pathlib import Path
 
 import numpy as np
 
-from gyrostat.core.errors import InputError
+from gyrostat.core.errors import InputError, placed
 from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Samples
+from gyrostat.monitoring.power import current_of_power, lacks_of
 from gyrostat.monitoring.wheel_data import KnownWheels
 from gyrostat.telemetry.assemble import Measured
 from gyrostat.telemetry.columns import Chosen, Header, choose_columns
@@ -28,6 +33,8 @@ from gyrostat.telemetry.role import Role
 WHOLE = 20_000_000
 """Largest number of samples of a file that is not read in parts."""
 Choose = Callable[[Header], Mapping[str, Chosen]]
+DRIVES = ("current", "power", "torque")
+"""Quantities that can be the drive."""
 _RATES = ("rate_x", "rate_y", "rate_z")
 
 
@@ -41,7 +48,7 @@ def roles_of(known: KnownWheels) -> dict[str, Role]:
         "mode": Role("mode", ("mode",), None),
     }
     for wheel in known.wheels:
-        for quantity in ("speed", "current", "torque", "temperature"):
+        for quantity in ("speed", *DRIVES, "temperature"):
             name = f"{wheel.name}_{quantity}"
             usual = tuple(f"{wheel.name}{mark}{quantity}".casefold() for mark in "_./ ")
             roles[name] = Role(name, usual, quantity, required=quantity == "speed")
@@ -53,10 +60,10 @@ class Telemetry:
     """Part of a file of telemetry.
 
     Attributes:
-        samples: Its samples; the drive is the current, or the commanded torque over the motor
-            constant that is known beforehand, or NaN.
+        samples: Its samples; the drive is the current, also that of a power, or the commanded
+            torque over the motor constant that is known beforehand, or NaN.
         rows: Number of rows of the file up to the end of the part.
-        drive: "current", "torque" or "none".
+        drive: One of `DRIVES`, or "none".
     """
 
     samples: Samples
@@ -93,13 +100,15 @@ def read_parts(
             f"{columns}: found interval, expected times in the telemetry: gaps are not known"
         )
     roles = roles_of(known)
-    torques = {f"{wheel.name}_torque" for wheel in known.wheels}
-    currents = {f"{wheel.name}_current" for wheel in known.wheels}
+    names = [wheel.name for wheel in known.wheels]
+    order = ("current", "torque", "power") if any(lacks_of(known)) else DRIVES
+    groups = [{f"{name}_{drive}" for name in names} for drive in order]
 
     def choose(header: Header) -> Mapping[str, Chosen]:
         chosen = choose_columns(header, mapping.columns, mapping.units, roles=roles)
-        # a commanded torque is not read where the current is known
-        unused = torques if currents <= chosen.keys() else set()
+        # drives are not read where a better one is known
+        best = next((k for k, roles in enumerate(groups) if roles <= chosen.keys()), len(groups))
+        unused = set().union(*groups[best + 1 :])
         return {role: column for role, column in chosen.items() if role not in unused}
 
     for measured in _measured(file, mapping, choose, part):
@@ -147,8 +156,6 @@ def _samples(file: Path, measured: Measured, known: KnownWheels) -> tuple[str, S
         role: measured.chosen[role].unit.to_si(values) for role, values in measured.values.items()
     }
     names = [wheel.name for wheel in known.wheels]
-    motor = np.array([wheel.motor_constant for wheel in known.wheels])
-    count = measured.rows.size
 
     def columns(quantity: str) -> list[Vector] | None:
         roles = [f"{name}_{quantity}" for name in names]
@@ -158,21 +165,21 @@ def _samples(file: Path, measured: Measured, known: KnownWheels) -> tuple[str, S
             raise fault(file, f"no column for {missing}", "one for each wheel, or for none")
         return [series[role] for role in present] or None
 
-    current, torque = columns("current"), columns("torque")
-    drive = "none" if current is None and torque is None else "torque"
-    values = np.full((count, len(names)), np.nan)
-    if current is not None:
-        drive, values = "current", np.column_stack(current)
-    elif torque is not None:
-        values = np.column_stack(torque) / motor
+    speed = np.column_stack(columns("speed") or [])
+    present = {drive: np.column_stack(v) for drive in DRIVES if (v := columns(drive))}
+    drive, values = next(iter(present.items()), ("none", np.full(speed.shape, np.nan)))
+    if drive == "torque":
+        values = values / np.array([wheel.motor_constant for wheel in known.wheels])
+    if drive == "power":
+        with placed(str(file)):
+            values = current_of_power(values, speed, known)
     rates = [series[name] for name in _RATES if name in series]
     warm = columns("temperature")
     if warm is None and "temperature" in series:
         warm = [series["temperature"]] * len(names)
-    speed = columns("speed")
     return drive, Samples(
         series["time"],
-        np.column_stack(speed or []),
+        speed,
         values,
         np.column_stack(rates) if len(rates) == 3 else None,
         None if warm is None else np.column_stack(warm),

@@ -23,6 +23,7 @@ from gyrostat.monitoring.fleet.flight import FAULTS, Cell, Fleet, Flight
 from gyrostat.monitoring.fleet.known import known_wheels
 from gyrostat.monitoring.fleet.sampling import RPM, Sampling, sample
 from gyrostat.monitoring.fleet.vehicle import Vehicle
+from gyrostat.monitoring.power import current_of_power
 from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.windows import REGRESSED, Windows
 
@@ -264,20 +265,24 @@ def samples_of(
     Args:
         columns: Columns of `fleet.sampling.sample`.
         vehicle: Spacecraft.
-        drive: "current" or "torque".
+        drive: "current" or "torque"; "power" with the nominal idle power.
     """
 
     def per_wheel(name: str) -> NDArray[np.float64]:
         wheels = range(1, vehicle.count + 1)
         return np.stack([columns[f"wheel{k}_{name}"] for k in wheels], axis=1).astype(float)
 
+    speed = per_wheel("speed_rpm") * RPM
     if drive == "torque":
         driven = per_wheel("torque_N·m") / vehicle.wheel.motor_constant
+    elif drive == "power":
+        known = known_wheels(vehicle, Sampling())
+        driven = current_of_power(per_wheel("power_W"), speed, known)
     else:
         driven = per_wheel("current_A")
     return Samples(
         columns["time_s"],
-        per_wheel("speed_rpm") * RPM,
+        speed,
         driven,
         np.stack([columns[f"rate_{k}_rad/s"] for k in "xyz"], axis=1),
         np.repeat(columns["temperature_degC"][:, None], vehicle.count, axis=1),

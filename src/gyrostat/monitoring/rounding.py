@@ -14,7 +14,7 @@ from gyrostat.monitoring.moments import MOTOR
 
 
 def rounding_variance(
-    blocks: Blocks, wheel: int, value: Estimate, window: tuple[float, float]
+    blocks: Blocks, wheel: int, value: Estimate, window: tuple[float, float], step: float | None
 ) -> float:
     """Variance that rounding adds to the mean Coulomb torque of a window, (N·m)².
 
@@ -23,9 +23,11 @@ def rounding_variance(
         wheel: Place of the wheel.
         value: Estimate of the window.
         window: Start and end, s.
+        step: Resolution of the current, A; None: as its values show.
     """
-    step = float(np.min(blocks.step[:, wheel]))
-    if not np.isfinite(step):
+    if step is None:
+        step = float(np.min(blocks.step[:, wheel]))
+    if not 0.0 < step < np.inf:
         return 0.0
     dither = np.maximum(blocks.scatter[:, wheel] ** 2 - step**2 / 12.0, 0.0)
     left = step**2 / (2.0 * np.pi**2) * np.exp(-4.0 * np.pi**2 * dither / step**2)

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.estimate import Rows
-from gyrostat.monitoring.moments import Prior
+from gyrostat.monitoring.moments import IDLE, Prior
 from gyrostat.monitoring.wheel_data import USUAL_SIGMA, KnownWheel, KnownWheels
 
 AVERAGED = 21
@@ -53,7 +53,13 @@ def usable(blocks: Blocks, wheel: int, slowest: float) -> NDArray[np.bool_]:
 
 
 def regression_rows(
-    blocks: Blocks, known: KnownWheels, wheel: int, start: float, end: float, length: float
+    blocks: Blocks,
+    known: KnownWheels,
+    wheel: int,
+    window: tuple[float, float],
+    length: float,
+    *,
+    power: bool,
 ) -> Rows:
     """Rows of a wheel.
 
@@ -61,9 +67,9 @@ def regression_rows(
         blocks: Blocks of the window that are `usable`.
         known: The wheels.
         wheel: Place of the wheel.
-        start: Start of the window, s.
-        end: End of the window, s.
+        window: Start and end of the window, s.
         length: Usual length of a block, s.
+        power: Whether the drive comes from the electrical power.
     """
     rotor = known.wheels[wheel]
     sign = np.sign(blocks.direction[:, wheel])
@@ -84,18 +90,45 @@ def regression_rows(
     regressors = [torque * sign, one, np.abs(speed), sign, lag]
     instruments = [felt * sign, one, exchanged * sign, sign, lag]
     warm = warmth(blocks, wheel)
-    if warm is not None:
+    if warm is not None or power:
+        warm = np.zeros(speed.size) if warm is None else warm
         regressors.append(np.abs(speed) * warm)
         instruments.append(exchanged * sign * warm)
+    if power:
+        measured = blocks.drive[:, wheel] * sign
+        regressors += _electrical(torque * sign, np.abs(speed), measured, rotor)
+        instruments += _electrical(felt * sign, exchanged * sign, measured, rotor)
     return Rows(
         blocks.start + 0.5 * blocks.length,
         length / blocks.length,
         blocks.drive[:, wheel] * sign,
         np.column_stack(regressors),
         np.column_stack(instruments),
-        start,
-        end,
+        *window,
     )
+
+
+def _electrical(torque: Vector, speed: Vector, measured: Vector, rotor: KnownWheel) -> list[Vector]:
+    """Torques for which 1 W of idle power and 1 Ohm above the stated ones pass, each (B,).
+
+    The true current i, that of nominal friction, and the one from the power i + e obey
+    K |w| e + R ((i + e)² - i²) = p, hence e = p / (K |w| + R (2 i + e)).
+
+    Args:
+        torque: Acceleration torque in the sense of the speed, (B,), N·m.
+        speed: Without sign, (B,), rad/s.
+        measured: Current from the power in this sense, (B,), A. Its single values contain the
+            friction noise: a median stands for e.
+        rotor: The wheel.
+    """
+    motor = rotor.motor_constant
+    speed = np.maximum(speed, rotor.slowest)
+    current = (torque + rotor.coulomb + rotor.viscous * speed) / motor
+    voltage = motor * speed
+    error = np.median((measured - current) * voltage) / voltage
+    both = np.maximum(2.0 * current + error, 0.0)
+    idle = motor / (voltage + (rotor.resistance or 0.0) * both)
+    return [idle, current**2 * idle]
 
 
 def warmth(blocks: Blocks, wheel: int) -> Vector | None:
@@ -119,20 +152,26 @@ def prior_of(wheel: KnownWheel, count: int, interval: float) -> Prior:
 
     Args:
         wheel: The wheel.
-        count: Number of parameters: 5, or 6 with the effect of the temperature.
+        count: Number of parameters: 5; 6 with the effect of the temperature; 8 if the drive comes
+            from the electrical power, with the errors of idle power and resistance.
         interval: Usual time between samples, s.
     """
-    mean = np.array([wheel.motor_constant, wheel.coulomb, wheel.viscous, wheel.offset, 0.0, 0.0])
+    mean = np.array([wheel.motor_constant, wheel.coulomb, wheel.viscous, wheel.offset, *[0.0] * 4])
+    # of a power, the motor constant estimated is that of its measurement
+    gain = wheel.sigma_of("power_gain") * wheel.motor_constant
     warming = wheel.sigma_of("viscous") if wheel.viscous == 0.0 else abs(wheel.viscous)
     sigma = np.array(
         [
-            wheel.sigma_of("motor_constant"),
+            gain if count > IDLE else wheel.sigma_of("motor_constant"),
             np.inf,
             wheel.sigma_of("viscous"),
             wheel.sigma_of("offset"),
             0.5 * interval * wheel.motor_constant,
             USUAL_SIGMA["warming"] * warming,
+            wheel.sigma_of("idle_power"),
+            wheel.sigma_of("resistance"),
         ]
     )
-    least = 1e-6 * np.array([mean[0], mean[1], mean[1] / 100.0, mean[1], mean[0], mean[1] / 100.0])
+    slight = mean[1] / 100.0
+    least = 1e-6 * np.array([mean[0], mean[1], slight, mean[1], mean[0], slight, mean[1], 1.0])
     return Prior(mean[:count], 1.0 / np.maximum(sigma, np.abs(least))[:count] ** 2)

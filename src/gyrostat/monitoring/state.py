@@ -35,7 +35,7 @@ class Progress:
         rows: Label of a file -> number of rows that were used.
         sizes: Label of a file that was read to its end -> its size, bytes.
         starts: Label of a file -> number of its first bytes, and their digest.
-        drive: "current", "torque" or "none"; empty before the first sample.
+        drive: "current", "power", "torque" or "none"; empty before the first sample.
         settings: Options and wheels, as text; another call must have the same.
     """
 
@@ -94,7 +94,7 @@ def save_state(path: Path, monitor: WheelMonitor, progress: Progress) -> None:
         "format": _FORMAT,
         "progress": vars(progress),
         "clock": {**vars(monitor.clock), "held": None},
-        "driven": monitor.driven,
+        "drive": monitor.drive,
         "noise": [None if n is None else [n.log_ratio, n.log_time] for n in monitor.noise],
     }
     with whole_file(path) as unfinished, unfinished.open("wb") as stream:
@@ -129,7 +129,7 @@ def load_state(path: Path, monitor: WheelMonitor, settings: str) -> Progress:
             "start again with --restart"
         )
     monitor.clock = Clock(**text["clock"])
-    monitor.driven = text["driven"]
+    monitor.drive = text["drive"]
     monitor.noise = [None if pair is None else Noise(*pair) for pair in text["noise"]]
     monitor.done = [
         Windows(

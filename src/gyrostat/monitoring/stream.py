@@ -35,7 +35,8 @@ class WheelMonitor:
         known: What is known of the wheels beforehand.
         window: Length of a window, s; windows begin at its multiples.
         block: Length of a block, s.
-        driven: Whether the telemetry has a motor current or a commanded torque.
+        drive: What the drive of the samples was in the telemetry: "current", "power" (see
+            `gyrostat.monitoring.power`), "torque" or "none".
         clock: Clock of the telemetry.
         done: Rows of complete windows, in several tables.
         rows: Rows of the latest complete windows, which are not in `done` yet.
@@ -48,7 +49,7 @@ class WheelMonitor:
     known: KnownWheels
     window: float = DAY
     block: float = BLOCK
-    driven: bool = True
+    drive: str = "current"
     clock: Clock = field(default_factory=Clock)
     done: list[Windows] = field(default_factory=list)
     rows: list[dict[str, Any]] = field(default_factory=list)
@@ -97,7 +98,8 @@ class WheelMonitor:
         Args:
             time: s.
             speed: Wheel speeds, (wheels,), rad/s.
-            drive: Motor currents, (wheels,), A, or commanded torques over nominal motor constants.
+            drive: Motor currents, (wheels,), A, also from powers, or commanded torques over nominal
+                motor constants.
             rate: Body rate, (3,), rad/s.
             temperature: Temperatures, (wheels,), °C.
             mode: Number of the mode.
@@ -192,7 +194,7 @@ class WheelMonitor:
                 wheel,
                 (start, start + self.window),
                 length=self.block,
-                driven=self.driven,
+                drive=self.drive,
                 noise=self.noise[wheel],
                 exchange=columns[wheel],
             )

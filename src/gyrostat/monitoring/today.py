@@ -13,7 +13,8 @@ _NAMES = ("coulomb", "viscous", "motor_constant")
 def wheel_models(health: Health, known: KnownWheels) -> dict[str, WheelModel]:
     """Model of each wheel whose Coulomb torque is observable in its last valid window.
 
-    A parameter that is not observable there has the value and uncertainty known beforehand.
+    A parameter that is not observable there has the value and uncertainty known beforehand; so has
+    the motor constant if the drive is the electrical power, which does not show it.
 
     Args:
         health: Result of monitoring.
@@ -24,13 +25,16 @@ def wheel_models(health: Health, known: KnownWheels) -> dict[str, WheelModel]:
         row = health.latest(wheel.name)
         if row is None or not row["coulomb_observable"] or row["viscous"] < 0.0:
             continue
-        matrix = covariance(row, _NAMES)
+        names = _NAMES[:-1] if health.telemetry["drive"] == "power" else _NAMES
+        matrix = covariance(row, names)
         sigma = np.sqrt(np.diagonal(matrix))
+        before = {"inertia": wheel.inertia, "motor_constant": wheel.motor_constant}
+        motor = {"motor_constant": wheel.sigma_of("motor_constant")}
         models[wheel.name] = WheelModel(
             friction=ViscousCoulomb,
-            values={"inertia": wheel.inertia, **{name: float(row[name]) for name in _NAMES}},
-            sigma=dict(zip(_NAMES, map(float, sigma), strict=True)),
-            correlation=(_NAMES, matrix / np.outer(sigma, sigma)),
+            values=before | {name: float(row[name]) for name in names},
+            sigma=motor | dict(zip(names, map(float, sigma), strict=True)),
+            correlation=(names, matrix / np.outer(sigma, sigma)),
             origin={
                 "method": "monitor",
                 "window": f"{row['start']:.0f} s to {row['end']:.0f} s of the telemetry",

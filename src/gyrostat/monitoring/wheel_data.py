@@ -7,9 +7,17 @@ import numpy as np
 from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix, Vector
 
-USUAL_SIGMA = {"motor_constant": 0.1, "viscous": 1.0, "warming": 0.05}
+USUAL_SIGMA = {
+    "motor_constant": 0.1,
+    "viscous": 1.0,
+    "warming": 0.05,
+    "idle_power": 0.05,
+    "resistance": 0.2,
+}
 """Standard deviations over the nominal value where none is given; `warming` is that of the change
 of the viscous coefficient with temperature, over the coefficient, 1/K."""
+USUAL_GAIN = 0.1
+"""Standard deviation of the relative error of a measured power where none is given."""
 USUAL_OFFSET = 0.02
 """Standard deviation of the offset torque over the nominal Coulomb torque where none is given."""
 
@@ -26,7 +34,10 @@ class KnownWheel(Described):
         viscous: Nominal viscous coefficient, N·m·s/rad.
         offset: Offset torque, N·m.
         stribeck_speed: rad/s, or None if it is not known.
-        sigma: Standard deviations of motor_constant, viscous and offset, where they are known.
+        sigma: Standard deviations of motor_constant, viscous, offset, idle_power, resistance and
+            power_gain (of the relative error of the measured power), where they are known.
+        idle_power: Electrical power of the drive at no current, W, or None if it is not known.
+        resistance: Of winding and drive as the current sees it, Ohm, or None if it is not known.
     """
 
     name: str
@@ -37,6 +48,8 @@ class KnownWheel(Described):
     offset: float = 0.0
     stribeck_speed: float | None = None
     sigma: dict[str, float] = field(default_factory=dict)
+    idle_power: float | None = None
+    resistance: float | None = None
 
     @property
     def slowest(self) -> float:
@@ -44,12 +57,14 @@ class KnownWheel(Described):
         return 5.0 * self.stribeck_speed if self.stribeck_speed else 10.0
 
     def sigma_of(self, name: str) -> float:
-        """Standard deviation of `motor_constant`, `viscous` or `offset`, SI."""
+        """Standard deviation of a key of `sigma`, SI."""
         if name in self.sigma:
             return self.sigma[name]
         if name == "offset":
             return USUAL_OFFSET * self.coulomb
-        return USUAL_SIGMA[name] * abs(getattr(self, name))
+        if name == "power_gain":
+            return USUAL_GAIN
+        return USUAL_SIGMA[name] * abs(getattr(self, name) or 0.0)
 
 
 @dataclass(frozen=True, eq=False)
@@ -63,6 +78,7 @@ class KnownWheels:
             None.
         modes_left_out: Values of the mode column during which telemetry is not used.
         speed_resolution: Resolution of the speeds, rad/s; a wheel rests within half of it.
+        power_resolution: Resolution of the electrical powers, W.
     """
 
     wheels: tuple[KnownWheel, ...]
@@ -70,6 +86,7 @@ class KnownWheels:
     inertia: Matrix | None = None
     modes_left_out: tuple[float, ...] = ()
     speed_resolution: float = 0.0
+    power_resolution: float = 0.0
 
     @property
     def rotor_inertia(self) -> Vector:

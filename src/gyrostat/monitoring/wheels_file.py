@@ -10,14 +10,20 @@ viscous = 5e-6                     # N·m·s/rad
 offset = 0.0                       # N·m, optional
 stribeck_speed = 0.5               # rad/s, optional
 model = "x/model.toml"             # the values above from `gyrostat identify`, optional
+idle_power = "1.2 W"               # of the drive at no current; needed where power is read
+resistance = "1.1 Ohm"             # of winding and drive as the current sees it; likewise
 
 [wheel.sigma]                      # standard deviations, optional
 motor_constant = 1e-4
 viscous = 1e-7
 offset = 1e-5
+idle_power = 0.02                  # W
+resistance = 0.1                   # Ohm
+power_gain = 0.01                  # of the relative error of the measured power
 
 [telemetry]                        # optional
 speed_resolution = "0.4 rpm"
+power_resolution = "10 mW"
 modes_left_out = [2]               # values of the mode column without usable telemetry
 """
 
@@ -47,10 +53,13 @@ _VALUES = {
     "viscous": "viscous",
     "offset": "torque",
     "stribeck_speed": "speed",
+    "idle_power": "power",
+    "resistance": "resistance",
 }
 _NEEDED = ("inertia", "motor_constant", "coulomb", "viscous")
-_POSITIVE = ("inertia", "motor_constant", "coulomb", "stribeck_speed")
-_SIGMAS = ("motor_constant", "viscous", "offset")
+_POSITIVE = ("inertia", "motor_constant", "coulomb", "stribeck_speed", "idle_power", "resistance")
+_SIGMAS = ("motor_constant", "viscous", "offset", "idle_power", "resistance", "power_gain")
+_RESOLUTIONS = {"speed_resolution": ("speed", "rad/s"), "power_resolution": ("power", "W")}
 _WHEEL = ("name", "axis", "model", "sigma", *_VALUES)
 
 
@@ -81,26 +90,23 @@ def read_wheels(
     if spacecraft is not None:
         axes, inertia = _of_spacecraft(spacecraft, names)
     telemetry = table.get("telemetry", {})
-    refuse_unknown(path, "telemetry.", telemetry, ("speed_resolution", "modes_left_out"))
+    refuse_unknown(path, "telemetry.", telemetry, (*_RESOLUTIONS, "modes_left_out"))
     modes = telemetry.get("modes_left_out", [])
     if not isinstance(modes, list):
         raise InputError(f"{path}: key telemetry.modes_left_out: found {modes!r}, expected a list")
-    resolution = quantity(
-        path,
-        "telemetry.speed_resolution",
-        telemetry.get("speed_resolution", 0.0),
-        "speed",
-        positive=False,
-    )
-    if resolution < 0.0:
-        found = f"{path}: key telemetry.speed_resolution: found {resolution:g} rad/s"
-        raise InputError(f"{found}, expected zero or more")
+    resolutions = {}
+    for name, (dimension, unit) in _RESOLUTIONS.items():
+        key = f"telemetry.{name}"
+        value = quantity(path, key, telemetry.get(name, 0.0), dimension, positive=False)
+        if value < 0.0:
+            raise InputError(f"{path}: key {key}: found {value:g} {unit}, expected zero or more")
+        resolutions[name] = value
     return KnownWheels(
         wheels,
         axes,
         inertia,
         tuple(number(path, "telemetry.modes_left_out", m, positive=False) for m in modes),
-        resolution,
+        **resolutions,
     )
 
 
@@ -126,7 +132,10 @@ def _wheel(path: Path, prefix: str, row: Mapping[str, Any]) -> KnownWheel:
     refuse_unknown(path, f"{prefix}sigma.", stated, _SIGMAS)
     for name, value in stated.items():
         key = f"{prefix}sigma.{name}"
-        sigma[name] = quantity(path, key, value, _VALUES[name], positive=True)
+        if name == "power_gain":
+            sigma[name] = number(path, key, value, positive=True)
+        else:
+            sigma[name] = quantity(path, key, value, _VALUES[name], positive=True)
     if values["viscous"] == 0.0 and "viscous" not in sigma:
         raise InputError(
             f"{path}: key {prefix}viscous: found 0 without {prefix}sigma.viscous, expected its "

@@ -8,12 +8,13 @@ import numpy as np
 
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.estimate import Estimate, Rows, estimate
-from gyrostat.monitoring.moments import COULOMB, MOTOR, OFFSET, VISCOUS, Prior
+from gyrostat.monitoring.moments import COULOMB, IDLE, MOTOR, OFFSET, VISCOUS, Prior
 from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.noise_search import USUAL
+from gyrostat.monitoring.power import shows_torque
 from gyrostat.monitoring.residuals import residual_columns
 from gyrostat.monitoring.rounding import rounding_variance
-from gyrostat.monitoring.rows import prior_of, regression_rows, usable, warmth
+from gyrostat.monitoring.rows import prior_of, regression_rows, usable
 from gyrostat.monitoring.statistics import plain_columns, standstill_columns
 from gyrostat.monitoring.wheel_data import KnownWheels
 from gyrostat.monitoring.windows import REGRESSED
@@ -40,7 +41,7 @@ def window_row(
     window: tuple[float, float],
     *,
     length: float,
-    driven: bool,
+    drive: str,
     noise: Noise | None,
     exchange: dict[str, float],
 ) -> tuple[dict[str, Any], Noise | None]:
@@ -52,7 +53,7 @@ def window_row(
         wheel: Place of the wheel.
         window: Start and end of the window, s.
         length: Usual length of a block, s.
-        driven: Whether there is a motor current or a commanded torque.
+        drive: "current", "power", "torque" or "none".
         noise: Noise of the previous window, or None.
         exchange: Columns of the exchange of momentum.
     """
@@ -60,33 +61,40 @@ def window_row(
     row = {"wheel": rotor.name, "start": window[0], "end": window[1]}
     row |= plain_columns(blocks, wheel, window)
     row |= standstill_columns(blocks, known, wheel) | exchange
-    if not driven:
-        reason = "there is neither motor current nor commanded torque"
+    if drive == "none":
+        reason = "there is no motor current, electrical power or commanded torque"
         return row | _unknown(reason) | {"valid": False, "why": reason}, noise
-    steady = blocks.part(usable(blocks, wheel, rotor.slowest))
+    power = drive == "power"
+    inside = usable(blocks, wheel, rotor.slowest)
+    steady = blocks.part(inside & shows_torque(blocks, known, wheel) if power else inside)
     if len(steady) < FEWEST:
+        above = ", not braking, friction well above the error of idle_power" if power else ""
         reason = (
             f"{len(steady)} blocks are usable, at least {FEWEST} are needed (speed of one sign "
-            f"above {rotor.slowest:.3g} rad/s, no gap)"
+            f"above {rotor.slowest:.3g} rad/s, no gap{above})"
         )
         return row | _unknown(reason) | {"valid": False, "why": reason}, noise
-    rows = regression_rows(steady, known, wheel, *window, length)
+    rows = regression_rows(steady, known, wheel, window, length, power=power)
     interval = float(np.median(steady.length / steady.count))
     prior = prior_of(rotor, rows.regressors.shape[1], interval)
     value, prior = _estimated(rows, prior, noise or USUAL)
-    added = rounding_variance(steady, wheel, value, window)
-    row |= _values(value, prior, rows, added, warmth(steady, wheel) is not None)
+    step = None
+    if power:
+        speed = float(np.median(np.abs(steady.speed[:, wheel])))
+        step = known.power_resolution / (rotor.motor_constant * speed)
+    added = rounding_variance(steady, wheel, value, window, step)
+    row |= _values(value, prior, rows, added)
     row |= residual_columns(blocks, steady, known, wheel, value, rows)
     row |= _verdict(value)
     return row, value.noise if row["valid"] else noise
 
 
 def _estimated(rows: Rows, prior: Prior, noise: Noise) -> tuple[Estimate, Prior]:
-    """Estimate; without what was known of motor and viscous friction where the data contradict."""
+    """Estimate; without what was known beforehand of a parameter where the data contradict."""
     start = prior.mean.copy()
     value = estimate(rows, prior, start, noise)
     left = prior.precision.copy()
-    for place in (MOTOR, VISCOUS):
+    for place in (MOTOR, VISCOUS, *range(IDLE, left.size)):
         variance, precision = value.covariance[place, place], prior.precision[place]
         away = abs(value.value[place] - prior.mean[place])
         # the variance of the difference between the prior and an estimate that contains it
@@ -100,9 +108,7 @@ def _estimated(rows: Rows, prior: Prior, noise: Noise) -> tuple[Estimate, Prior]
     return estimate(rows, freed, value.value, value.noise), freed
 
 
-def _values(
-    value: Estimate, prior: Prior, rows: Rows, added: float, warming: bool
-) -> dict[str, Any]:
+def _values(value: Estimate, prior: Prior, rows: Rows, added: float) -> dict[str, Any]:
     """Columns of the parameters."""
     row: dict[str, Any] = {}
     mean_variance = value.mean_variance + added
@@ -144,9 +150,11 @@ def _reasons(value: Estimate, prior: Prior, rows: Rows, mean_variance: float) ->
     speeds = np.abs(rows.regressors[:, VISCOUS])
     within = f"the speed stays within {speeds.min():.4g} and {speeds.max():.4g} rad/s"
     one_sign = bool(np.ptp(rows.regressors[:, OFFSET]) == 0.0)
+    known = "motor constant and viscous friction"
+    if variance.size > IDLE:
+        known = "motor constant, viscous friction and idle power"
     why = {
-        "coulomb": f"{within}, and what is known of motor constant and viscous friction leaves "
-        "it open",
+        "coulomb": f"{within}, and what is known of {known} leaves it open",
         "viscous": within,
         "motor_constant": "the momentum that the wheel exchanges changes too little: only what is "
         "known beforehand holds",

@@ -12,6 +12,11 @@ from gyrostat.monitoring.fleet.sampling import Sampling, sample
 from gyrostat.monitoring.fleet.vehicle import Vehicle
 from gyrostat.monitoring.wheel_data import KnownWheels
 
+_VALUES = (
+    *("inertia", "motor_constant", "coulomb", "viscous", "stribeck_speed"),
+    *("idle_power", "resistance"),
+)
+
 
 def write_fleet(folder: Path, fleet: Fleet, days: int, sampling: Sampling) -> None:
     """Fly a batch and write one folder for each flight.
@@ -117,11 +122,12 @@ def wheels_text(known: KnownWheels) -> str:
     """
     text = (
         f"[telemetry]\nspeed_resolution = {known.speed_resolution!r}\n"
+        f"power_resolution = {known.power_resolution!r}\n"
         f"modes_left_out = {list(known.modes_left_out)}\n"
     )
     for wheel in known.wheels:
         text += f'\n[[wheel]]\nname = "{wheel.name}"\n'
-        for name in ("inertia", "motor_constant", "coulomb", "viscous", "stribeck_speed"):
+        for name in _VALUES:
             text += f"{name} = {getattr(wheel, name)!r}\n"
         text += "\n[wheel.sigma]\n"
         text += "".join(f"{name} = {value!r}\n" for name, value in wheel.sigma.items())

@@ -21,6 +21,7 @@ def known_wheels(vehicle: Vehicle, sampling: Sampling) -> KnownWheels:
         "viscous": 2.0 * wheel.friction_scatter * wheel.viscous,
         "offset": wheel.offset_scatter * wheel.coulomb,
     }
+    electrical = {"idle_power": wheel.idle_power, "resistance": wheel.resistance}
     wheels = tuple(
         KnownWheel(
             f"wheel{k + 1}",
@@ -31,8 +32,10 @@ def known_wheels(vehicle: Vehicle, sampling: Sampling) -> KnownWheels:
             0.0,
             wheel.stribeck_speed,
             sigma,
+            **electrical,
         )
         for k in range(vehicle.count)
     )
     modes = (float(MODES.index("unloading")),)
-    return KnownWheels(wheels, vehicle.axes, np.diag(vehicle.inertia), modes, sampling.speed_step)
+    inertia, steps = np.diag(vehicle.inertia), (sampling.speed_step, sampling.power_step)
+    return KnownWheels(wheels, vehicle.axes, inertia, modes, *steps)

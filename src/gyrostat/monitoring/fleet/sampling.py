@@ -23,6 +23,9 @@ class Sampling:
         period: Time between rows, s.
         speed_step: Rounding of the wheel speeds, rad/s.
         current_step: Rounding of the motor currents, A.
+        power_step: Rounding of the electrical powers, W.
+        returned: Share of the power of a braking motor that its drive returns; negative for a drive
+            that brakes with power of the supply.
         temperature_step: Rounding of the temperature, K.
         gap_share: Share of the time in gaps.
         repeat_share: Share of rows that arrive twice.
@@ -33,6 +36,8 @@ class Sampling:
     period: float = 1.0
     speed_step: float = 0.4 * RPM
     current_step: float = 1e-3
+    power_step: float = 1e-3
+    returned: float = 1.0
     temperature_step: float = 0.5
     gap_share: float = 0.0
     repeat_share: float = 0.0
@@ -49,8 +54,9 @@ MODES = ("nadir", "slew", "unloading")
 def sample(day: FlightDay, vehicle: Vehicle, sampling: Sampling) -> dict[str, NDArray]:
     """Telemetry of a day: name of a column, with its unit -> values, (N,).
 
-    Columns: time, then for each wheel its speed, current and commanded torque; body rate,
-    attitude, commanded attitude, temperature and mode.
+    Columns: time, then for each wheel its speed, current, electrical power and commanded torque;
+    body rate, attitude, commanded attitude, temperature and mode. The power is that at the measured
+    speed, with the mean motor constant of the day.
 
     Args:
         day: Day of a flight.
@@ -81,11 +87,16 @@ def sample(day: FlightDay, vehicle: Vehicle, sampling: Sampling) -> dict[str, ND
     attitude = product(target, small / np.linalg.norm(small, axis=1, keepdims=True))
     mode = np.where(day.firing[before], 2, path.slewing[before].astype(int))
     columns: dict[str, NDArray] = {"time_s": time}
-    speed = np.round(between(day.speed) / sampling.speed_step) * (sampling.speed_step / RPM)
+    speed, wheel = between(day.speed), vehicle.wheel
+    power = day.truth["motor_constant"] * speed * current + wheel.resistance * current**2
+    power = wheel.idle_power + np.where(power > 0.0, power, sampling.returned * power)
+    power = np.round(power / sampling.power_step) * sampling.power_step
+    speed = np.round(speed / sampling.speed_step) * (sampling.speed_step / RPM)
     current = np.round(current / sampling.current_step) * sampling.current_step
     for k in range(vehicle.count):
         columns[f"wheel{k + 1}_speed_rpm"] = speed[:, k]
         columns[f"wheel{k + 1}_current_A"] = current[:, k]
+        columns[f"wheel{k + 1}_power_W"] = power[:, k]
         columns[f"wheel{k + 1}_torque_N·m"] = day.torque[before, k]
     columns |= {f"rate_{name}_rad/s": rate[:, k] for k, name in enumerate("xyz")}
     columns |= {f"attitude_{name}": attitude[:, k] for k, name in enumerate("wxyz")}

@@ -41,6 +41,8 @@ class FleetWheel:
         friction_scatter: Standard deviation of log Coulomb torque and log viscous coefficient.
         motor_scatter: Standard deviation of the relative motor constant.
         offset_scatter: Standard deviation of the offset torque, as a share of the Coulomb torque.
+        idle_power: Electrical power of the drive at no current, W.
+        resistance: Of winding and drive, Ohm.
     """
 
     inertia: float
@@ -55,6 +57,8 @@ class FleetWheel:
     friction_scatter: float = 0.15
     motor_scatter: float = 0.01
     offset_scatter: float = 0.02
+    idle_power: float = 1.0
+    resistance: float = 1.0
 
 
 @dataclass(frozen=True, eq=False)
@@ -146,6 +150,8 @@ SMALL = Vehicle(
         static=8e-5,
         stribeck_speed=1.0,
         torque_limit=2e-3,
+        idle_power=0.1,
+        resistance=3.0,
     ),
     bias_speed=200.0,
     largest_swing=80.0,
