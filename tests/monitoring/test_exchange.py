@@ -182,7 +182,7 @@ def test_thrusters_in_a_mode_that_is_left_out_are_no_exchange(motion):
     scales = []
     for left_out in ((2.0,), ()):
         wheels = replace(known(pyramid()), modes_left_out=left_out)
-        monitor = WheelMonitor(wheels, window=60.0 * COUNT, driven=False)
+        monitor = WheelMonitor(wheels, window=60.0 * COUNT, drive="none")
         monitor.exchange = exact(pyramid())
         monitor.add(Samples(motion.time, motion.speed, motion.drive, rate, mode=mode))
         scales.append(monitor.windows()["speed_scale"])

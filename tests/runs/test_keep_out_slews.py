@@ -187,13 +187,13 @@ def test_commanded_attitude_is_outside_of_all_cones_between_samples(scenario):
     around, alone = nearest(turned, times, down), []
     assert around[0] == pytest.approx(35.0, abs=0.5)
     assert np.all(np.array(around) >= [35.0, 60.0, 20.0])
-    # about the eigenaxes, both slews pass through a cone
+    # about the eigenaxes, both slews pass through a cone: 35 and 60 deg
     for begin, end in ((2.0, 252.0), (252.0, 450.0)):
         ends = turned[np.searchsorted(times, [begin, end])]
         turn = Slerp([0.0, 1.0], ends)(np.linspace(0.0, 1.0, 200))
         alone.append(nearest(turn, np.full(200, begin), slice(None)))
-    assert alone[0][0] < 10.0
-    assert alone[1][1] < 55.0
+    assert alone[0][0] < 35.0
+    assert alone[1][1] < 60.0
     # the native engine flies what JAX computes
     run = gs.simulate(path, engine="native")
     flown = Rotation.from_quat(np.asarray(run["target"])[:640], scalar_first=True)
