@@ -173,3 +173,30 @@ def test_members_with_long_paths_are_read_and_set_by_pointers(tools, tmp_path):
     for leaf, values in zip(found["machine"], jax.tree.leaves(machine), strict=True):
         np.testing.assert_allclose(leaf, values, rtol=1e-14)
     np.testing.assert_allclose(found["force"][0], force, rtol=1e-14)
+
+
+@jax.jit
+def chosen(values, works):
+    return jnp.sum(jnp.where(works, values, 0.5 * values) ** 2)
+
+
+def of_flags(values, works):
+    every = jnp.ones(4, dtype=bool)
+    return chosen(values, every) + chosen(-2.0 * values, every), chosen(values, works)
+
+
+def test_flags_that_are_all_true_leave_the_branches_of_a_function_out(tools, tmp_path):
+    given = {"values": np.zeros(4), "works": np.zeros(4, dtype=bool)}
+    module = emit("flags", [Entry("of_flags", of_flags, given, ("all", "some"))])
+    random = np.random.default_rng(5)
+    values, works = random.standard_normal((RUNS, 4)), random.random((RUNS, 4)) < 0.5
+    status, found = tools.Compiled(module, tmp_path)("of_flags", {"values": values, "works": works})
+    assert not status.any()
+    for name, expected in zip(("all", "some"), jax.vmap(of_flags)(values, works), strict=True):
+        np.testing.assert_allclose(found[name][0], expected, rtol=1e-14)
+    source = re.sub(r"/\*.*?\*/", "", module.source, flags=re.S)
+    bodies = re.findall(r"^static double (chosen\w*)\((.*?)^}", source, re.M | re.S)
+    assert [name for name, _ in bodies] == ["chosen", "chosen_2"]
+    assert "works" not in bodies[0][1]
+    assert "?" not in bodies[0][1]
+    assert "works" in bodies[1][1]

@@ -12,6 +12,7 @@ from collections.abc import Collection, Hashable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrostat.codegen.arrays import SMALL, Array, Data, is_plain
 from gyrostat.codegen.dependencies import read_by
@@ -123,8 +124,21 @@ def _is_of_few(array: Array) -> bool:
     return isinstance(array, Data) and array.size <= SMALL and not array.table.changes
 
 
+def _are_all_alike(array: NDArray[Any]) -> bool:
+    """Whether several constants are logical, and all true or all false.
+
+    Branches are left out of a function with such flags. A function for each choice of other
+    constants would repeat more than it leaves out.
+    """
+    values = {(each.kind, each.value) for each in array.flat}
+    return array.size > 1 and len(values) == 1 and next(iter(values))[0] == "logical"
+
+
 def _arguments(array: Array, unchanged: Collection[str]) -> set[str] | None:
-    """Arguments of the entry that an array is from; None if it is from anything else."""
+    """Arguments of the entry that an array is from, none for constants that a function may have.
+
+    None if it is from anything else.
+    """
     items: list[Any]
     match array:
         case Data(table=table, base=None):
@@ -132,7 +146,7 @@ def _arguments(array: Array, unchanged: Collection[str]) -> set[str] | None:
         case np.ndarray():
             items = [each for each in array.flat if not isinstance(each, Number)]
             if not items:
-                return None
+                return set() if _are_all_alike(array) else None
         case _:
             return None
     names = {argument(item) for item in items}
