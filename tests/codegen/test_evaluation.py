@@ -10,7 +10,7 @@ import equinox as eqx
 import numpy as np
 import pytest
 
-from gyrostat.codegen.evaluation import evaluated, evaluation
+from gyrostat.codegen.evaluation import _Programs, _Source, evaluated, evaluation
 from gyrostat.codegen.numpy_rules import RULES
 from gyrostat.core.jax64 import jax, jnp
 
@@ -62,6 +62,9 @@ def moved(x, n):
         jnp.nan_to_num(m[:, :2]) @ jnp.ones((2, 3)),
         jnp.tensordot(m[0, :2], jnp.ones((2, 3, 2)), axes=(0, 2)),
         jax.lax.optimization_barrier((x, m))[1],
+        m.ravel(order="F"),
+        jnp.reshape(m, (m.shape[1], m.shape[0]), order="F"),
+        jax.lax.slice(x[0], (), ()),
         jnp.concatenate([m, 2.0 * m], axis=1),
         jnp.stack([x, -x], axis=1),
         jnp.broadcast_to(x[:2, None], (2, 3)),
@@ -196,6 +199,17 @@ def test_every_rule_is_compared(module_at, monkeypatch):
     # drawn from keys in a test of their own; or not in every version of JAX
     others = {"random_bits", "copy_p", "expand_dims", "square", "stack"}
     assert set(RULES) - others <= used
+
+
+def test_functions_that_call_others_are_not_repeated():
+    def nested(depth):
+        inner = (lambda x: x + 1.0) if depth == 0 else nested(depth - 1)
+        return jax.jit(lambda x: sum(inner(x) for _ in range(8)))
+
+    assert evaluated(nested(2))(1.0) == 2.0 * 8.0**3
+    # 8^6 lines if each call were written out
+    traced = jax.make_jaxpr(nested(5))(1.0)
+    assert len([*_Source(_Programs())._lines(traced.jaxpr)]) < 100
 
 
 def test_only_the_branch_that_is_taken_is_evaluated():

@@ -56,6 +56,9 @@ def replaced(x, m, k, n):
 def picked(x, m, k, n):
     """Elements at computed places, within the array and beyond it."""
     return (
+        m.ravel(order="F"),
+        jnp.reshape(k * m, (m.shape[1], m.shape[0]), order="F") * 2.0,
+        jax.lax.reshape(m, (m.size,), dimensions=(1, 0)),
         x[k],
         m[k],
         m[k, n % 9 - 4],

@@ -159,6 +159,21 @@ def test_the_drive_is_the_best_measured(folder, wheels, telemetry, drive):
     assert sum("electrical power shows" in note for note in health.notes) == (drive == "power")
 
 
+@pytest.mark.parametrize("key", [1, 2])
+def test_a_power_that_cannot_be_read_is_no_drive_unless_it_is_named(folder, key):
+    wheels = folder / "wheels.toml"
+    wheels.write_text(wheels.read_text().replace(KEYS.splitlines()[key], ""))
+    # also without a unit, as a flag "power" may be
+    text = (folder / "power.csv").read_text()
+    (folder / "flag.csv").write_text(text.replace("a_power_mW", "a_power", 1))
+    for name in ("power", "flag"):
+        health = gyrostat.monitor(folder / f"{name}.csv", wheels=wheels, window="2 h")
+        assert health.telemetry["drive"] == "none"
+        assert any("states idle_power and resistance" in note for note in health.notes)
+    with pytest.raises(InputError, match=r"power.csv: (idle_power|resistance) of a: found none"):
+        gyrostat.monitor(folder / "power.csv", wheels=wheels, columns={"a_power": "a_power_mW"})
+
+
 def test_a_later_call_goes_on_with_the_power(folder):
     options = {"wheels": folder / "wheels.toml", "window": "2 h"}
     first = gyrostat.monitor(folder / "power.csv", folder / "out", **options)
@@ -174,8 +189,6 @@ def test_a_later_call_goes_on_with_the_power(folder):
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        (KEYS, "", "power.csv: idle_power of a: found none"),
-        (KEYS.splitlines()[2], "", "power.csv: resistance of a: found none"),
         (f'"{RESISTANCE} Ω"', '"-1 Ohm"', "resistance: found -1.0, expected a number above 0"),
         (f'"{1e3 * IDLE} mW"', '"1.2 N·m"', "expected a unit of power: W, mW"),
         ('"0.4 rpm"', '"0.4 rpm"\npower_resolution = -0.1', "power_resolution: found -0.1 W"),

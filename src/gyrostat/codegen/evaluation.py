@@ -27,6 +27,12 @@ INLINED = 8
 of JAX, such as `jnp.where`, have fewer, and a call takes longer than an operation."""
 
 
+def _is_inlined(jaxpr: Any) -> bool:
+    """Whether a function is small and calls none, so that programs grow by a factor at most."""
+    calls = any(equation.primitive.name in CALLS for equation in jaxpr.eqns)
+    return len(jaxpr.eqns) <= INLINED and not calls
+
+
 def evaluated(function: Callable[..., Any]) -> Callable[..., Any]:
     """Function that is traced where it is called first, and evaluated by NumPy.
 
@@ -139,7 +145,7 @@ class _Source:
         for equation in jaxpr.eqns:
             name = CALLS.get(equation.primitive.name)
             inner = None if name is None else closed(equation.params[name], ())
-            if inner is None or len(inner.jaxpr.eqns) > INLINED:
+            if inner is None or not _is_inlined(inner.jaxpr):
                 yield self._line(equation)
             else:
                 yield from self._inlined(equation, inner)

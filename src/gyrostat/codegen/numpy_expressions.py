@@ -37,6 +37,8 @@ def expression(equation: Any, function: Callable[..., Any]) -> str | None:
         return "{0} * {0}"
     if name == "broadcast_in_dim" and equation.invars[0].aval.size == math.prod(shape) > 0:
         return f"{{}}.reshape({shape})" if shape else "{}"
+    if name == "reshape" and params["dimensions"] is not None:
+        return f"{{}}.transpose({params['dimensions']}).reshape({shape})"
     if name in ("reshape", "squeeze", "expand_dims"):
         first = ", ".join("0" for _ in equation.invars[0].aval.shape)
         return f"{{}}.reshape({shape})" if shape else f"{{}}[{first}]" if first else "{}"
@@ -44,5 +46,5 @@ def expression(equation: Any, function: Callable[..., Any]) -> str | None:
         bounds = zip(params["start_indices"], params["limit_indices"], strict=True)
         steps = params["strides"] or (1,) * len(shape)
         parts = (f"{a}:{b}:{c}" for (a, b), c in zip(bounds, steps, strict=True))
-        return f"{{}}[{', '.join(parts)}]"
+        return f"{{}}[{', '.join(parts)}]" if shape else "{}"
     return OPERATORS.get(name)

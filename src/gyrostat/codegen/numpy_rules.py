@@ -72,6 +72,9 @@ def _truncated(array: Any) -> Any:
 def _shaped(equation: Any) -> Callable[..., Any]:
     """Rule for an operation that gives the same elements another shape."""
     shape = equation.outvars[0].aval.shape
+    order = equation.params["dimensions"] if equation.primitive.name == "reshape" else None
+    if order is not None:
+        return lambda array: np.transpose(array, order).reshape(shape)
     if shape:
         return lambda array: array.reshape(shape)
     first = (0,) * equation.invars[0].aval.ndim

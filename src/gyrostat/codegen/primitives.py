@@ -113,6 +113,12 @@ def _unstack(params: dict[str, Any], array: Scalars) -> list[Scalars]:
     return [rows[k] for k in range(len(rows))]
 
 
+def _reshaped(params: dict[str, Any], array: Scalars) -> list[Scalars]:
+    if params["dimensions"] is not None:  # as `order="F"` has
+        array = array.transpose(params["dimensions"])
+    return [array.reshape(params["new_sizes"])]
+
+
 def _split(params: dict[str, Any], array: Scalars) -> list[Scalars]:
     return np.split(array, np.cumsum(params["sizes"])[:-1], params["axis"])
 
@@ -122,7 +128,7 @@ MOVES: dict[str, Callable[..., Sequence[Scalars]]] = {
     "concatenate": lambda params, *arrays: [np.concatenate(arrays, params["dimension"])],
     "expand_dims": lambda params, array: [np.expand_dims(array, params["dimensions"])],
     "pad": _pad,
-    "reshape": lambda params, array: [array.reshape(params["new_sizes"])],
+    "reshape": _reshaped,
     "rev": lambda params, array: [np.flip(array, params["dimensions"])],
     "slice": _cut,
     "split": _split,

@@ -101,11 +101,12 @@ def read_parts(
         )
     roles = roles_of(known)
     names = [wheel.name for wheel in known.wheels]
-    order = ("current", "torque", "power") if any(lacks_of(known)) else DRIVES
-    groups = [{f"{name}_{drive}" for name in names} for drive in order]
+    groups = [{f"{name}_{drive}" for name in names} for drive in DRIVES]
+    # a column of power that cannot be read as a current is no drive, unless it is named
+    absent = {f"{name}_power" for name in names} if any(lacks_of(known)) else set[str]()
 
     def choose(header: Header) -> Mapping[str, Chosen]:
-        chosen = choose_columns(header, mapping.columns, mapping.units, roles=roles)
+        chosen = choose_columns(header, mapping.columns, mapping.units, absent=absent, roles=roles)
         # drives are not read where a better one is known
         best = next((k for k, roles in enumerate(groups) if roles <= chosen.keys()), len(groups))
         unused = set().union(*groups[best + 1 :])

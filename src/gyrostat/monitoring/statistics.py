@@ -50,7 +50,7 @@ def standstill_columns(blocks: Blocks, known: KnownWheels, wheel: int) -> dict[s
     reason = "the wheel does not come to rest"
     if torque > 0.0:
         reason = f"at least about {torque:.3g} N·m, the largest motor torque at rest"
-    elif np.any(share > 0.0):
+    elif np.any(share > 0.0) and not np.any(np.isfinite(drive[share > 0.0])):
         reason = "the motor torque at rest is not known"
     return {
         "standstill_share": float(np.mean(share)) if share.size else np.nan,

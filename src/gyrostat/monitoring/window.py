@@ -68,7 +68,11 @@ def window_row(
     inside = usable(blocks, wheel, rotor.slowest)
     steady = blocks.part(inside & shows_torque(blocks, known, wheel) if power else inside)
     if len(steady) < FEWEST:
-        above = ", not braking, friction well above the error of idle_power" if power else ""
+        above = (
+            ", power above idle_power, not braking, friction well above the error of idle_power"
+            if power
+            else ""
+        )
         reason = (
             f"{len(steady)} blocks are usable, at least {FEWEST} are needed (speed of one sign "
             f"above {rotor.slowest:.3g} rad/s, no gap{above})"
