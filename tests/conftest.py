@@ -5,7 +5,6 @@ import importlib.util
 import os
 import shutil
 import sys
-import threading
 from importlib.metadata import version
 from pathlib import Path
 
@@ -141,26 +140,6 @@ def pytest_xdist_make_scheduler(config, log):
     return ByFile(config, log)
 
 
-PROGRAMS = 200
-"""Programs that share a context of MLIR; making one takes as long as lowering one operation."""
-contexts = threading.local()
-
-
-def share_contexts():
-    """Let JAX lower several programs in one context, for each thread."""
-    from jax._src.interpreters import mlir
-
-    make = mlir.make_ir_context
-
-    def shared():
-        if getattr(contexts, "left", 0) == 0:
-            contexts.left, contexts.made = PROGRAMS, make()
-        contexts.left -= 1
-        return contexts.made
-
-    mlir.make_ir_context = shared
-
-
 MOST_MEMORY = 3e9
 """Resident memory of a worker above which the next file begins without what JAX has kept, bytes."""
 last = {"file": None}
@@ -185,8 +164,6 @@ def pytest_runtest_setup(item):
     """
     from gyrostat.core.jax64 import jax
 
-    if last["file"] is None and version("jaxlib").startswith("0.10."):
-        share_contexts()
     if item.path != last["file"] and resident() > MOST_MEMORY:
         # a worker that keeps the traces of all files needs 7 GB
         jax.clear_caches()
