@@ -175,12 +175,18 @@ def report_delays(name, delays):
     )
 
 
-def answered(wheel):
-    """Verdict ten days after the first alarm; None without an alarm, or if it was before onset."""
+def judged(wheel):
+    """Window ten days after the first alarm; None without an alarm, or if it was before onset."""
     first = next((k for k, v in enumerate(wheel.verdicts) if v.alarm), None)
     if first is None or first < int(wheel.onset):
         return None
-    return wheel.verdicts[min(first + 10, len(wheel.verdicts) - 1)]
+    return min(first + 10, len(wheel.verdicts) - 1)
+
+
+def answered(wheel):
+    """Verdict in this window; None without one."""
+    window = judged(wheel)
+    return None if window is None else wheel.verdicts[window]
 
 
 def classes(fault, wheels):
@@ -212,7 +218,7 @@ def alike(wheel):
     right in the share Phi(d / 2) (Neyman and Pearson): 95 % need a d of 3.29. Only changes of the
     estimates and of the scale of the speed are compared.
     """
-    onset, last = int(wheel.onset), _judged(wheel)
+    onset, last = int(wheel.onset), judged(wheel)
     scales = np.append(wheel.reference.scales(), 1.0)
     truth = np.stack([wheel.truth[n] for n in TRUTH], axis=1)[: last + 1] / scales
     change = truth - truth[max(onset - 5, 0) : onset].mean(axis=0)
@@ -244,11 +250,6 @@ def alike(wheel):
     return found
 
 
-def _judged(wheel):
-    first = next(k for k, v in enumerate(wheel.verdicts) if v.alarm)
-    return min(first + 10, len(wheel.verdicts) - 1)
-
-
 def _stated(seen):
     """Parts of the channels with a stated variance, (M, 5), and standard deviations, (M,)."""
     rows = np.any(seen.direction[:, :STATED] != 0.0, axis=1)
@@ -257,7 +258,7 @@ def _stated(seen):
 
 def report_alike(fault, wheels):
     """Shares of wheels whose class could be found at best, and what it is confused with."""
-    sets = [tuple(alike(w)) for w in wheels if answered(w) is not None]
+    sets = [tuple(alike(w)) for w in wheels if judged(w) is not None]
     if not sets:
         return
     sizes = np.array([len(names) for names in sets])

@@ -37,8 +37,6 @@ def expression(equation: Any, function: Callable[..., Any]) -> str | None:
         return "{0} * {0}"
     if name == "broadcast_in_dim" and equation.invars[0].aval.size == math.prod(shape) > 0:
         return f"{{}}.reshape({shape})" if shape else "{}"
-    if name == "reshape" and params["dimensions"] is not None:
-        return f"{{}}.transpose({params['dimensions']}).reshape({shape})"
     if name in ("reshape", "squeeze", "expand_dims"):
         first = ", ".join("0" for _ in equation.invars[0].aval.shape)
         return f"{{}}.reshape({shape})" if shape else f"{{}}[{first}]" if first else "{}"

@@ -69,12 +69,11 @@ def _truncated(array: Any) -> Any:
     return np.where(whole >= 2.0**63, limits.max, np.where(whole <= -(2.0**63), limits.min, inside))
 
 
-def _shaped(equation: Any) -> Callable[..., Any]:
-    """Rule for an operation that gives the same elements another shape."""
+def _shaped(equation: Any) -> Callable[..., Any] | None:
+    """Rule for an operation that gives the same elements, in their order, another shape."""
     shape = equation.outvars[0].aval.shape
-    order = equation.params["dimensions"] if equation.primitive.name == "reshape" else None
-    if order is not None:
-        return lambda array: np.transpose(array, order).reshape(shape)
+    if equation.primitive.name == "reshape" and equation.params["dimensions"] is not None:
+        return None
     if shape:
         return lambda array: array.reshape(shape)
     first = (0,) * equation.invars[0].aval.ndim

@@ -89,16 +89,17 @@ class Exchange:
         noise = (1.4826 * float(np.median(np.abs(left)))) ** 2
         regression = Regression.of(wheels, rounding * known.rotor_inertia**2)
         learnt = self
-        scale, sigma, unsure = regression.scales(body, *self.inertia(stated, noise))
+        inertia, covariance = self.inertia(stated, noise)
+        scale, sigma, unsure = regression.scales(body, inertia, covariance)
         shown = sigma <= LARGEST_SIGMA
         if np.any(shown) and np.min(np.abs(scale[shown] - 1.0)) > CONTRADICTED:
             return nothing, replace(self, difference=float(np.min(np.abs(scale[shown] - 1.0))))
         if np.any(shown & (unsure > ENOUGH * sigma)):
             learnt = self._learn(body, torque, blocks.rate, stated)
-        inertia, covariance = learnt.inertia(stated, noise)
+            inertia, covariance = learnt.inertia(stated, noise)
+            scale, sigma, unsure = regression.scales(body, inertia, covariance)
         away = float(np.linalg.norm(inertia - stated) / np.linalg.norm(stated))
         learnt = replace(learnt, difference=away)
-        scale, sigma, unsure = regression.scales(body, inertia, covariance)
         sigma = np.hypot(sigma, unsure)
         left = (body @ inertia.ravel() + torque) @ known.axes
         rows = [{"exchange_residual": float(each)} for each in np.sqrt(np.mean(left**2, axis=0))]

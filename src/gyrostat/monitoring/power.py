@@ -7,7 +7,7 @@ A motor with the constant K at the speed w takes from its supply
 with the current i, the idle power P0 of its drive, and the resistance R of winding and drive. This
 gives the current of a motor that drives its wheel. Of a braking motor P says little: drives return
 its energy, burn it or brake with energy of the supply. Braking is therefore recognised by the
-speeds, and what is left out does not depend on the error of the power.
+mean deceleration of a block; within a block it is not seen.
 """
 
 from collections.abc import Iterator
