@@ -5,12 +5,13 @@ import multiprocessing.spawn
 import os
 import pickle
 import subprocess
+import threading
 from concurrent.futures import BrokenExecutor
 
 import numpy as np
 import pytest
 
-from gyrostat.campaigns.executors import _Worker, kept_open
+from gyrostat.campaigns.executors import _Worker, kept_open, processes
 from gyrostat.campaigns.flown import Flown
 
 
@@ -63,6 +64,13 @@ def test_ctrl_c_reaches_the_executor_between_two_parts(opener):
     with pytest.raises(KeyboardInterrupt):
         interrupted()
     assert opener.events[1:] == [("failed", 0, KeyboardInterrupt)]
+
+
+def test_the_thread_of_a_pool_that_failed_ends_with_it():
+    threads = set(threading.enumerate())
+    with pytest.raises(BrokenExecutor), processes(2)() as pool:
+        pool.submit(os._exit, 1).result()
+    assert set(threading.enumerate()) <= threads
 
 
 def test_a_worker_whose_parent_is_killed_before_it_sends_anything_is_silent(monkeypatch):

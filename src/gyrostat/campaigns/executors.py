@@ -119,7 +119,8 @@ def processes(workers: int) -> Opener:
             # the results of running jobs are not needed
             for process in list((pool._processes or {}).values()):
                 process.terminate()
-            pool.shutdown(wait=False, cancel_futures=True)
+            # waits: at exit Python wakes each pool's thread, and fails if it is closing its pipe
+            pool.shutdown(cancel_futures=True)
             raise
         pool.shutdown()
 
