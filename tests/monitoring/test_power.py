@@ -11,7 +11,7 @@ import gyrostat
 from gyrostat.core.errors import InputError
 from gyrostat.monitoring import window
 from gyrostat.monitoring.blocks import Samples
-from gyrostat.monitoring.power import current_of_power
+from gyrostat.monitoring.power import current_of_power, shows_torque
 from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.wheel_data import KnownWheel, KnownWheels
 from tests.monitoring.closed_loop import NOMINAL
@@ -41,16 +41,16 @@ def test_a_power_that_shows_no_torque_gives_no_current():
     assert np.isnan(current_of_power(power, speed, KnownWheels((WHEEL,)))).all()
 
 
-@pytest.fixture(scope="module")
-def flown():
-    """Half a day of eight wheels that brake each hour: times, speeds, currents, mean Coulomb.
+def flight(slew_time, change, every):
+    """Half a day of eight wheels that brake in each slew: times, speeds, currents, mean Coulomb.
 
     The drive takes power from its supply also to brake.
     """
     random = np.random.default_rng(5)
     time, names = np.arange(DAY + 2.0), np.arange(8)
-    phase = (time[:, None] + 450.0 * names) % 3600.0
-    slew = np.where(phase < 300.0, 75.0 * (1.0 - np.cos(2.0 * np.pi * phase / 300.0)), 0.0)
+    phase = (time[:, None] + 450.0 * names) % every
+    turn = 0.5 * change * (1.0 - np.cos(2.0 * np.pi * phase / slew_time))
+    slew = np.where(phase < slew_time, turn, 0.0)
     speed = 150.0 + 20.0 * np.sin(2.0 * np.pi * time[:, None] / 5700.0 + names) + slew
     keep = np.exp(-1.0 / 1200.0)
     shocks = 0.02 * np.sqrt(1.0 - keep**2) * random.standard_normal(speed.shape)
@@ -60,6 +60,11 @@ def flown():
     current = torque / NOMINAL["motor_constant"]
     current += 5e-4 * random.standard_normal(current.shape)
     return time, speed, current, coulomb.mean(axis=0)
+
+
+@pytest.fixture(scope="module")
+def flown():
+    return flight(300.0, 150.0, 3600.0)
 
 
 def scores(flown, stated, sigma):
@@ -101,6 +106,20 @@ def test_braking_does_not_bias(flown, monkeypatch):
     assert abs(np.mean(error)) < 0.01  # three standard errors of eight wheels
     monkeypatch.setattr(window, "shows_torque", lambda blocks, known, wheel: len(blocks) * [True])
     assert abs(np.mean(scores(flown, exact, 1e-3)[1])) > 0.05
+
+
+@pytest.mark.parametrize(("slew_time", "change"), [(40.0, 20.0), (100.0, 50.0)])
+def test_braking_within_a_block_does_not_bias(monkeypatch, slew_time, change):
+    braking = flight(slew_time, change, 490.0)
+    low = np.full(8, 0.98 * IDLE)
+    assert np.max(np.abs(scores(braking, low, 0.02 * IDLE)[0])) < 2.8
+
+    def by_blocks_alone(blocks, known, wheel):
+        still = np.full_like(blocks.deceleration, -1.0)
+        return shows_torque(replace(blocks, deceleration=still), known, wheel)
+
+    monkeypatch.setattr(window, "shows_torque", by_blocks_alone)
+    assert np.max(np.abs(scores(braking, low, 0.02 * IDLE)[0])) > 4.0
 
 
 @pytest.mark.parametrize("stated", [True, False])
@@ -157,6 +176,16 @@ def test_the_drive_is_the_best_measured(folder, wheels, telemetry, drive):
     assert health.telemetry["drive"] == drive
     assert health.windows["valid"][0]
     assert sum("electrical power shows" in note for note in health.notes) == (drive == "power")
+
+
+@pytest.mark.parametrize(("factor", "reason"), [(1e3, "is its unit right?"), (1e-3, "0 blocks")])
+def test_a_power_in_another_unit_is_not_valid(folder, factor, reason):
+    table = np.loadtxt(folder / "power.csv", delimiter=",", skiprows=1) * [1.0, 1.0, factor]
+    header = "time_s,a_speed_rad_s,a_power_mW"
+    np.savetxt(folder / "other.csv", table, "%.12g", ",", header=header, comments="")
+    health = gyrostat.monitor(folder / "other.csv", wheels=folder / "wheels.toml", window="2 h")
+    assert not health.windows["valid"][0]
+    assert reason in health.windows["why"][0]
 
 
 @pytest.mark.parametrize("key", [1, 2])

@@ -17,6 +17,8 @@ from gyrostat.core.types import Matrix, Vector
 
 SLOW = 1e-9
 """Speed below which a wheel rests, rad/s, beside the rounding of its tachometer."""
+BRAKING = 5.0
+"""Time over which a deceleration is a mean, s; a sampling period if that is longer."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -79,6 +81,8 @@ class Blocks:
         direction: Mean sign of the speed, (B, wheels).
         speed: Mean speed, (B, wheels), rad/s.
         slowest: Least speed without sign, (B, wheels), rad/s.
+        deceleration: Largest deceleration, the mean over `BRAKING` seconds of the block,
+            (B, wheels), rad/s²; negative if the wheel accelerates throughout.
         slow_drive: Largest drive without sign while the wheel rests, (B, wheels), A; 0 if never.
         rest: Share of samples at rest, (B, wheels).
         step: Least difference of neighbouring values of the drive that is not 0, (B, wheels), A:
@@ -99,6 +103,7 @@ class Blocks:
     direction: Matrix
     speed: Matrix
     slowest: Matrix
+    deceleration: Matrix
     slow_drive: Matrix
     rest: Matrix
     step: Matrix
@@ -195,6 +200,7 @@ def _blocks(
         direction=mean(np.sign(speed)),
         speed=mean(speed),
         slowest=np.minimum.reduceat(magnitude, first, axis=0),
+        deceleration=_deceleration(time[:end], np.abs(speed[:end]), first, last),
         slow_drive=np.maximum.reduceat(np.where(slow, np.abs(drive[inside]), 0.0), first, axis=0),
         rest=total(slow.astype(float)) / count[:, None],
         step=finest,
@@ -209,6 +215,24 @@ def _blocks(
         changed = np.diff(samples.mode[:end]) != 0
         usable &= ~np.logical_or.reduceat(changed, first)
     return blocks.part(usable)
+
+
+def _deceleration(
+    time: Vector, magnitude: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]
+) -> Matrix:
+    """Largest deceleration between two samples of each block that are `BRAKING` apart."""
+    period = (time[last] - time[first]) / (last - first)
+    lags = np.minimum(np.maximum(np.rint(BRAKING / period).astype(np.int64), 1), last - first)
+    largest = np.empty((first.size, magnitude.shape[1]))
+    for lag in np.unique(lags):
+        blocks = lags == lag
+        slowed = magnitude[:-lag] - magnitude[lag:]
+        slowed /= (time[lag:] - time[:-lag])[:, None]
+        # each block up to the pair that ends with its last sample
+        slowed = np.concatenate([slowed, slowed[-1:]])
+        bounds = np.column_stack([first[blocks], last[blocks] - lag + 1]).ravel()
+        largest[blocks] = np.maximum.reduceat(slowed, bounds, axis=0)[::2]
+    return largest
 
 
 def _no_blocks(wheels: int) -> Blocks:

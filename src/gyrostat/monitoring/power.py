@@ -7,7 +7,7 @@ A motor with the constant K at the speed w takes from its supply
 with the current i, the idle power P0 of its drive, and the resistance R of winding and drive. This
 gives the current of a motor that drives its wheel. Of a braking motor P says little: drives return
 its energy, burn it or brake with energy of the supply. Braking is therefore recognised by the
-mean deceleration of a block; within a block it is not seen.
+deceleration of the wheel, over a block and over a few seconds of it.
 """
 
 from collections.abc import Iterator
@@ -16,8 +16,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.core.errors import InputError
-from gyrostat.core.types import Matrix
-from gyrostat.monitoring.blocks import Blocks
+from gyrostat.core.types import Matrix, Vector
+from gyrostat.monitoring.blocks import BRAKING, Blocks
 from gyrostat.monitoring.rows import acceleration_torque
 from gyrostat.monitoring.wheel_data import KnownWheels
 
@@ -26,6 +26,8 @@ BRAKED = 0.5
 ABOVE = 2.0
 """Least power of nominal friction over the standard deviation of the idle power, and over the
 rounding."""
+FAR = 30.0
+"""Power over that of nominal friction above which it has probably another unit."""
 
 
 def lacks_of(known: KnownWheels) -> Iterator[str]:
@@ -76,8 +78,29 @@ def shows_torque(blocks: Blocks, known: KnownWheels, wheel: int) -> NDArray[np.b
     friction = rotor.coulomb + rotor.viscous * np.abs(blocks.speed[:, wheel])
     sign = np.sign(blocks.direction[:, wheel])
     braking = sign * acceleration_torque(blocks, known, wheel) < -BRAKED * friction
+    deceleration = blocks.deceleration[:, wheel] - known.speed_resolution / BRAKING
+    braking |= rotor.inertia * deceleration > BRAKED * friction
     near = braking.copy()
     near[1:] |= braking[:-1]
     near[:-1] |= braking[1:]
     doubt = max(rotor.sigma_of("idle_power"), known.power_resolution)
     return ~near & (lost > ABOVE * doubt)
+
+
+def over_nominal(blocks: Blocks, known: KnownWheels, wheel: int) -> float:
+    """Median power above idle, over that of nominal friction at the same speeds.
+
+    Args:
+        blocks: Blocks whose power shows the torque of the motor.
+        known: The wheels.
+        wheel: Place of the wheel.
+    """
+    rotor = known.wheels[wheel]
+    speed = np.abs(blocks.speed[:, wheel])
+    nominal = (rotor.coulomb + rotor.viscous * speed) / rotor.motor_constant
+
+    def power(current: Vector) -> Vector:
+        return (rotor.motor_constant * speed + (rotor.resistance or 0.0) * current) * current
+
+    measured = np.abs(blocks.drive[:, wheel])
+    return float(np.median(power(measured)) / np.median(power(nominal)))

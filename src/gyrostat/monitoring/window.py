@@ -11,7 +11,7 @@ from gyrostat.monitoring.estimate import Estimate, Rows, estimate
 from gyrostat.monitoring.moments import COULOMB, IDLE, MOTOR, OFFSET, VISCOUS, Prior
 from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.noise_search import USUAL
-from gyrostat.monitoring.power import shows_torque
+from gyrostat.monitoring.power import FAR, over_nominal, shows_torque
 from gyrostat.monitoring.residuals import residual_columns
 from gyrostat.monitoring.rounding import rounding_variance
 from gyrostat.monitoring.rows import prior_of, regression_rows, usable
@@ -90,6 +90,9 @@ def window_row(
     row |= _values(value, prior, rows, added)
     row |= residual_columns(blocks, steady, known, wheel, value, rows)
     row |= _verdict(value)
+    if row["valid"] and power and (times := over_nominal(steady, known, wheel)) > FAR:
+        why = f"the power is {times:.3g} times that of nominal friction: is its unit right?"
+        row |= {"valid": False, "why": why}
     return row, value.noise if row["valid"] else noise
 
 
