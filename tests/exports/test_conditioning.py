@@ -5,7 +5,11 @@ from typing import NamedTuple
 import numpy as np
 import pytest
 
+import gyrostat as gs
+from gyrostat.codegen.flight.measure import Compiled
+from gyrostat.control import AttitudePID, CurrentMode
 from gyrostat.core.jax64 import jnp
+from gyrostat.exports import folder
 from gyrostat.exports.check_program import TOLERANCE, scales
 from gyrostat.exports.folder import emitted
 from gyrostat.exports.target import STEPS, flight_module
@@ -22,11 +26,12 @@ class Gains(NamedTuple):
 
 
 def law(gains, memory, measured, reference):
-    """A sum of small differences, one of them, also made large, a product, and rounding errors."""
+    """A sum of small differences, one of them, also made large, a product, rounding errors."""
     difference = measured - reference
     total = memory + difference
     residual = jnp.sqrt(measured) ** 2 - measured
-    return total, difference, measured * reference, gains.gain * difference, residual
+    late = jnp.where(memory > 4.5e-4, residual, 0.0)
+    return total, difference, measured * reference, gains.gain * difference, residual, late
 
 
 @pytest.fixture(scope="module")
@@ -36,7 +41,7 @@ def vectors():
         {"gains": Gains(1e9)},
         {"memory": jnp.asarray(0.0)},
         [("start", lambda: jnp.asarray(0.0), ("memory",))],
-        [("step", law, ("memory", "difference", "product", "large", "residual"))],
+        [("step", law, ("memory", "difference", "product", "large", "residual", "late"))],
         title="A law",
         period=0.1,
         constants={},
@@ -67,12 +72,17 @@ def test_errors_of_a_memory_accumulate(vectors):
     )
 
 
-def test_of_rounding_errors_only_the_size_is_known(vectors):
+@pytest.mark.parametrize("name", ["residual", "late"])
+def test_of_rounding_errors_only_the_size_is_known(vectors, name):
     places, rounding = outputs(vectors), vectors.conditioning
-    assert [name for name, place in places.items() if rounding.are_errors[place]] == ["residual"]
-    place = places["residual"]
+    noisy = [name for name, place in places.items() if rounding.are_errors[place]]
+    assert noisy == ["residual", "late"]
+    late = vectors.values[:, places["late"]]
+    assert np.mean(late == 0.0) > 0.6
+    place = places[name]
     (scale,) = scales(vectors, [place], "double")
-    assert scale == pytest.approx(4.0 * rounding.changes[place] / TOLERANCE["double"])
+    size = max(rounding.changes[place], np.max(np.abs(vectors.values[:, place])))
+    assert scale == pytest.approx(4.0 * size / TOLERANCE["double"])
     assert UNIT / 4.0 < rounding.changes[place] < 4.0 * UNIT
 
 
@@ -80,3 +90,19 @@ def test_a_well_conditioned_result_has_its_own_size(vectors):
     place = outputs(vectors)["product"]
     (scale,) = scales(vectors, [place], "double")
     assert scale == np.max(np.abs(vectors.values[:, place]))
+
+
+@pytest.mark.parametrize("error", [1e-13, 1e-11, np.nan])
+def test_an_export_says_that_its_test_program_fails(monkeypatch, tmp_path, error):
+    errors = {f"command.torque[{k}]": error for k in range(8)}
+    compiled = Compiled("cc 1", None, {}, errors)
+    monkeypatch.setattr(folder, "measure", lambda texts, name: compiled)
+    said = []
+    gs.export(
+        CurrentMode(AttitudePID(1.0, 0.0, 3.0), 0.02), tmp_path, "c", period=0.1, say=said.append
+    )
+    lines = [line for line in said if "fails" in line]
+    assert len(lines) == (0 if error == 1e-13 else 1)
+    if lines:
+        assert "with this compiler" in lines[0]
+        assert lines[0].endswith("`command.torque[5]`, and 2 more.")

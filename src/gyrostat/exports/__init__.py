@@ -4,7 +4,7 @@ from gyrostat.exports.basilisk import basilisk
 from gyrostat.exports.compensated_wheel import CompensatedWheel
 from gyrostat.exports.evidence import read_content, read_results, results_text, run_evidence
 from gyrostat.exports.fmu import write_fmu
-from gyrostat.exports.folder import Search, files
+from gyrostat.exports.folder import DIFFERS, Search, files
 from gyrostat.exports.parts import Part
 from gyrostat.exports.reasons import read_reasons
 from gyrostat.exports.scenario_controller import scenario_controller
@@ -12,6 +12,7 @@ from gyrostat.exports.sheet import sheet
 from gyrostat.exports.target import Target
 
 __all__ = [
+    "DIFFERS",
     "CompensatedWheel",
     "Part",
     "Search",

@@ -22,6 +22,11 @@ from gyrostat.exports.template import filled
 from gyrostat.exports.vectors.find import find_vectors
 from gyrostat.exports.vectors.vectors import Vectors, nominal_vectors
 
+DIFFERS = "The test program fails with this compiler"
+"""Beginning of the line of the README about outputs that are not as in Python."""
+MOST_NAMED = 6
+"""Largest number of them that the line names."""
+
 
 @dataclass(frozen=True)
 class Search:
@@ -119,7 +124,9 @@ def _readme(subject: Subject, origin: str, vectors: Vectors, compiled: Compiled 
         calls=calls(target.steps),
         validation="\n".join(_validation(target)),
         prototypes="\n".join(map(prototype_of, target.entries)),
-        resources="\n".join([*_costs(target, module, compiled), *_tables(module)]),
+        resources="\n".join(
+            [*_costs(target, module, compiled, TOLERANCE[precision]), *_tables(module)]
+        ),
         steps=len(vectors.rows),
         tolerance=f"{TOLERANCE[precision]:g}",
         rounding=_rounding(target, vectors),
@@ -161,7 +168,9 @@ def _declarations(target: Target, module: Module, dialect: Dialect) -> list[str]
     return lines
 
 
-def _costs(target: Target, module: Module, compiled: Compiled | None) -> list[str]:
+def _costs(
+    target: Target, module: Module, compiled: Compiled | None, tolerance: float
+) -> list[str]:
     functions = {function.name: function for function in module.functions}
     classes = (*CLASSES, ELEMENTARY)
     lines = [
@@ -184,10 +193,15 @@ def _costs(target: Target, module: Module, compiled: Compiled | None) -> list[st
     if compiled.stack:
         deepest = max(_depth(functions[e.name], compiled) for e in target.entries)
         sizes.append(f"{deepest} bytes of stack at most, without those of the C library")
-    return [
-        *lines,
-        f"By {compiled.compiler} with `{OPTIMISATION}`: {', '.join(sizes) or 'it compiles'}.",
-    ]
+    lines.append(
+        f"By {compiled.compiler} with `{OPTIMISATION}`: {', '.join(sizes) or 'it compiles'}."
+    )
+    # NaN differs too
+    wrong = [f"`{each}`" for each, error in compiled.errors.items() if not error <= tolerance]
+    if wrong:
+        most = f", and {len(wrong) - MOST_NAMED} more" if len(wrong) > MOST_NAMED else ""
+        lines += ["", f"{DIFFERS}: not as in Python are {', '.join(wrong[:MOST_NAMED])}{most}."]
+    return lines
 
 
 def _tables(module: Module) -> list[str]:

@@ -31,9 +31,12 @@ def complete(
     Returns:
         Files of the results, which are no longer in `scratch`: `make evidence` replaces them later.
     """
-    from gyrostat.exports import read_content, read_results, results_text, run_evidence
+    from gyrostat.exports import DIFFERS, read_content, read_results, results_text, run_evidence
     from gyrostat.reports import evidence_page
 
+    for line in (scratch / "README.md").read_text(encoding="utf-8").splitlines():
+        if line.startswith(DIFFERS):
+            say(f"warning: {line}")
     results, earlier = scratch / "evidence" / "results", folder / "evidence" / "results"
     if evidence:
         for result in run_evidence(scratch):
