@@ -1,5 +1,6 @@
 """Tolerances of the test program follow the conditioning of the test run, not of the algorithm."""
 
+from types import SimpleNamespace
 from typing import NamedTuple
 
 import numpy as np
@@ -13,6 +14,7 @@ from gyrostat.exports import folder
 from gyrostat.exports.check_program import TOLERANCE, scales
 from gyrostat.exports.folder import emitted
 from gyrostat.exports.target import STEPS, flight_module
+from gyrostat.exports.vectors.conditioning import conditioning
 from gyrostat.exports.vectors.vectors import nominal_vectors
 
 UNIT = 2.0**-52
@@ -84,6 +86,20 @@ def test_of_rounding_errors_only_the_size_is_known(vectors, name):
     size = max(rounding.changes[place], np.max(np.abs(vectors.values[:, place])))
     assert scale == pytest.approx(4.0 * size / TOLERANCE["double"])
     assert UNIT / 4.0 < rounding.changes[place] < 4.0 * UNIT
+
+
+def test_another_order_of_operations_shows_rounding_errors(vectors):
+    """Those that a change of inputs and memory does not show, as they cancel in any case."""
+    values, places = vectors.values.copy(), outputs(vectors)
+    values[:, places["late"]] = np.where(np.arange(STEPS) < 30, 0.0, 1e-17)
+    unchanged = SimpleNamespace(run=lambda rows, factor: values)
+    words = unchanged, vectors.fields, vectors.rows, values, "double"
+    assert not conditioning(*words).are_errors.any()
+    otherwise = values.copy()
+    otherwise[:, places["late"]] = 0.0
+    found = conditioning(*words, otherwise)
+    assert np.flatnonzero(found.are_errors).tolist() == [places["late"]]
+    assert found.changes[places["late"]] == 1e-17
 
 
 def test_a_well_conditioned_result_has_its_own_size(vectors):

@@ -65,6 +65,7 @@ def conditioning(
     rows: Sequence[Row],
     values: np.ndarray,
     precision: Precision,
+    otherwise: np.ndarray | None = None,
 ) -> Conditioning:
     """Change inputs and memory before every step of a run, and compare the results.
 
@@ -74,20 +75,20 @@ def conditioning(
         rows: Steps.
         values: Values of all fields after each step, (steps, fields).
         precision: Precision of real numbers in C.
+        otherwise: Values of the same run with operations in another order.
     """
     random = np.random.default_rng(0)
     is_real = np.array([f.kind == "real" and f.role in ("input", "state") for f in fields])
-    changes: list[np.ndarray] = []
-    for _ in range(RUNS):
-        signs = random.choice([-1.0, 1.0], (len(rows), len(fields)))
-        changed = python.run(rows, 1.0 + UNIT[precision] * signs * is_real)
-        with np.errstate(invalid="ignore"):
-            change = np.abs(changed - values)
-        changes.append(np.where(np.isfinite(change), change, 0.0))
-    every = np.concatenate(changes)
+    signs = random.choice([-1.0, 1.0], (RUNS, len(rows), len(fields)))
+    runs = [python.run(rows, 1.0 + UNIT[precision] * each * is_real) for each in signs]
+    runs += [] if otherwise is None else [otherwise]
+    with np.errstate(invalid="ignore"):
+        changes = np.abs(np.stack(runs) - values)
+    changes = np.where(np.isfinite(changes), changes, 0.0)
     sizes = np.max(np.where(np.isfinite(values), np.abs(values), 0.0), axis=0)
     are_real = np.array([f.kind == "real" for f in fields])
     # a memory that is set within the run is zero before
-    shown = np.concatenate(RUNS * [values != 0.0]) | (every > 0.0)
-    usual = np.ma.median(np.ma.masked_array(every, ~shown), axis=0).filled(0.0)
-    return Conditioning(np.max(every, axis=0), are_real & (usual > NOISE * sizes))
+    hidden = (values == 0.0) & (changes == 0.0)
+    usual = np.ma.median(np.ma.masked_array(changes, hidden), axis=1).filled(0.0)
+    are_errors = are_real & np.any(usual > NOISE * sizes, axis=0)
+    return Conditioning(np.max(changes, axis=(0, 1)), are_errors)
