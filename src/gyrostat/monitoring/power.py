@@ -24,8 +24,10 @@ from gyrostat.monitoring.wheel_data import KnownWheels
 BRAKED = 0.5
 """Deceleration torque over the nominal friction above which the motor may brake."""
 ABOVE = 2.0
-"""Least power of nominal friction over the standard deviation of the idle power, and over the
-rounding."""
+"""Least power of nominal friction over the standard deviation of the idle power."""
+ROUNDED = 5.0
+"""Least power of nominal friction over its resolution: below it, rounding decides whether a motor
+that hardly drives is taken for one that drives."""
 FAR = 30.0
 """Power over that of nominal friction above which it has probably another unit."""
 
@@ -83,8 +85,8 @@ def shows_torque(blocks: Blocks, known: KnownWheels, wheel: int) -> NDArray[np.b
     near = braking.copy()
     near[1:] |= braking[:-1]
     near[:-1] |= braking[1:]
-    doubt = max(rotor.sigma_of("idle_power"), known.power_resolution)
-    return ~near & (lost > ABOVE * doubt)
+    least = max(ABOVE * rotor.sigma_of("idle_power"), ROUNDED * known.power_resolution)
+    return ~near & (lost > least)
 
 
 def over_nominal(blocks: Blocks, known: KnownWheels, wheel: int) -> float:
