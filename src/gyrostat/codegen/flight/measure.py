@@ -25,12 +25,14 @@ class Compiled:
         stack: Function -> size of its own stack frame, bytes; empty if the compiler does not
             report it.
         errors: Output -> largest error in the test run, relative to the output's largest value.
+        fails: Whether the test program fails.
     """
 
     compiler: str
     code: int | None
     stack: Mapping[str, int]
     errors: Mapping[str, float]
+    fails: bool
 
 
 def measure(files: Mapping[str, str], name: str) -> Compiled | None:
@@ -60,8 +62,8 @@ def measure(files: Mapping[str, str], name: str) -> Compiled | None:
         if run(*program, *flags, f"{name}.o", f"{name}_test.c", "-lm", "-o", "test") is None:
             return None
         # exit status 1 means that an output differs from Python: its numbers are still used
-        report = run_compiler([str(Path(folder) / "test"), "errors"]).stdout
-        lines = (line.rpartition(" ") for line in report.splitlines())
+        test = run_compiler([str(Path(folder) / "test"), "errors"])
+        lines = (line.rpartition(" ") for line in test.stdout.splitlines())
         sizes = run("size", "-A", f"{name}.o") if shutil.which("size") else None
         sections = re.findall(r"^\.(?:text|rodata)\S*\s+(\d+)", sizes or "", re.MULTILINE)
         stack = Path(folder) / f"{name}.su"
@@ -70,6 +72,7 @@ def measure(files: Mapping[str, str], name: str) -> Compiled | None:
             code=sum(map(int, sections)) if sections else None,
             stack=_stack(stack.read_text(encoding="utf-8") if stack.exists() else ""),
             errors={output: float(error) for output, _, error in lines},
+            fails=test.returncode != 0,
         )
 
 

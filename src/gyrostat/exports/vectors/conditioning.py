@@ -26,8 +26,11 @@ CHANGES = 4.0
 MOST = 1000.0
 """Largest tolerance of an ill-conditioned result over that of others."""
 NOISE = 0.1
-"""Share of its largest value that a result changes by in half of the steps in which it is not zero
-if it is made of rounding errors."""
+"""Relative change of a result that is made of rounding errors: in half of the steps over its value
+there, and once over its largest value."""
+FEWEST = 5
+"""Number of steps with a value or change from which a result counts as made of rounding errors. One
+that is not zero in fewer may be an event, which comes a step later."""
 
 
 @dataclass(frozen=True)
@@ -39,10 +42,12 @@ class Conditioning:
             (fields,); 0 where one of the values is not finite.
         are_errors: Whether each number is made of rounding errors, such as the residual of an
             equation, (fields,): only its size is known.
+        sizes: Largest finite value of each number, (fields,).
     """
 
     changes: np.ndarray
     are_errors: np.ndarray
+    sizes: np.ndarray
 
     def allowed(self, places: Sequence[int], largest: np.ndarray, tolerance: float) -> np.ndarray:
         """Errors of some numbers that rounding explains.
@@ -54,8 +59,9 @@ class Conditioning:
         """
         changes, are_errors = self.changes[places], self.are_errors[places]
         most = np.where(are_errors, np.inf, MOST * tolerance * largest)
-        # of two values of errors one may be zero in C and not in Python
-        changes = np.where(are_errors, np.maximum(changes, largest), changes)
+        # of two values of errors one may be zero in C and not in Python; the size of its array,
+        # which `largest` may contain, does not count
+        changes = np.where(are_errors, np.maximum(changes, self.sizes[places]), changes)
         return np.minimum(CHANGES * changes, most)
 
 
@@ -85,10 +91,13 @@ def conditioning(
     with np.errstate(invalid="ignore"):
         changes = np.abs(np.stack(runs) - values)
     changes = np.where(np.isfinite(changes), changes, 0.0)
-    sizes = np.max(np.where(np.isfinite(values), np.abs(values), 0.0), axis=0)
-    are_real = np.array([f.kind == "real" for f in fields])
+    known = np.where(np.isfinite(values), np.abs(values), 0.0)
+    sizes = np.max(known, axis=0)
     # a memory that is set within the run is zero before
-    hidden = (values == 0.0) & (changes == 0.0)
-    usual = np.ma.median(np.ma.masked_array(changes, hidden), axis=1).filled(0.0)
-    are_errors = are_real & np.any(usual > NOISE * sizes, axis=0)
-    return Conditioning(np.max(changes, axis=(0, 1)), are_errors)
+    shown = np.maximum(known, changes)
+    ratios = np.divide(changes, shown, out=np.zeros_like(changes), where=shown > 0.0)
+    usual = np.ma.median(np.ma.masked_array(ratios, shown == 0.0), axis=1).filled(0.0)
+    noisy = (usual > NOISE) & np.any(changes > NOISE * sizes, axis=1)
+    noisy &= np.sum(shown > 0.0, axis=1) >= FEWEST
+    are_real = np.array([f.kind == "real" for f in fields])
+    return Conditioning(np.max(changes, axis=(0, 1)), are_real & np.any(noisy, axis=0), sizes)
