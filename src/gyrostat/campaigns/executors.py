@@ -26,6 +26,8 @@ MOST_WORKERS = 1024
 """Largest number of worker processes, which are started together."""
 
 
+ENDED = 10.0
+"""Longest time in which the thread of a pool that failed is waited for, s."""
 _STARTING = threading.Lock()
 
 
@@ -119,8 +121,12 @@ def processes(workers: int) -> Opener:
             # the results of running jobs are not needed
             for process in list((pool._processes or {}).values()):
                 process.terminate()
-            # waits: at exit Python wakes each pool's thread, and fails if it is closing its pipe
-            pool.shutdown(cancel_futures=True)
+            # at exit Python wakes each pool's thread, and fails if it is closing its pipe; before
+            # 3.11.5 it may wait for ever for a worker that died
+            thread = pool._executor_manager_thread
+            pool.shutdown(wait=False, cancel_futures=True)
+            if thread is not None:
+                thread.join(ENDED)
             raise
         pool.shutdown()
 
