@@ -122,6 +122,44 @@ def test_braking_within_a_block_does_not_bias(monkeypatch, slew_time, change):
     assert np.max(np.abs(scores(braking, low, 0.02 * IDLE)[0])) > 4.0
 
 
+def windows_of(flown, speed_noise=0.0, **changes):
+    """Windows of the eight wheels where the drive burns the energy of braking."""
+    time, speed, current, _ = flown
+    sigma = {"idle_power": 1e-3, "power_gain": 1e-2, "viscous": 1e-7, "offset": 1e-9}
+    wheel = replace(WHEEL, sigma=sigma, **changes)
+    known = KnownWheels(tuple(replace(wheel, name=f"w{k}") for k in range(8)))
+    power = IDLE + np.maximum(power_of(current, speed) - IDLE, 0.0)
+    measured = speed + speed_noise * np.random.default_rng(8).standard_normal(speed.shape)
+    monitor = WheelMonitor(known, window=DAY, drive="power")
+    monitor.add(Samples(time, measured, current_of_power(power, measured, known)))
+    return monitor.windows()
+
+
+def test_noise_of_the_tachometer_is_no_braking():
+    quiet = flight(300.0, 0.0, 3600.0)
+    # 1 rad/s: over five seconds up to 0.6 times the torque of friction
+    for noise, error in ((0.0, 0.03), (1.0, 0.1)):
+        table = windows_of(quiet, noise)
+        assert table["valid"].all()
+        np.testing.assert_allclose(table["coulomb"], quiet[3], rtol=error)
+
+
+def test_a_stated_friction_that_hides_braking_is_said():
+    braking = flight(40.0, 20.0, 490.0)
+    table = windows_of(braking, coulomb=10.0 * NOMINAL["coulomb"])
+    assert not table["valid"].any()
+    assert all("state them anew" in why for why in table["why"])
+    assert windows_of(braking)["valid"].all()
+
+
+def test_a_wheel_that_seizes_is_valid():
+    time, speed, current, coulomb = flight(300.0, 0.0, 3600.0)
+    more = 20.0 * NOMINAL["coulomb"]
+    table = windows_of((time, speed, current + more / NOMINAL["motor_constant"], None))
+    assert table["valid"].all()
+    np.testing.assert_allclose(table["coulomb"], coulomb + more, rtol=0.03)
+
+
 @pytest.mark.parametrize("stated", [True, False])
 def test_intervals_contain_the_rounding_of_the_power_only_if_it_is_stated(flown, stated):
     time, _, _, _ = flown

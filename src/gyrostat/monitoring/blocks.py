@@ -18,7 +18,7 @@ from gyrostat.core.types import Matrix, Vector
 SLOW = 1e-9
 """Speed below which a wheel rests, rad/s, beside the rounding of its tachometer."""
 BRAKING = 5.0
-"""Time over which a deceleration is a mean, s; a sampling period if that is longer."""
+"""Least time over which a deceleration is a mean, s: the smallest number of samples that has it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -83,6 +83,8 @@ class Blocks:
         slowest: Least speed without sign, (B, wheels), rad/s.
         deceleration: Largest deceleration, the mean over `BRAKING` seconds of the block,
             (B, wheels), rad/s²; negative if the wheel accelerates throughout.
+        speed_noise: Rms of the noise of a speed sample, from second differences, (B, wheels),
+            rad/s.
         slow_drive: Largest drive without sign while the wheel rests, (B, wheels), A; 0 if never.
         rest: Share of samples at rest, (B, wheels).
         step: Least difference of neighbouring values of the drive that is not 0, (B, wheels), A:
@@ -104,6 +106,7 @@ class Blocks:
     speed: Matrix
     slowest: Matrix
     deceleration: Matrix
+    speed_noise: Matrix
     slow_drive: Matrix
     rest: Matrix
     step: Matrix
@@ -201,6 +204,7 @@ def _blocks(
         speed=mean(speed),
         slowest=np.minimum.reduceat(magnitude, first, axis=0),
         deceleration=_deceleration(time[:end], np.abs(speed[:end]), first, last),
+        speed_noise=_noise(speed[: end + 1], first, last),
         slow_drive=np.maximum.reduceat(np.where(slow, np.abs(drive[inside]), 0.0), first, axis=0),
         rest=total(slow.astype(float)) / count[:, None],
         step=finest,
@@ -222,7 +226,8 @@ def _deceleration(
 ) -> Matrix:
     """Largest deceleration between two samples of each block that are `BRAKING` apart."""
     period = (time[last] - time[first]) / (last - first)
-    lags = np.minimum(np.maximum(np.rint(BRAKING / period).astype(np.int64), 1), last - first)
+    # a little jitter of the samples does not take one more
+    lags = np.minimum(np.ceil(0.99 * BRAKING / period).astype(np.int64), last - first)
     largest = np.empty((first.size, magnitude.shape[1]))
     for lag in np.unique(lags):
         blocks = lags == lag
@@ -233,6 +238,13 @@ def _deceleration(
         bounds = np.column_stack([first[blocks], last[blocks] - lag + 1]).ravel()
         largest[blocks] = np.maximum.reduceat(slowed, bounds, axis=0)[::2]
     return largest
+
+
+def _noise(speed: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]) -> Matrix:
+    """Noise of a sample of each block: white noise makes second differences √6 times as large."""
+    bend = np.diff(speed, n=2, axis=0)
+    bend *= bend
+    return np.sqrt(np.add.reduceat(bend, first, axis=0) / (6.0 * (last - first))[:, None])
 
 
 def _no_blocks(wheels: int) -> Blocks:

@@ -28,8 +28,7 @@ NOTES = {
     "actual over commanded torque",
     "power": "the electrical power shows the motor torque: motor_constant is the nominal one times "
     "true over measured power above idle, and a change of the true motor constant hardly shows; a "
-    "change of the idle power looks like one of the Coulomb torque; braking for minutes is left "
-    "out, shorter braking biases the friction",
+    "change of the idle power looks like one of the Coulomb torque; braking is left out",
     "none": "there is no motor current, electrical power or commanded torque: friction is internal "
     "to the spacecraft and does not show in speeds and rates alone; power is read if wheels.toml "
     "states idle_power and resistance",

@@ -93,6 +93,8 @@ class Health(Pictured):
             if row is None:
                 lines.append(f"  not valid: {table['why'][-1]}")
                 continue
+            if not table["valid"][-1]:
+                lines.append(f"  the last window is not valid: {table['why'][-1]}")
             for parameter, unit in PARAMETERS.items():
                 if row[f"{parameter}_observable"]:
                     value, sigma = row[parameter], row[f"{parameter}_sigma"]

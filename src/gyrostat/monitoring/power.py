@@ -28,8 +28,10 @@ ABOVE = 2.0
 ROUNDED = 5.0
 """Least power of nominal friction over its resolution: below it, rounding decides whether a motor
 that hardly drives is taken for one that drives."""
-FAR = 30.0
-"""Power over that of nominal friction above which it has probably another unit."""
+FAR = 300.0
+"""Power over that of nominal friction and acceleration above which it has probably another unit."""
+NOISY = 3.5
+"""Largest of the errors of the differences of two speeds of a block, over their sigma."""
 
 
 def lacks_of(known: KnownWheels) -> Iterator[str]:
@@ -80,7 +82,10 @@ def shows_torque(blocks: Blocks, known: KnownWheels, wheel: int) -> NDArray[np.b
     friction = rotor.coulomb + rotor.viscous * np.abs(blocks.speed[:, wheel])
     sign = np.sign(blocks.direction[:, wheel])
     braking = sign * acceleration_torque(blocks, known, wheel) < -BRAKED * friction
-    deceleration = blocks.deceleration[:, wheel] - known.speed_resolution / BRAKING
+    noises = blocks.speed_noise[:, wheel]
+    noises = noises[np.isfinite(noises)]
+    noise = NOISY * np.sqrt(2.0) * float(np.median(noises)) if noises.size else 0.0
+    deceleration = blocks.deceleration[:, wheel] - (known.speed_resolution + noise) / BRAKING
     braking |= rotor.inertia * deceleration > BRAKED * friction
     near = braking.copy()
     near[1:] |= braking[:-1]
@@ -89,20 +94,32 @@ def shows_torque(blocks: Blocks, known: KnownWheels, wheel: int) -> NDArray[np.b
     return ~near & (lost > least)
 
 
-def over_nominal(blocks: Blocks, known: KnownWheels, wheel: int) -> float:
-    """Median power above idle, over that of nominal friction at the same speeds.
+def doubt_of(blocks: Blocks, known: KnownWheels, wheel: int, friction: float) -> str:
+    """Why estimates from the power do not hold; empty if they do.
 
     Args:
         blocks: Blocks whose power shows the torque of the motor.
         known: The wheels.
         wheel: Place of the wheel.
+        friction: Upper limit of the friction at the median speed, as estimated, N·m.
     """
     rotor = known.wheels[wheel]
     speed = np.abs(blocks.speed[:, wheel])
-    nominal = (rotor.coulomb + rotor.viscous * speed) / rotor.motor_constant
+    nominal = rotor.coulomb + rotor.viscous * speed
+    sign = np.sign(blocks.direction[:, wheel])
+    driving = nominal + np.maximum(sign * acceleration_torque(blocks, known, wheel), 0.0)
 
-    def power(current: Vector) -> Vector:
-        return (rotor.motor_constant * speed + (rotor.resistance or 0.0) * current) * current
+    def power(current: Vector) -> float:
+        each = (rotor.motor_constant * speed + (rotor.resistance or 0.0) * current) * current
+        return float(np.median(each))
 
-    measured = np.abs(blocks.drive[:, wheel])
-    return float(np.median(power(measured)) / np.median(power(nominal)))
+    times = power(np.abs(blocks.drive[:, wheel])) / power(driving / rotor.motor_constant)
+    if times > FAR:
+        return f"the power is {times:.3g} times that of nominal friction: is its unit right?"
+    share = friction / float(np.median(nominal))
+    if share < BRAKED:
+        return (
+            f"friction is below {100.0 * share:.0f} % of the stated coulomb and viscous, by which "
+            "braking is judged: state them anew"
+        )
+    return ""

@@ -11,7 +11,7 @@ from gyrostat.monitoring.estimate import Estimate, Rows, estimate
 from gyrostat.monitoring.moments import COULOMB, IDLE, MOTOR, OFFSET, VISCOUS, Prior
 from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.noise_search import USUAL
-from gyrostat.monitoring.power import FAR, over_nominal, shows_torque
+from gyrostat.monitoring.power import doubt_of, shows_torque
 from gyrostat.monitoring.residuals import residual_columns
 from gyrostat.monitoring.rounding import rounding_variance
 from gyrostat.monitoring.rows import prior_of, regression_rows, usable
@@ -69,7 +69,8 @@ def window_row(
     steady = blocks.part(inside & shows_torque(blocks, known, wheel) if power else inside)
     if len(steady) < FEWEST:
         above = (
-            ", power above idle_power, not braking, friction well above the error of idle_power"
+            ", power above idle_power, not braking, friction well above the error of idle_power "
+            "and power_resolution"
             if power
             else ""
         )
@@ -82,17 +83,18 @@ def window_row(
     interval = float(np.median(steady.length / steady.count))
     prior = prior_of(rotor, rows.regressors.shape[1], interval)
     value, prior = _estimated(rows, prior, noise or USUAL)
-    step = None
+    step, speed = None, float(np.median(np.abs(steady.speed[:, wheel])))
     if power:
-        speed = float(np.median(np.abs(steady.speed[:, wheel])))
         step = known.power_resolution / (rotor.motor_constant * speed)
     added = rounding_variance(steady, wheel, value, window, step)
     row |= _values(value, prior, rows, added)
     row |= residual_columns(blocks, steady, known, wheel, value, rows)
     row |= _verdict(value)
-    if row["valid"] and power and (times := over_nominal(steady, known, wheel)) > FAR:
-        why = f"the power is {times:.3g} times that of nominal friction: is its unit right?"
-        row |= {"valid": False, "why": why}
+    if power:
+        friction = value.mean + value.value[VISCOUS] * speed + 2.0 * np.sqrt(value.mean_variance)
+        doubt = doubt_of(steady, known, wheel, float(friction))
+        if row["valid"] and doubt:
+            row |= {"valid": False, "why": doubt}
     return row, value.noise if row["valid"] else noise
 
 
