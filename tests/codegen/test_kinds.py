@@ -115,6 +115,7 @@ def test_keys_go_in_and_come_out():
     [
         (jax.random.uniform, jax.random.split(jax.random.key(0, impl="rbg"), 2), "key<rbg>"),
         (lambda x: jax.lax.bitcast_convert_type(x, jnp.uint32), REAL, "float64 as uint32"),
+        (lambda x: jax.lax.reduce_precision(x, 8, 23), REAL, "reduce_precision"),
         (lambda x: jax.lax.cond(x > 0.0, scan_of_70, lambda _: jnp.zeros(70), x), REAL, "rows"),
         (lambda x: jax.lax.map(lambda y: scan_of_70(x + y), jnp.zeros(3)), REAL, "rows of a scan"),
     ],

@@ -81,6 +81,20 @@ def _convolved(x: Any, kernel: Any, **params: Any) -> Any:
     return jnp.einsum("nctk,ock->not", windows, kernel)
 
 
+def _power(x: Any, y: Any) -> Any:
+    """Real power with an exponent that is an integer and not constant."""
+    if not jnp.issubdtype(y.dtype, jnp.integer):
+        raise NotImplementedError
+    return jax.lax.pow(x, y.astype(x.dtype))
+
+
+def _as_double(x: Any, *, exponent_bits: int, mantissa_bits: int) -> Any:
+    """A number in a format that holds all of double precision."""
+    if exponent_bits < 11 or mantissa_bits < 52:
+        raise NotImplementedError
+    return x
+
+
 def _running_logarithm(x: Any, *, axis: int, reverse: bool) -> Any:
     return jax.lax.associative_scan(jnp.logaddexp, x, axis=axis, reverse=reverse)
 
@@ -151,6 +165,8 @@ COMPOSED: dict[str, Callable[..., Any]] = {
     "le_to": lambda x, y: ~_below(y, x),
     "lt_to": _below,
     "nextafter": _next_after,
+    "pow": _power,
+    "reduce_precision": _as_double,
     "shift_right_arithmetic": _shifted_right,
     "shift_right_logical": _shifted_logically,
     "top_k": _largest,

@@ -76,9 +76,7 @@ OVERFLOWING = frozenset(
 PRODUCTS = frozenset({"mul", "square", "integer_pow", "reduce_prod", "cumprod", "shift_left"})
 """Primitives whose result may need twice as many bits."""
 
-ALIKE = frozenset(
-    {"copy", "copy_p", "stop_gradient", "reduce_precision", "optimization_barrier", "name"}
-)
+ALIKE = frozenset({"copy", "copy_p", "stop_gradient", "optimization_barrier", "name"})
 """Primitives whose results are their operands."""
 
 
