@@ -163,25 +163,83 @@ def test_loops_and_functions_stay_what_they_are(compiled):
     text = compiled.module.source
     body = text[text.index("int loops(") : text.index("int branches(")]
     assert len(re.findall(r"\bfor \(", body)) == 5
-    assert "if (pass" in body  # the bound of the loop that may end before
+    assert len(re.findall(r"\bbreak;", body)) == 1  # of the loop that may end before its bound
     assert len(re.findall(r"^static .*\bsquared\(", text, re.MULTILINE)) == 1
     assert len(re.findall(r"= squared\(\w+\)", text)) == 2  # no argument, no result too many
     assert len(re.findall(r"\bif \(", text[text.index("int branches(") :])) >= 2
 
 
-def test_a_bound_that_is_hit_is_told(tools, tmp_path):
-    def halved(x):
-        def goes_on(carry):
-            return (carry[0] > 1.0) & (carry[1] < 10)
+def by_counter(x):
+    """A loop that ends by its counter alone."""
+    return jax.lax.while_loop(lambda c: c[0] < 4, lambda c: (c[0] + 1, 0.5 * c[1]), (1, x))
 
-        return jax.lax.while_loop(goes_on, lambda c: (0.5 * c[0], c[1] + 1), (x, 0))[0]
 
-    compiled = tools.Compiled(
-        emit("bound", [Entry("halved", halved, {"x": 0.0}, ("y",))]), tmp_path
+def by_either(x):
+    """A loop that ends by a tolerance or by its counter, whichever is first."""
+
+    def goes_on(carry):
+        return (carry[0] > 1.0) & (carry[1] <= 9)
+
+    return jax.lax.while_loop(goes_on, lambda c: (0.5 * c[0], c[1] + 1), (x, 0))
+
+
+@jax.jit
+def _halved(x):
+    return by_either(x)[0]
+
+
+def nested(x):
+    """A loop around loops of both kinds, one of them in a function that is called twice."""
+
+    def further(carry):
+        number, value, seen = carry
+        return number + 1, 3.0 * _halved(value), seen + _halved(by_counter(value)[1])
+
+    return jax.lax.while_loop(lambda c: (c[0] < 5) & (c[1] < 1e4), further, (0, x, 0.0))
+
+
+def without_a_pass(x):
+    """Loops whose counters are at their ends before the first pass."""
+    ended = jax.lax.while_loop(lambda c: c[0] < 3, lambda c: (c[0] + 1, 2.0 * c[1]), (3, x))
+    further = jax.lax.while_loop(
+        lambda c: (c[0] < 3) & (c[1] > 2.0), lambda c: (c[0] + 1, c[1] - 1.0), (7, ended[1])
     )
-    status, found = compiled("halved", {"x": np.array([100.0, 1e6])})
-    assert status.tolist() == [0, 1]
-    np.testing.assert_array_equal(found["y"][0], [100.0 / 2**7, 1e6 / 2**10])
+    return ended[0], further[1] + x
+
+
+LOOPS = (by_counter, by_either, nested, without_a_pass)
+"""Loops with a bound in their test."""
+
+
+@pytest.fixture(scope="module")
+def bounded(tools, tmp_path_factory):
+    """Loops with a bound in their test, in one module."""
+    entries = [
+        Entry(each.__name__, each, {"x": 0.0}, ("a", "b", "c")[: len(each(0.0))]) for each in LOOPS
+    ]
+    return tools.Compiled(emit("bounded", entries), tmp_path_factory.mktemp("bounded"))
+
+
+@pytest.mark.parametrize("function", LOOPS, ids=lambda f: f.__name__)
+def test_a_loop_ends_as_in_python_and_returns_0(function, bounded):
+    # at once, by the tolerance, in the last pass, by the counter while above the tolerance, NaN
+    x = np.array([0.5, 100.0, 2.0**10, 2.0**10 + 1.0, 1e6, np.inf, np.nan])
+    status, found = bounded(function.__name__, {"x": x})
+    assert status.tolist() == [0] * len(x)
+    expected = jax.vmap(function)(x)
+    for ours, theirs in zip(found.values(), expected, strict=True):
+        np.testing.assert_array_equal(ours[0], theirs)
+
+
+def test_no_test_of_a_loop_is_always_true(bounded):
+    text = bounded.module.source
+    assert not re.search(r"!\(?(true|false)\b", text)
+    assert "status" not in text
+    assert len(re.findall(r"\bbreak;", text)) == 3  # by_either, and two in nested
+    body = text[text.index("int by_counter(") : text.index("int by_either(")]
+    assert "< 3; ++" in body
+    body = text[text.index("int without_a_pass(") :]
+    assert "for (" not in body
 
 
 def test_emitted_again_it_is_the_same_byte_by_byte():

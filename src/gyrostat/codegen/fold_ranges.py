@@ -102,7 +102,7 @@ class _Facts:
             case Call():
                 statement.operands = self.known_as(statement.operands)
             case Loop():
-                self._loop(statement)
+                return self._loop(statement)
             case Branch():
                 return self._branch(statement)
         return (statement,)
@@ -229,7 +229,7 @@ class _Facts:
                 if isinstance(name, Name) and range_ is not None and bound is not None:
                     yield name, narrowed(range_, relation, bound)
 
-    def _loop(self, loop: Loop) -> None:
+    def _loop(self, loop: Loop) -> Sequence[Statement]:
         for each in loop.carried:
             each.first = self._one(each.first)
         loop.start = self._one(loop.start)
@@ -247,9 +247,13 @@ class _Facts:
                 (loop.body if loop.goes_on is None else loop.test)[:0] = begin
                 self._same[name] = begin[-1].target
         loop.test = self.block(loop.test)
-        goes_on: Operand = TRUE
-        if loop.goes_on is not None:
-            loop.goes_on = goes_on = self._one(loop.goes_on)
+        goes_on = TRUE if loop.goes_on is None else self._one(loop.goes_on)
+        if isinstance(goes_on, Number) and not goes_on.value:  # there is no pass
+            self._same = outer | {each.name: each.first for each in loop.carried}
+            return ()
+        if goes_on == TRUE:  # the count alone ends the loop
+            loop.body, loop.test = [*loop.test, *loop.body], []
+        loop.goes_on = None if goes_on == TRUE else goes_on
         with self._assuming(goes_on, True):
             loop.body = self.block(loop.body)
             for each in loop.carried:
@@ -258,6 +262,7 @@ class _Facts:
         # behind the loop, a count may have reached its end
         for name, first in counts.items():
             self.ranges[name] = (first, first + loop.count)
+        return (loop,)
 
     def _branch(self, branch: Branch) -> Sequence[Statement]:
         branch.index = index = self._one(branch.index)

@@ -39,7 +39,6 @@ def check_files(
             rows=len(vectors.rows),
             count=len(names),
             tolerance=TOLERANCE[precision],
-            cut_short=_numbers(vectors.cut_short),
             expected=_table("expected", "VECTOR_ROWS", vectors.values[:, outputs]),
             scale=_table("scale", "1", scales(vectors, outputs, precision)[None]),
             first=_numbers(_arrays(vectors.fields, outputs)),

@@ -7,7 +7,6 @@ from dataclasses import dataclass, field
 from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.codegen.flight.header import parameter, prototype, wrapped
 from gyrostat.codegen.flight.identifiers import comment
-from gyrostat.codegen.flight.inlining import may_stop_early
 from gyrostat.codegen.flight.module import Entry, Port
 from gyrostat.codegen.flight.moves import moves
 from gyrostat.codegen.flight.pointers import pointers_of
@@ -55,29 +54,23 @@ class ModuleWriter:
     def inner(self, function: Function, ports: Sequence[Port]) -> str:
         """C text of an internal function of the module."""
         writer = self._writer(function.given)
-        stops = may_stop_early(function)
         parameters = [parameter(port, self.dialect) for port in ports]
         parameters += [
             f"{self.dialect.type_of(p.kind)} {writer.name(p, p.hint)}" for p in function.parameters
         ]
-        single = len(function.results) == 1 and not stops
+        single = len(function.results) == 1
         outs = [] if single else [writer.free(_out(result)) for result in function.results]
         parameters += [
             f"{self.dialect.type_of(result.kind)} *{out}"
             for result, out in zip(function.results, outs, strict=False)
         ]
-        kind = (
-            self.dialect.type_of(function.results[0].kind) if single else "int" if stops else "void"
-        )
+        kind = self.dialect.type_of(function.results[0].kind) if single else "void"
         writer.pointers = pointers_of(function, (), ports, writer.free)
-        if stops:
-            writer.line("int status = 0;")
         lines = writer.body(function.body, function.results)
         for result, out in zip(function.results, outs, strict=False):
             writer.line(f"*{out} = {writer.text(result).text};")
-        if single or stops:
-            value = writer.text(function.results[0]).text if single else "status"
-            writer.line(f"return {value};")
+        if single:
+            writer.line(f"return {writer.text(function.results[0]).text};")
         lines += writer.taken_lines()
         self.helpers.update(writer.helpers)
         head = wrapped(f"static {kind} {function.name}({', '.join(parameters)})")
@@ -87,10 +80,7 @@ class ModuleWriter:
     def entry(self, root: Root) -> str:
         """C text of an entry point."""
         writer = self._writer([port.name for port in root.ports])
-        stops = may_stop_early(root.function)
         writer.pointers = pointers_of(root.function, root.stores, root.ports, writer.free)
-        if stops:
-            writer.line("int status = 0;")
         lines = writer.body(root.function.body, root.function.results, root.stores)
         assignments = [
             (
@@ -109,7 +99,7 @@ class ModuleWriter:
         # ignore a member of another argument with the same name
         unread = [p.name for p in root.ports if not re.search(rf"(?<![.>])\b{p.name}\b", read)]
         lines += [f"    (void){name};" for name in unread]
-        lines.append("    return status;" if stops else "    return 0;")
+        lines.append("    return 0;")
         self.helpers.update(writer.helpers)
         return "\n".join(
             [prototype(root.entry.name, root.ports, self.dialect), "{", *lines, "}", ""]

@@ -9,8 +9,6 @@ from gyrostat.codegen.flight.tested_sums import TESTED_ADD, TESTED_AND, TESTED_F
 from gyrostat.codegen.program import (
     Assign,
     Block,
-    Call,
-    Function,
     Loop,
     Name,
     Number,
@@ -90,12 +88,3 @@ def last_change(loop: Loop) -> list[Assign]:
         return []
     (each,) = loop.carried
     return [Assign(each.name, "set", (each.next,), loop.body[-1].source)]
-
-
-def may_stop_early(function: Function) -> bool:
-    """Whether a loop in a function or its callees has a test that its bound may cut short."""
-    return any(
-        (isinstance(statement, Loop) and statement.goes_on is not None)
-        or (isinstance(statement, Call) and may_stop_early(statement.function))
-        for statement in statements(function.body)
-    )

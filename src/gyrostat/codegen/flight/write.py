@@ -12,7 +12,6 @@ from gyrostat.codegen.flight.inlining import (
     hint_for,
     is_known_element,
     last_change,
-    may_stop_early,
     stored,
     takes_in,
     uses_of,
@@ -228,13 +227,8 @@ class Writer:
         counter = self.name(loop.counter, loop.counter.hint)
         if fills_tables(loop):  # Frama-C then knows that every element is set
             self.line(f"/*@ loop unroll {loop.count}; */")
-        if loop.goes_on is None:
-            kind = kinds(loop.counter.kind)
-            first = f"{kind} {counter} = {self.text(loop.start).text}"
-            self.line(f"for ({first}; {counter} < {loop.count}; ++{counter}) {{")
-        else:
-            self.line(f"{kinds(loop.counter.kind)} {counter};")
-            self.line(f"for ({counter} = 0; {counter} < {loop.count}; ++{counter}) {{")
+        first = f"{kinds(loop.counter.kind)} {counter} = {self.text(loop.start).text}"
+        self.line(f"for ({first}; {counter} < {loop.count}; ++{counter}) {{")
         self._depth += 1
         if loop.goes_on is not None:
             self._block(loop.test, [loop.goes_on])
@@ -243,10 +237,7 @@ class Writer:
         self._carry(loop)
         self._depth -= 1
         self.line("}")
-        if loop.goes_on is None:
-            self._taken.discard(counter)  # the next loop may have a counter of the same name
-        else:
-            self.line(f"if ({counter} == {loop.count}) {{ status = 1; }}")
+        self._taken.discard(counter)  # the next loop may have a counter of the same name
 
     def _carry(self, loop: Loop) -> None:
         assignments = [
@@ -286,8 +277,8 @@ class Writer:
 
     def _call(self, call: Call) -> None:
         arguments = [*call.function.given, *(self.text(operand).text for operand in call.operands)]
-        name, stops = call.function.name, may_stop_early(call.function)
-        if len(call.targets) == 1 and not stops:
+        name = call.function.name
+        if len(call.targets) == 1:
             target = call.targets[0]
             kind = self._dialect.type_of(target.kind)
             text = self.name(target, target.hint)
@@ -297,4 +288,4 @@ class Writer:
             text = self.name(target, target.hint)
             self.line(f"{self._dialect.type_of(target.kind)} {text};")
             arguments.append(f"&{text}")
-        self.line(f"{'status |= ' if stops else ''}{name}({', '.join(arguments)});")
+        self.line(f"{name}({', '.join(arguments)});")

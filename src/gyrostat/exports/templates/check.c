@@ -6,11 +6,6 @@
 
 enum { OUTPUTS = @count@ };
 
-/* steps after which a loop has reached its largest number of passes: the results are not valid */
-static const unsigned char cut_short[VECTOR_ROWS] = {
-@cut_short@
-};
-
 @expected@
 @scale@
 static const char *const name[OUTPUTS] = {
@@ -48,8 +43,7 @@ int main(int arguments, char **argument)
     (void)argument;
     for (int k = 0; k < VECTOR_ROWS; ++k) {
         status |= vector_prepare(k);
-        if ((vector_step() != 0) != (cut_short[k] != 0)) { status = 1; }
-        if (cut_short[k] != 0) { continue; }
+        status |= vector_step();
         const double seen[OUTPUTS] = {
 @seen@
         };

@@ -1,7 +1,6 @@
 """Search for test vectors by random changes of a run."""
 
 from collections.abc import Collection, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -138,10 +137,8 @@ class Explorer:
             values = np.stack([fresh[k].values for k in group], axis=1)
             with self.machine.up_to(ALL_PASSES):
                 code = self.machine.run(values, self.coverage.record, begins=begins).T
-            status = self.machine.status
             for lane, k in enumerate(group):
-                after = None if status[lane] else code[lane]
-                if not self._agrees(fresh[k], python, agreement, after):
+                if not self._agrees(fresh[k], python, agreement, code[lane]):
                     wrong.add(id(fresh[k]))
         self._wrong |= wrong
         for each in self.coverage.decisions:
@@ -162,7 +159,7 @@ class Explorer:
         return self._starts[id(situation)][1]
 
     def _agrees(
-        self, candidate: Candidate, python: PythonRun, agreement: Agreement, after: Any
+        self, candidate: Candidate, python: PythonRun, agreement: Agreement, after: np.ndarray
     ) -> bool:
         """Whether Python gives the same results in all rows of a candidate.
 
@@ -170,7 +167,7 @@ class Explorer:
             candidate: Candidate.
             python: Functions in Python.
             agreement: Comparison.
-            after: Values of all fields after its last row; None if they are not valid.
+            after: Values of all fields after its last row.
         """
         situation = candidate.situation
         values = candidate.values.copy()
@@ -181,8 +178,6 @@ class Explorer:
             kept = np.ones(len(values), bool)
             kept[[*candidate.changed, *self.inputs]] = False
             values = np.where(kept, start, values)
-        if after is None:
-            return True
         results = python.step(values, begins=situation.begins)
         return bool(agreement.agree(after[None], results[None])[0])
 

@@ -111,7 +111,7 @@ def find_vectors(
     for number, items in enumerate(replayed.items):
         for decision, outcome in sorted(items):
             coverage.decisions[decision].add(outcome, number)
-    vectors = Vectors(fields, tuple(rows), values, replayed.cut_short, rounding)
+    vectors = Vectors(fields, tuple(rows), values, rounding)
     share, seconds = explorer.effort / max(most, 1.0), time.monotonic() - began
     return Found(vectors, coverage, share, seconds, reasons, possible)
 
@@ -193,10 +193,10 @@ def _select(
             rows += more
             owners += [k] * len(more)
         replayed, values = replay(machine, explorer.tuned, rows), python.run(rows)
-        good = agreement.agree(replayed.values, values) | np.array(replayed.cut_short)
+        good = agreement.agree(replayed.values, values)
         wrong = {owners[k] for k in np.flatnonzero(~good).tolist()} - {-1}
         if not wrong:
             return rows, replayed, values
-        # a sequence may be cut short, or differ where its start differs by rounding errors
+        # a sequence may differ where its start differs by rounding errors
         for k in wrong:
             items[k] = set()

@@ -42,8 +42,6 @@ class Machine:
         limits: Field -> other fields, as their indices, and numbers that it is compared with.
         most_passes: Number of passes after which a lane is given up.
         dead: Lanes of the last run that were given up. Their results are not valid.
-        status: Whether a function of the last run returned 1: a loop reached its largest number of
-            passes.
         work: Work of the last run: executed lines of translated code, where 500 lanes count as a
             line more, and lines with margins three times.
     """
@@ -53,7 +51,6 @@ class Machine:
         self._functions = functions(module.source)
         self.most_passes = PASSES
         self.dead = np.zeros(0, bool)
-        self.status = np.zeros(0, bool)
         self.work = self._line_work = 0.0
         self._parameters = target.begin[0].name
         self._module, self._target = module, target
@@ -108,7 +105,6 @@ class Machine:
         space, lanes = self._spaces[has_margins], values.shape[1]
         self._recorder = recorder
         self.dead = np.zeros(lanes, bool)
-        self.status = np.zeros(lanes, bool)
         self.work = 0.0
         self._line_work = (3.0 if has_margins else 1.0) * (1.0 + lanes / 500.0)
         entries = self._target.steps
@@ -172,8 +168,7 @@ class Machine:
             if by_address(port) and not isinstance(port.content, Struct):
                 numbers[port.name] = value = [value]
             arguments.append(value)
-        status = space[f"f_{entry}"](np.ones(lanes, bool), None, *arguments)
-        self.status = self.status | (np.asarray(status) != 0)
+        space[f"f_{entry}"](np.ones(lanes, bool), None, *arguments)
         store.update({name: cell[0] for name, cell in numbers.items()})
 
     def _store(self, values: np.ndarray, has_margins: bool) -> dict[str, Any]:

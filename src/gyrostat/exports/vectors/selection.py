@@ -53,12 +53,10 @@ class Replay:
     Attributes:
         values: Values of all fields after each row, (rows, fields).
         items: Evaluations in each row.
-        cut_short: Whether a loop reached its largest number of passes, for each row.
     """
 
     values: np.ndarray
     items: tuple[set[Item], ...]
-    cut_short: tuple[bool, ...]
 
 
 def replay(machine: Machine, tuned: np.ndarray, rows: Sequence[Row]) -> Replay:
@@ -67,7 +65,6 @@ def replay(machine: Machine, tuned: np.ndarray, rows: Sequence[Row]) -> Replay:
     sequences = [range(*ends) for ends in pairwise([*starts, len(rows)])]
     history = np.zeros((len(rows), len(tuned)))
     items: list[set[Item]] = [set() for _ in rows]
-    cut_short = [False] * len(rows)
     machine.need[:] = [True] * len(machine.decisions)
     for step in range(max(map(len, sequences))):
         numbers = [sequence[step] for sequence in sequences if len(sequence) > step]
@@ -79,8 +76,7 @@ def replay(machine: Machine, tuned: np.ndarray, rows: Sequence[Row]) -> Replay:
             history[numbers] = machine.run(np.array(columns).T, log.record, begins=step == 0).T
         for lane, k in enumerate(numbers):
             items[k] = log.items[lane]
-            cut_short[k] = bool(machine.status[lane])
-    return Replay(history, tuple(items), tuple(cut_short))
+    return Replay(history, tuple(items))
 
 
 def wanted_items(decisions: Sequence[Decision], reachable: set[Item]) -> set[Item]:

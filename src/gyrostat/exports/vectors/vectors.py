@@ -22,15 +22,12 @@ class Vectors:
         fields: Numbers of the module.
         rows: Steps; the first `STEPS` are the test run of the module.
         values: Values of all fields after each step in Python, (steps, fields).
-        cut_short: Whether a loop reaches its largest number of passes in a step of C, so that the
-            results are not valid.
         conditioning: What rounding before each step of the test run changes.
     """
 
     fields: tuple[Field, ...]
     rows: tuple[Row, ...]
     values: np.ndarray
-    cut_short: tuple[bool, ...]
     conditioning: Conditioning
 
     @property
@@ -85,4 +82,4 @@ def nominal_vectors(target: Target, module: Module, precision: Precision) -> Vec
     python = PythonRun(target, fields, is_compiled=False)
     values = python.run(rows)
     rounding = conditioning(python, fields, rows, values, precision)
-    return Vectors(fields, rows, values, (False,) * len(rows), rounding)
+    return Vectors(fields, rows, values, rounding)
