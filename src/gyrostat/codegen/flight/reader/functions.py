@@ -136,11 +136,10 @@ def _statement(parser: Parser) -> Plain:
 
 def _assignment(parser: Parser) -> Assignment:
     place = parser.place()
-    operation = "|=" if parser.token.text == "|=" else "="
-    parser.expect(operation)
+    parser.expect("=")
     value = parser.expression()
     parser.expect(";")
-    return Assignment(place, operation, value)
+    return Assignment(place, value)
 
 
 def _declaration(parser: Parser) -> Declaration:
@@ -186,9 +185,7 @@ def _if(parser: Parser) -> If:
 
 def _for(parser: Parser) -> For:
     parser.expect("for", "(")
-    is_own = parser.ahead(1) != "="
-    if is_own:
-        parser.take()
+    parser.take()
     counter = parser.take().text
     parser.expect("=")
     start = parser.expression()
@@ -199,4 +196,4 @@ def _for(parser: Parser) -> For:
     limit = parser.integer()
     parser.expect(";", "++", counter, ")")
     test = Binary("<", Place(counter), Literal(limit, "integer"), at, right_at)
-    return For(counter, is_own, start, limit, _block(parser), test)
+    return For(counter, start, limit, _block(parser), test)

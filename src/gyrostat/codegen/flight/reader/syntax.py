@@ -100,10 +100,9 @@ class Declaration:
 
 @dataclass(frozen=True, eq=False)
 class Assignment:
-    """Assignment; `operation` is "=" or "|="."""
+    """Assignment."""
 
     place: Place
-    operation: str
     value: Expression
 
 
@@ -123,7 +122,6 @@ class For:
 
     Attributes:
         counter: Name of the counter.
-        is_own: Whether the loop declares its counter.
         start: First number of the counter.
         limit: First number that the counter does not reach.
         body: Statements of a pass.
@@ -131,7 +129,6 @@ class For:
     """
 
     counter: str
-    is_own: bool
     start: Expression
     limit: int
     body: tuple["Statement", ...]

@@ -135,11 +135,8 @@ class _FunctionWriter(ExpressionWriter):
             match each.statement:
                 case Declaration():
                     self._declare(each.statement, block)
-                case Assignment(place, operation, value):
-                    text = self.text(value)
-                    if operation == "|=":
-                        text = f"{self.text(place)} | {text}"
-                    self._assign(place, text, block)
+                case Assignment(place, value):
+                    self._assign(place, self.text(value), block)
                 case If():
                     self._if(each.statement, block)
                 case For():
