@@ -12,8 +12,9 @@ from gyrostat.codegen.flight.constant_tables import declared, leave_out_columns,
 from gyrostat.codegen.flight.expressions import COPIES, Dialect
 from gyrostat.codegen.flight.function_texts import ModuleWriter, Root
 from gyrostat.codegen.flight.header import header, wrapped
-from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
+from gyrostat.codegen.flight.identifiers import comment, free_name, identifier, public_identifier
 from gyrostat.codegen.flight.module import Entry, Module, Port, Precision, ports_read
+from gyrostat.codegen.flight.reserved import MATH
 from gyrostat.codegen.flight.structs import Leaf, Struct, Structs, arrays_of
 from gyrostat.codegen.flight.tested_sums import rewrite_tested_sums
 from gyrostat.codegen.fold_ranges import fold_ranges
@@ -59,17 +60,18 @@ def emit(
     traced = [_traced(entry) for entry in entries]
     roots, inner, structs = smallest(lambda scope: _lowered(traced, scope), FLIGHT)
     tops = [root.function for root in roots]
-    reserved = {identifier(struct.name) for struct in structs.every} | {f.name for f in tops}
+    reserved = {struct.name for struct in structs.every} | {f.name for f in tops}
     # a parameter hides a function of its name
     hidden = {port.name for root in roots for port in root.ports}
     for function in inner:
-        function.name = free_name(identifier(function.name), reserved | hidden)
+        function.name = free_name(identifier(function.name), reserved | hidden | MATH)
         reserved.add(function.name)
     for function in (*inner, *tops):
         share_tables(function)
     tables: dict[Table, str] = {}
     for table in shared_tables((*inner, *tops)):
-        tables[table] = free_name(f"{table.hint or 'constant'}_table", reserved | hidden)
+        wanted = identifier(f"{table.hint or 'constant'}_table")
+        tables[table] = free_name(wanted, reserved | hidden)
         reserved.add(tables[table])
     ports = ports_read((root.function, root.ports) for root in roots)
     for function in inner:
@@ -125,7 +127,8 @@ class _Lowered(NamedTuple):
 
 def _lowered(traced: Sequence[_Traced], scope: Scope) -> tuple[_Lowered, Memo, Cost]:
     """Entries as functions of scalars and tables, without what is not needed."""
-    structs, lowering = Structs(), Lowering(scope)
+    names = {name for entry, *_ in traced for name in entry.names}
+    structs, lowering = Structs(names), Lowering(scope)
     roots = [_lower(each, structs, lowering) for each in traced]
     tops = [root.function for root in roots]
     for function in (*lowering.functions, *tops):
@@ -140,8 +143,8 @@ def _lowered(traced: Sequence[_Traced], scope: Scope) -> tuple[_Lowered, Memo, C
 
 def _traced(entry: Entry) -> _Traced:
     """Entry with its operations, which serve however often they are lowered."""
-    for name in (entry.name, *entry.arguments, *entry.results):
-        if identifier(name) != name:
+    for name in entry.names:
+        if public_identifier(name) != name:
             raise InputError(f"{entry.name}: found the name {name!r}, expected an unused name of C")
     arguments = {name: as_arrays(tree) for name, tree in entry.arguments.items()}
     return _Traced(entry, arguments, trace(entry.function, list(arguments.values()), entry.name))

@@ -7,7 +7,7 @@ from collections.abc import Mapping, Sequence
 from enum import IntEnum
 
 from gyrostat.codegen.flight.expressions import Dialect
-from gyrostat.codegen.flight.identifiers import comment
+from gyrostat.codegen.flight.identifiers import comment, public_identifier
 from gyrostat.codegen.flight.module import Entry, Port, by_address
 from gyrostat.codegen.flight.structs import Leaf, Struct, documented
 from gyrostat.codegen.flight.write import WIDTH
@@ -103,7 +103,8 @@ def _enum(name: str, enum: type[IntEnum]) -> list[str]:
     for number, member in enumerate(enum):
         lines += _comment(meanings.get(member.name, ""), "    ")
         comma = "," if number < len(enum) - 1 else ""
-        lines.append(f"    {first}_{member.name} = {member.value}{comma}")
+        constant = public_identifier(f"{first}_{member.name}")
+        lines.append(f"    {constant} = {member.value}{comma}")
     return [*lines, "};"]
 
 

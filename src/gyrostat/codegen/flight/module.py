@@ -28,6 +28,11 @@ class Entry:
     arguments: Mapping[str, Any]
     results: tuple[str, ...]
 
+    @property
+    def names(self) -> tuple[str, ...]:
+        """Names in C of the entry, its arguments and its results."""
+        return self.name, *self.arguments, *self.results
+
     def named(self, returned: Any) -> dict[str, Any]:
         """Name -> result, of what the function returns: the result, or a tuple of several."""
         several = returned if len(self.results) > 1 else (returned,)

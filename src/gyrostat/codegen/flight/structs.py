@@ -3,6 +3,7 @@
 import dataclasses
 import inspect
 import re
+from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import IntEnum
 from typing import Any
@@ -10,7 +11,8 @@ from typing import Any
 import numpy as np
 
 from gyrostat.codegen.arrays import Data
-from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
+from gyrostat.codegen.flight.identifiers import comment, free_name, member_names, public_identifier
+from gyrostat.codegen.flight.reserved import LIBRARY
 from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.program import Kind, Name, Table
 from gyrostat.codegen.scope import LARGEST, kind_of
@@ -55,12 +57,16 @@ class Struct:
 class Structs:
     """Structs of a set of functions, each defined after those that it contains.
 
+    Args:
+        taken: Names of entries and arguments, which no struct has.
+
     Attributes:
         every: Structs.
         enums: Name -> enumeration used for values of struct members.
     """
 
-    def __init__(self) -> None:
+    def __init__(self, taken: Iterable[str]) -> None:
+        self._taken = frozenset(taken)
         self.every: list[Struct] = []
         self.enums: dict[str, type[IntEnum]] = {}
 
@@ -82,15 +88,20 @@ class Structs:
         label = title if title not in ("tuple", "list", "dict") else name
         self.enums |= {e.__name__: e for e in getattr(tree, "ENUMS", {}).values()}
         units, meanings = declared_units(type(tree)), documented(type(tree))
-        members = []
+        members: list[Member] = []
         for field, value, metadata in _fields(tree):
             content = self.of(value, f"{label}_{field}")
             if content is None:
                 continue
             unit = units.get(field) or SI_UNIT.get(metadata.get("dimension", ""), "")
-            members.append(Member(identifier(field), content, meanings.get(field) or unit))
+            members.append(Member(field, content, meanings.get(field) or unit))
+        types = [m.content.name for m in members if isinstance(m.content, Struct)]
+        names = member_names([member.name for member in members], types)
+        members = [dataclasses.replace(m, name=n) for m, n in zip(members, names, strict=True)]
         meaning = (inspect.getdoc(type(tree)) or "").partition("\n")[0] if label == title else ""
-        struct = Struct(identifier(label), tuple(members), comment(meaning + _static_fields(tree)))
+        kind = public_identifier(label)
+        kind = f"{kind}_" if kind in LIBRARY else kind
+        struct = Struct(kind, tuple(members), comment(meaning + _static_fields(tree)))
         return self._register(struct)
 
     def _register(self, struct: Struct) -> Struct:
@@ -98,7 +109,7 @@ class Structs:
             names = (entry.name, re.sub(r"_\d+$", "", entry.name))
             if entry.members == struct.members and struct.name in names:
                 return entry
-        name = free_name(struct.name, {entry.name for entry in self.every})
+        name = free_name(struct.name, {*self._taken, *(entry.name for entry in self.every)})
         struct = dataclasses.replace(struct, name=name)
         self.every.append(struct)
         return struct
