@@ -4,11 +4,11 @@ from collections.abc import Sequence
 
 import numpy as np
 
-from gyrostat.codegen.arrays import Array, Data, Element, leaves
+from gyrostat.codegen.arrays import Array, Data, Element, leaves, of_caller
 from gyrostat.codegen.builder import Builder
 from gyrostat.codegen.nests import filled, store
 from gyrostat.codegen.primitives import Scalars
-from gyrostat.codegen.program import Table
+from gyrostat.codegen.program import Name, Table
 
 
 def set_tables(build: Builder, changes: Sequence[tuple[Array, Data]]) -> None:
@@ -29,6 +29,9 @@ def set_tables(build: Builder, changes: Sequence[tuple[Array, Data]]) -> None:
 
 
 def _is_same(array: Array, data: Data) -> bool:
+    """Whether an array is what the table of some data holds, in place."""
+    if isinstance(array, np.ndarray):
+        array = of_caller(array)
     if not isinstance(array, Data) or array.base is not None:
         return False
     return _is(array.table, data.table) and np.array_equal(array.places, data.places)
@@ -42,20 +45,30 @@ def _is(table: Table, other: Table) -> bool:
 
 
 def _is_direct(new: Array, data: Data, changes: Sequence[tuple[Array, Data]]) -> bool:
-    """Whether a table may be set element by element, because nothing else reads what was there."""
-    if any(
-        table.changes or table.shape
-        for leaf in leaves(new)
-        for table in _tables(leaf)
-        if not _is_same(leaf, data)
-    ):
-        return False
-    others = [leaf for each, target in changes if target is not data for leaf in leaves(each)]
-    return not any(_is(table, data.table) for leaf in others for table in _tables(leaf))
+    """Whether a table may be set element by element, because nothing reads it at another place.
+
+    Other arrays that read it are computed before, as they are not direct.
+    """
+    others = [leaf for leaf in leaves(new) if not _is_same(leaf, data)]
+    return not any(
+        table.changes or table.shape for leaf in others for table in _tables(leaf)
+    ) and not any(
+        _is(table, target.table)
+        for leaf in others
+        for table in _tables_of_scalars(leaf)
+        for _, target in changes
+    )
 
 
 def _tables(array: Scalars | Data) -> list[Table]:
-    """Tables that an array reads."""
+    """Tables that an array reads in a loop."""
     if isinstance(array, Data):
         return [array.table]
     return [each.table for each in array.flat if isinstance(each, Element)]
+
+
+def _tables_of_scalars(array: Scalars | Data) -> set[Table]:
+    """Arrays of the caller of which scalars of an array are elements."""
+    if isinstance(array, Data):
+        return set()
+    return {each.table for each in array.flat if isinstance(each, Name) and each.table}
