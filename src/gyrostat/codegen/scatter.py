@@ -55,7 +55,8 @@ def _stored(
         starts = windows.starts(row, indices, axes)
         last = [limit - 1 for limit in limits]
         inside = Number("logical", True) if clipped else inside_limits(build, starts, last)
-        selected: list[Any] = [slice(None)] * len(shape)
+        # with the ellipsis, a single element is an array without axes
+        selected: list[Any] = [*[slice(None)] * len(shape), ...]
         for k, number in zip(rows, row, strict=True):
             selected[k] = number
         update = moved(lambda _, each, at=tuple(selected): [each[at]], {}, updates)[0]
