@@ -9,6 +9,14 @@ from gyrostat.core.jax64 import jax, jnp
 LANES, SIZES = 5, (3, 9, 20, 70)
 
 
+def added(a, b):
+    """Elements of a vector, some of them of a table, are added at computed indices."""
+    index, n = (3.0 * b).astype(int), a.size
+    read = b.at[index].get(mode="clip")
+    values = jnp.concatenate([jax.lax.dynamic_slice(read, (n - 2,), (2,)), a[2:]])
+    return a.at[index].add(values, mode="clip"), b
+
+
 def of_vectors(n):
     """Updates of two vectors."""
     grid, few = jnp.linspace(-2.0, 2.0, n), max(n // 4, 2)
@@ -28,6 +36,7 @@ def of_vectors(n):
             jnp.concatenate([b.at[jnp.argmax(a)].set(b[0])[1:], a[:1] * 2.0]),
             b.at[jnp.argmin(b)].add(a[0]),
         ),
+        "added": added,
         "repeated": lambda a, b: (b + jnp.resize(a[:2], n), jnp.resize(b[:2], n) - a),
     }
 
@@ -86,3 +95,18 @@ def test_a_new_state_is_computed_from_the_one_before(program, name):
     for ours, theirs in zip(found["state"], jax.vmap(update)(*state), strict=True):
         np.testing.assert_allclose(ours, theirs, rtol=1e-12, atol=1e-12)
     np.testing.assert_array_equal(found["before"][0], state[0].reshape(LANES, -1)[:, 0])
+
+
+def turned(values):
+    """New values chosen by a branch, and a number of the old ones on the same line of Python."""
+    # fmt: off
+    return (lambda old, new: (new, old + 1.0))(values[0] * 2.0, jax.lax.cond(values[1] > 0, lambda v: v[::-1], lambda v: v - 1.0, values))  # noqa: E501
+    # fmt: on
+
+
+def test_a_branch_that_sets_an_array_comes_after_what_reads_it(tools, tmp_path):
+    entry = Entry("turned_of", turned, {"values": np.zeros(3)}, ("values", "after"))
+    values = np.random.default_rng(4).standard_normal((LANES, 3))
+    _, found = tools.Compiled(emit("turned", [entry]), tmp_path)("turned_of", {"values": values})
+    for ours, theirs in zip(found.values(), jax.vmap(turned)(values), strict=True):
+        np.testing.assert_array_equal(ours[0], theirs)

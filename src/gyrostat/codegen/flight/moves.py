@@ -1,11 +1,15 @@
 """Assignments of an entry's results to the caller's variables."""
 
+import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
 from gyrostat.codegen.dependencies import used
 from gyrostat.codegen.flight.expressions import Text
 from gyrostat.codegen.program import Assign, Block, Branch, Name, Operand, Table, statements
+
+_MAY_BE_SET = re.compile(r"->|\[|\(\*")
+"""Part of an expression that reads a member, an element or the target of a pointer."""
 
 Move = tuple[str, str, str]
 """C variable, expression of its new value, and its C type."""
@@ -54,7 +58,7 @@ class LastBranch:
     def safe(self, texts: Mapping[Name | Table, Text]) -> bool:
         """Whether no operand that is read later has an expression that reads an argument."""
         return not any(
-            isinstance(o, Name) and (o.fixed or (o in texts and "->" in texts[o].text))
+            isinstance(o, Name) and (o.fixed or (o in texts and _MAY_BE_SET.search(texts[o].text)))
             for o in self.read
         )
 
