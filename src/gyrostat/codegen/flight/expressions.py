@@ -132,7 +132,7 @@ class Dialect:
         if number.kind == "logical":
             return Text("true" if value else "false", WORD)
         if number.kind == "integer" and value == -(2**63):  # C has no such literal
-            return Text("INT64_MIN", WORD)
+            return Text("(-INT64_MAX - 1)", WORD)
         if number.kind in ("integer", "index"):
             return Text(str(value), WORD if value >= 0 else UNARY)
         if math.isnan(value):

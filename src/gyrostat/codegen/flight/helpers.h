@@ -66,9 +66,15 @@ static @real@ plus(@real@ sum, @real@ term)
 
 static int64_t integer_of(@real@ a)
 {
-    if (a >= @limit@) { return INT64_MAX; }
-    if (a < -@limit@) { return INT64_MIN; }
-    return (a == a) ? (int64_t)a : 0;
+    int64_t whole = 0;
+    if (a >= @limit@) {
+        whole = INT64_MAX;
+    } else if (a < -@limit@) {
+        whole = -INT64_MAX - 1;
+    } else {
+        whole = (a == a) ? (int64_t)a : 0;
+    }
+    return whole;
 }
 
 static int64_t integer_sum(int64_t a, int64_t b)
@@ -98,27 +104,25 @@ static int64_t integer_opposite(int64_t a)
 static int64_t integer_quotient(int64_t a, int64_t b)
 {
     const uint64_t opposite = UINT64_C(0) - (uint64_t)a;
-    if (b == 0) { return -1; }
-    return (b == -1) ? (int64_t)opposite : (a / b);
+    return (b == 0) ? -1 : ((b == -1) ? (int64_t)opposite : (a / b));
 }
 
 static int64_t integer_rest(int64_t a, int64_t b)
 {
-    if (b == 0) { return a; }
-    return (b == -1) ? 0 : (a % b);
+    return (b == 0) ? a : ((b == -1) ? 0 : (a % b));
 }
 
 static int64_t integer_left(int64_t a, int64_t by)
 {
     const bool is_within = (by >= 0) && (by < 64);
-    const uint64_t shifted = is_within ? ((uint64_t)a << by) : UINT64_C(0);
+    const uint64_t shifted = is_within ? ((uint64_t)a << (uint64_t)by) : UINT64_C(0);
     return (int64_t)shifted;
 }
 
 static int64_t integer_right(int64_t a, int64_t by)
 {
     const bool is_within = (by >= 0) && (by < 64);
-    const uint64_t shifted = is_within ? ((uint64_t)a >> by) : UINT64_C(0);
+    const uint64_t shifted = is_within ? ((uint64_t)a >> (uint64_t)by) : UINT64_C(0);
     return (int64_t)shifted;
 }
 
