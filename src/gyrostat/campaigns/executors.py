@@ -123,7 +123,7 @@ def processes(workers: int) -> Opener:
                 process.terminate()
             # at exit Python wakes each pool's thread, and fails if it is closing its pipe; before
             # 3.11.5 it may wait for ever for a worker that died
-            thread = pool._executor_manager_thread
+            thread: Any = pool._executor_manager_thread
             pool.shutdown(wait=False, cancel_futures=True)
             if thread is not None:
                 thread.join(ENDED)
