@@ -24,8 +24,6 @@ BARREN = 3
 """Number of worker pools that may fail in succession without a result."""
 MOST_WORKERS = 1024
 """Largest number of worker processes, which are started together."""
-
-
 ENDED = 10.0
 """Longest time in which the thread of a pool that failed is waited for, s."""
 _STARTING = threading.Lock()

@@ -125,7 +125,11 @@ def _readme(subject: Subject, origin: str, vectors: Vectors, compiled: Compiled 
         validation="\n".join(_validation(target)),
         prototypes="\n".join(map(prototype_of, target.entries)),
         resources="\n".join(
-            [*_costs(target, module, compiled, TOLERANCE[precision]), *_tables(module)]
+            [
+                *_costs(target, module, compiled),
+                *_failure(compiled, TOLERANCE[precision]),
+                *_tables(module),
+            ]
         ),
         steps=len(vectors.rows),
         tolerance=f"{TOLERANCE[precision]:g}",
@@ -168,9 +172,7 @@ def _declarations(target: Target, module: Module, dialect: Dialect) -> list[str]
     return lines
 
 
-def _costs(
-    target: Target, module: Module, compiled: Compiled | None, tolerance: float
-) -> list[str]:
+def _costs(target: Target, module: Module, compiled: Compiled | None) -> list[str]:
     functions = {function.name: function for function in module.functions}
     classes = (*CLASSES, ELEMENTARY)
     lines = [
@@ -193,16 +195,21 @@ def _costs(
     if compiled.stack:
         deepest = max(_depth(functions[e.name], compiled) for e in target.entries)
         sizes.append(f"{deepest} bytes of stack at most, without those of the C library")
-    lines.append(
-        f"By {compiled.compiler} with `{OPTIMISATION}`: {', '.join(sizes) or 'it compiles'}."
-    )
-    if compiled.fails:
-        # the errors are printed with two digits; NaN differs too
-        wrong = [f"`{n}`" for n, error in compiled.errors.items() if not error <= 0.99 * tolerance]
-        most = f", and {len(wrong) - MOST_NAMED} more" if len(wrong) > MOST_NAMED else ""
-        named = f": not as in Python are {', '.join(wrong[:MOST_NAMED])}{most}" if wrong else ""
-        lines += ["", f"{DIFFERS}{named}."]
-    return lines
+    return [
+        *lines,
+        f"By {compiled.compiler} with `{OPTIMISATION}`: {', '.join(sizes) or 'it compiles'}.",
+    ]
+
+
+def _failure(compiled: Compiled | None, tolerance: float) -> list[str]:
+    """What the README says where the test program fails."""
+    if compiled is None or not compiled.fails:
+        return []
+    # the errors are printed with two digits; NaN differs too
+    wrong = [f"`{n}`" for n, error in compiled.errors.items() if not error <= 0.99 * tolerance]
+    most = f", and {len(wrong) - MOST_NAMED} more" if len(wrong) > MOST_NAMED else ""
+    named = f": not as in Python are {', '.join(wrong[:MOST_NAMED])}{most}" if wrong else ""
+    return ["", f"{DIFFERS}{named}."]
 
 
 def _tables(module: Module) -> list[str]:

@@ -79,9 +79,8 @@ def shows_torque(blocks: Blocks, known: KnownWheels, wheel: int) -> NDArray[np.b
     rotor = known.wheels[wheel]
     slowest = blocks.slowest[:, wheel]
     lost = (rotor.coulomb + rotor.viscous * slowest) * slowest
-    friction = rotor.coulomb + rotor.viscous * np.abs(blocks.speed[:, wheel])
-    sign = np.sign(blocks.direction[:, wheel])
-    braking = sign * acceleration_torque(blocks, known, wheel) < -BRAKED * friction
+    friction, accelerating = _torques(blocks, known, wheel)
+    braking = accelerating < -BRAKED * friction
     noises = blocks.speed_noise[:, wheel]
     noises = noises[np.isfinite(noises)]
     noise = NOISY * np.sqrt(2.0) * float(np.median(noises)) if noises.size else 0.0
@@ -92,6 +91,14 @@ def shows_torque(blocks: Blocks, known: KnownWheels, wheel: int) -> NDArray[np.b
     near[:-1] |= braking[1:]
     least = max(ABOVE * rotor.sigma_of("idle_power"), ROUNDED * known.power_resolution)
     return ~near & (lost > least)
+
+
+def _torques(blocks: Blocks, known: KnownWheels, wheel: int) -> tuple[Vector, Vector]:
+    """Nominal friction and acceleration torque in the sense of the speed, each (B,), N·m."""
+    rotor = known.wheels[wheel]
+    friction = rotor.coulomb + rotor.viscous * np.abs(blocks.speed[:, wheel])
+    sign = np.sign(blocks.direction[:, wheel])
+    return friction, sign * acceleration_torque(blocks, known, wheel)
 
 
 def doubt_of(blocks: Blocks, known: KnownWheels, wheel: int, friction: float) -> str:
@@ -105,9 +112,8 @@ def doubt_of(blocks: Blocks, known: KnownWheels, wheel: int, friction: float) ->
     """
     rotor = known.wheels[wheel]
     speed = np.abs(blocks.speed[:, wheel])
-    nominal = rotor.coulomb + rotor.viscous * speed
-    sign = np.sign(blocks.direction[:, wheel])
-    driving = nominal + np.maximum(sign * acceleration_torque(blocks, known, wheel), 0.0)
+    nominal, accelerating = _torques(blocks, known, wheel)
+    driving = nominal + np.maximum(accelerating, 0.0)
 
     def power(current: Vector) -> float:
         each = (rotor.motor_constant * speed + (rotor.resistance or 0.0) * current) * current

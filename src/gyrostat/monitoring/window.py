@@ -90,10 +90,10 @@ def window_row(
     row |= _values(value, prior, rows, added)
     row |= residual_columns(blocks, steady, known, wheel, value, rows)
     row |= _verdict(value)
-    if power:
+    if power and row["valid"]:
         friction = value.mean + value.value[VISCOUS] * speed + 2.0 * np.sqrt(value.mean_variance)
         doubt = doubt_of(steady, known, wheel, float(friction))
-        if row["valid"] and doubt:
+        if doubt:
             row |= {"valid": False, "why": doubt}
     return row, value.noise if row["valid"] else noise
 
