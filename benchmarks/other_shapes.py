@@ -1,20 +1,23 @@
 """Coverage of 95 % intervals over records whose effects have other shapes than those averaged over.
 
     python benchmarks/other_shapes.py [--case quantised] [--records 40] [--seed 200000] [--jobs 2]
+        [--keep DIR]
 
 The records are those of `record_shapes.py`. Seeds below 200000 served development; `jump`, `bursts`
 and `warm-up` were invented after it. Each case has random numbers of its own. For each parameter:
 coverage of value ± 1.96 sigma in % (in brackets by plain least squares), rms error in % of the
 truth, w = median width over 3.92 rms errors. Records without a valid result are counted apart, with
-the reason.
+the reason. A stopped run goes on from the answers in DIR.
 """
 
 import argparse
+import json
 import time
 import zlib
 from collections import Counter
 from concurrent.futures import ProcessPoolExecutor
 from multiprocessing import get_context
+from pathlib import Path
 from typing import NamedTuple
 
 import numpy as np
@@ -50,7 +53,7 @@ class Answer(NamedTuple):
 NONE = np.zeros(0)
 
 
-def answers(case: str, seed: int, batch: int, count: int) -> list[Answer]:
+def answers(case: str, seed: int, batch: int, count: int, keep: Path | None) -> list[Answer]:
     """Identify records of a case.
 
     Args:
@@ -58,9 +61,21 @@ def answers(case: str, seed: int, batch: int, count: int) -> list[Answer]:
         seed: Seed; a case and a batch have random numbers of their own.
         batch: Number of the batch.
         count: Number of records.
+        keep: Folder of the answers of earlier runs, to which these are added.
     """
+    file = None if keep is None else keep / f"{case}-{seed}-{batch}-{count}.json"
+    if file is not None and file.exists():
+        parts = json.loads(file.read_text(encoding="utf-8"))
+        return [Answer(*map(np.array, numbers), why) for *numbers, why in parts]
     own = [seed, zlib.crc32(case.encode()), batch]
-    return [answer(record, truth, case) for record, truth in simulate(own, count, CASES[case])]
+    found = [answer(record, truth, case) for record, truth in simulate(own, count, CASES[case])]
+    if file is not None:
+        file.parent.mkdir(parents=True, exist_ok=True)
+        parts = [[*(numbers.tolist() for numbers in each[:-1]), each.why] for each in found]
+        unfinished = file.with_suffix(".part")
+        unfinished.write_text(json.dumps(parts), encoding="utf-8")
+        unfinished.replace(file)
+    return found
 
 
 def answer(record: Record, truth: dict[str, float], case: str) -> Answer:
@@ -108,6 +123,7 @@ def main() -> None:
     parser.add_argument("--records", type=int, default=40)
     parser.add_argument("--seed", type=int, default=200000)
     parser.add_argument("--jobs", type=int, default=1)
+    parser.add_argument("--keep", type=Path)
     arguments = parser.parse_args()
     cases = list(CASES) if "every" in arguments.case else arguments.case
     started = time.perf_counter()
@@ -118,7 +134,7 @@ def main() -> None:
     with ProcessPoolExecutor(arguments.jobs, mp_context=get_context("spawn")) as pool:
         waiting = {
             case: [
-                pool.submit(answers, case, arguments.seed, batch, size)
+                pool.submit(answers, case, arguments.seed, batch, size, arguments.keep)
                 for batch, size in enumerate(sizes)
             ]
             for case in cases
