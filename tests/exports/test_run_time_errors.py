@@ -4,6 +4,7 @@ import shutil
 
 import pytest
 
+from gyrostat.codegen.flight import outlining
 from gyrostat.control import CurrentMode, EstimatingCompensator
 from gyrostat.exports import files, targets
 
@@ -11,8 +12,16 @@ needs_frama_c = pytest.mark.skipif(shutil.which("frama-c") is None, reason="foun
 
 
 @needs_frama_c
-@pytest.mark.parametrize("precision", ["double", "float"])
-def test_the_compensator_has_no_alarm_and_finite_results(precision, g2, check, tmp_path):
+@pytest.mark.parametrize(
+    ("precision", "longest"),
+    [("double", outlining.LONGEST), ("float", 150)],
+    ids=["double", "parts"],
+)
+def test_the_compensator_has_no_alarm_and_finite_results(
+    precision, longest, g2, check, tmp_path, monkeypatch
+):
+    """Also where its step has parts."""
+    monkeypatch.setattr(outlining, "LONGEST", longest)
     tuned = EstimatingCompensator.tune(g2.law, g2.wheel, 0.495, 0.5, 0.1, delay=1)
     texts = files(targets.compensator(tuned, 0.1), precision, "Made by a test.")
     result = check("run_time_errors", tmp_path, texts)
@@ -20,6 +29,7 @@ def test_the_compensator_has_no_alarm_and_finite_results(precision, g2, check, t
     figures = {figure.name: figure.value for figure in result.figures}
     assert figures["alarms"] == "0"
     assert figures["results not proven to be finite"] == "0"
+    assert ("static void correct(" in texts["compensator.c"]) == (longest == 150)
     contract = texts["evidence/run_time_errors.c"]
     assert int(figures["results proven to be finite"]) == contract.count("ensures") > 20
 

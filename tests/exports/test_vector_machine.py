@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 
-from gyrostat.codegen.flight import Entry, emit
+from gyrostat.codegen.flight import Entry, emit, outlining
 from gyrostat.codegen.flight.module import ports_of
 from gyrostat.codegen.flight.reader.functions import functions
 from gyrostat.codegen.flight.reader.translate import translate
@@ -105,17 +105,15 @@ def columns(machine, arguments):
     return values
 
 
-@pytest.mark.parametrize("precision", ["double", "float"])
-@pytest.mark.parametrize("function", CASES, ids=lambda f: f.__name__)
-@pytest.mark.parametrize("has_margins", [False, True])
-def test_lanes_have_the_results_of_compiled_c(function, has_margins, precision, tools, tmp_path):
+def check(function, has_margins, precision, tools, folder):
+    """Compare what is read back with compiled C."""
     arguments = CASES[function]
     target, module = module_of(function, arguments, precision)
     machine = Machine(target, module, precision)
     machine.most_passes = 1000
     values = columns(machine, arguments)
     found = machine.run(values, lambda *_: None, begins=False, has_margins=has_margins)
-    program = tools.Compiled(module, tmp_path, precision=precision)
+    program = tools.Compiled(module, folder, precision=precision)
     status, results = program(function.__name__, arguments)
     assert not status.any()
     for name in [name for name, port in ports_of(module).items() if port.set]:
@@ -130,6 +128,25 @@ def test_lanes_have_the_results_of_compiled_c(function, has_margins, precision, 
             continue
         # the elementary functions of single precision are rounded in another way
         assert np.allclose(seen, expected, 1e-4, 1e-4, equal_nan=True)
+    return module
+
+
+@pytest.mark.parametrize("precision", ["double", "float"])
+@pytest.mark.parametrize("function", CASES, ids=lambda f: f.__name__)
+@pytest.mark.parametrize("has_margins", [False, True])
+def test_lanes_have_the_results_of_compiled_c(function, has_margins, precision, tools, tmp_path):
+    check(function, has_margins, precision, tools, tmp_path)
+
+
+@pytest.mark.parametrize("function", [loops, arrays], ids=lambda f: f.__name__)
+def test_parts_of_long_functions_have_the_results_of_compiled_c(
+    function, tools, tmp_path, monkeypatch
+):
+    for name, value in {"LONGEST": 20, "LEAST": 3, "WHOLE": 10}.items():
+        monkeypatch.setattr(outlining, name, value)
+    module = check(function, True, "double", tools, tmp_path)
+    assert any(each.tables for each in module.functions) == (function is arrays)
+    assert len(module.functions) > 1
 
 
 def test_a_constant_table_is_one_array_of_all_lanes():

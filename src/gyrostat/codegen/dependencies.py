@@ -17,6 +17,7 @@ from gyrostat.codegen.program import (
     Store,
     Table,
     inner_blocks,
+    statements,
 )
 
 
@@ -44,6 +45,17 @@ def read_by(statement: Statement) -> list[Operand]:
     if isinstance(statement, Branch):
         operands += [value for values in statement.values for value in values]
     return operands
+
+
+def stored(block: Block) -> set[Table]:
+    """Tables that some statements assign elements of, also in functions that they call."""
+    tables: set[Table] = set()
+    for statement in statements(block):
+        if isinstance(statement, Store):
+            tables.add(statement.table)
+        if isinstance(statement, Call):
+            tables |= stored(statement.function.body)
+    return tables
 
 
 Graph = dict[Name | Table, list[Operand | Table]]

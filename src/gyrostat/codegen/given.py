@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.codegen.arrays import SMALL, Array, Data, is_plain
-from gyrostat.codegen.dependencies import read_by
+from gyrostat.codegen.dependencies import read_by, stored
 from gyrostat.codegen.program import (
     Assign,
     Call,
@@ -23,6 +23,7 @@ from gyrostat.codegen.program import (
     Name,
     Number,
     Operand,
+    Store,
     Table,
     statements,
 )
@@ -95,16 +96,21 @@ def key(array: Array, unchanged: Mapping[str, Hashable]) -> Hashable:
     return tuple(map(part, array.flat)), array.shape
 
 
-def arguments_read(function: Function) -> set[str]:
-    """Arguments of the entry that a function reads, also in functions that it calls."""
-    read: set[str | None] = set(map(argument, function.results))
+def arguments_used(function: Function) -> set[str]:
+    """Arguments of the entry that a function reads or sets, also in functions that it calls."""
+    names: set[str | None] = set(map(argument, function.results))
     for statement in statements(function.body):
-        read.update(map(argument, read_by(statement)))
-        if isinstance(statement, Assign):
-            read.add(argument(statement.table))
+        names.update(map(argument, read_by(statement)))
+        if isinstance(statement, Assign | Store):
+            names.add(argument(statement.table))
         if isinstance(statement, Call):
-            read |= arguments_read(statement.function)
-    return {name for name in read if name is not None}
+            names |= arguments_used(statement.function)
+    return {name for name in names if name is not None}
+
+
+def arguments_set(function: Function) -> set[str]:
+    """Arguments of the entry that a function sets elements of, also in functions that it calls."""
+    return {name for name in map(argument, stored(function.body)) if name is not None}
 
 
 def functions_called(function: Function) -> set[Function]:

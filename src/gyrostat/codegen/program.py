@@ -177,7 +177,8 @@ class Branch:
 class Function:
     """Function of scalars; its results include `rows`, which are kept tables.
 
-    It may also read arguments of the entry that calls it, which are `given` to it whole.
+    It may also read arguments of the entry that calls it, which are `given` to it whole, and use
+    `tables` of the function that calls it.
     """
 
     name: str
@@ -187,6 +188,7 @@ class Function:
     source: Source = NOWHERE
     rows: list[Table] = field(default_factory=list)
     given: list[str] = field(default_factory=list)
+    tables: list[Table] = field(default_factory=list)
 
 
 @dataclass(eq=False)

@@ -25,11 +25,12 @@ def cost(functions: Iterable[Function]) -> Cost:
     """Cost of functions, each called once by itself; calls between them count as one statement."""
     total = Cost(0, 0)
     for function in functions:
-        total += _of(function.body)
+        total += cost_of(function.body)
     return total
 
 
-def _of(block: Block) -> Cost:
+def cost_of(block: Block) -> Cost:
+    """Cost of a block of statements."""
     total = Cost(0, 0)
     for statement in block:
         match statement:
@@ -38,10 +39,10 @@ def _of(block: Block) -> Cost:
             case Fill(values=values):
                 total += Cost(len(values), len(values))
             case Loop(count=count, test=test, body=body, carried=carried):
-                inner = _of(test) + _of(body) + Cost(len(carried) + 1, len(carried) + 1)
+                inner = cost_of(test) + cost_of(body) + Cost(len(carried) + 1, len(carried) + 1)
                 total += Cost(inner.size + 1, inner.work * count + 1)
             case Branch(blocks=blocks, targets=targets):
-                parts = [_of(inner) for inner in blocks]
+                parts = [cost_of(inner) for inner in blocks]
                 size = sum(part.size for part in parts) + len(targets) * len(blocks)
                 total += Cost(size + 1, max(part.work for part in parts) + len(targets) + 1)
     return total

@@ -13,7 +13,8 @@ from gyrostat.codegen.flight.expressions import COPIES, Dialect
 from gyrostat.codegen.flight.function_texts import ModuleWriter, Root
 from gyrostat.codegen.flight.header import header, wrapped
 from gyrostat.codegen.flight.identifiers import comment, free_name, identifier, public_identifier
-from gyrostat.codegen.flight.module import Entry, Module, Port, Precision, ports_read
+from gyrostat.codegen.flight.module import Entry, Module, Port, Precision, ports_used
+from gyrostat.codegen.flight.outlining import outline
 from gyrostat.codegen.flight.reserved import MATH
 from gyrostat.codegen.flight.structs import Leaf, Struct, Structs, arrays_of
 from gyrostat.codegen.flight.tested_sums import rewrite_tested_sums
@@ -60,20 +61,22 @@ def emit(
     traced = [_traced(entry) for entry in entries]
     roots, inner, structs = smallest(lambda scope: _lowered(traced, scope), FLIGHT)
     tops = [root.function for root in roots]
+    for function in (*inner, *tops):
+        share_tables(function)
+    inner = [each for function in inner for each in (*outline(function), function)]
+    inner += [part for function in tops for part in outline(function)]
     reserved = {struct.name for struct in structs.every} | {f.name for f in tops}
     # a parameter hides a function of its name
     hidden = {port.name for root in roots for port in root.ports}
     for function in inner:
         function.name = free_name(identifier(function.name), reserved | hidden | MATH)
         reserved.add(function.name)
-    for function in (*inner, *tops):
-        share_tables(function)
     tables: dict[Table, str] = {}
     for table in shared_tables((*inner, *tops)):
         wanted = identifier(f"{table.hint or 'constant'}_table")
         tables[table] = free_name(wanted, reserved | hidden)
         reserved.add(tables[table])
-    ports = ports_read((root.function, root.ports) for root in roots)
+    ports = ports_used((root.function, root.ports) for root in roots)
     for function in inner:
         function.given = [port.name for port in ports[function]]
     texts = [f"{wrapped(declared(table, name, dialect))}\n" for table, name in tables.items()]

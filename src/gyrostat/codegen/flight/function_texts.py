@@ -4,6 +4,7 @@ import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 
+from gyrostat.codegen.dependencies import stored
 from gyrostat.codegen.flight.expressions import Dialect
 from gyrostat.codegen.flight.header import parameter, prototype, wrapped
 from gyrostat.codegen.flight.identifiers import comment
@@ -57,6 +58,12 @@ class ModuleWriter:
         parameters = [parameter(port, self.dialect) for port in ports]
         parameters += [
             f"{self.dialect.type_of(p.kind)} {writer.name(p, p.hint)}" for p in function.parameters
+        ]
+        changed = stored(function.body)
+        parameters += [
+            f"{'' if table in changed else 'const '}{self.dialect.type_of(table.kind)} "
+            f"{writer.name(table, (table.hint or 'value') + '_table')}[{table.size}]"
+            for table in function.tables
         ]
         single = len(function.results) == 1
         outs = [] if single else [writer.free(_out(result)) for result in function.results]

@@ -15,7 +15,6 @@ from gyrostat.codegen.program import (
     Operand,
     Statement,
     Store,
-    Table,
     statements,
 )
 
@@ -65,11 +64,6 @@ def uses_of(block: Block, results: Sequence[Operand]) -> Counter[Name]:
     """Number of statements and results that read each name."""
     operands = [each for statement in statements(block) for each in read_by(statement)]
     return Counter(each for each in (*operands, *results) if isinstance(each, Name))
-
-
-def stored(block: Block) -> set[Table]:
-    """Tables that some statements assign elements of."""
-    return {each.table for each in statements(block) if isinstance(each, Store)}
 
 
 def is_known_element(statement: Assign) -> bool:

@@ -1,11 +1,11 @@
 """Inputs and output of the C emitter: entry points, ports and the module."""
 
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from typing import Any, Literal
 
 from gyrostat.codegen.flight.structs import Leaf, Struct
-from gyrostat.codegen.given import arguments_read, functions_called
+from gyrostat.codegen.given import arguments_set, arguments_used, functions_called
 from gyrostat.codegen.program import Function
 
 Precision = Literal["double", "float"]
@@ -82,10 +82,10 @@ def ports_of(module: Module) -> dict[str, Port]:
     return {port.name: port for ports in module.ports.values() for port in ports}
 
 
-def ports_read(
+def ports_used(
     entries: Iterable[tuple[Function, Sequence[Port]]],
 ) -> dict[Function, list[Port]]:
-    """Arguments of the entry that each function called by it reads.
+    """Arguments of the entry that each function called by it reads or sets.
 
     Entries may have arguments of the same name and of different types.
 
@@ -95,8 +95,10 @@ def ports_read(
     ports: dict[Function, list[Port]] = {}
     for entry, arguments in entries:
         for function in functions_called(entry):
-            names = arguments_read(function)
-            read = [port for port in arguments if port.name in names]
+            names, changed = arguments_used(function), arguments_set(function)
+            read = [
+                replace(port, set=port.name in changed) for port in arguments if port.name in names
+            ]
             # entries share a function only if these arguments are of the same types
             assert {*ports.setdefault(function, read)} == {*read}
     return ports

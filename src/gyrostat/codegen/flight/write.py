@@ -4,7 +4,7 @@ import textwrap
 from collections import Counter
 from collections.abc import Mapping, Sequence
 
-from gyrostat.codegen.dependencies import used
+from gyrostat.codegen.dependencies import stored, used
 from gyrostat.codegen.flight.constant_tables import constant_tables, declared
 from gyrostat.codegen.flight.expressions import HELPERS, OF_INTEGERS, WORD, Dialect, Text, simplest
 from gyrostat.codegen.flight.identifiers import comment, free_name, identifier
@@ -12,7 +12,6 @@ from gyrostat.codegen.flight.inlining import (
     hint_for,
     is_known_element,
     last_change,
-    stored,
     takes_in,
     uses_of,
 )
@@ -277,6 +276,7 @@ class Writer:
 
     def _call(self, call: Call) -> None:
         arguments = [*call.function.given, *(self.text(operand).text for operand in call.operands)]
+        arguments += [self._texts[table].text for table in call.function.tables]
         name = call.function.name
         if len(call.targets) == 1:
             target = call.targets[0]
