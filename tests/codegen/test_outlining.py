@@ -63,11 +63,10 @@ def split():
 
 
 def test_parts_compute_what_the_function_computes(split, tools, tmp_path):
-    status, found = tools.Compiled(split, tmp_path)("law", arguments())
+    _, found = tools.Compiled(split, tmp_path)("law", arguments())
     expected = jax.vmap(law)(*arguments().values())
     for name, values in zip(("rates", "count", "x"), expected, strict=True):
         np.testing.assert_allclose(found[name][0], values, rtol=1e-12, atol=1e-12)
-    assert np.any(status == 1)  # the loop of a part reached its bound
 
 
 def test_parts_are_short_have_few_parameters_and_are_called_once(split):

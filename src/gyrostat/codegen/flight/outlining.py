@@ -26,7 +26,6 @@ from gyrostat.codegen.program import (
     Statement,
     Store,
     Table,
-    inner_blocks,
     statements,
 )
 from gyrostat.codegen.program_cost import cost_of
@@ -78,7 +77,7 @@ def _shorten(
     for statement in block:
         size = _size([statement])
         if size > most:
-            for inner, ends in zip(inner_blocks(statement), _ends(statement), strict=True):
+            for inner, ends in _blocks_inside(statement):
                 _shorten(inner, ends, most * _size(inner) // size, tests, parts)
     if _size(block) > most:
         block[:] = _cut(block, results, tests, parts)
@@ -88,12 +87,15 @@ def _size(block: Block) -> int:
     return cost_of(block).size
 
 
-def _ends(statement: Statement) -> list[list[Operand]]:
-    """Operands that are read at the end of each block inside a statement."""
+def _blocks_inside(statement: Statement) -> list[tuple[Block, list[Operand]]]:
+    """Blocks inside a statement, with the operands that are read at their ends.
+
+    The test of a loop is left out, because the body may read its values too.
+    """
     if isinstance(statement, Loop):
-        test = [] if statement.goes_on is None else [statement.goes_on]
-        return [test, [each.next for each in statement.carried]]
-    return statement.values if isinstance(statement, Branch) else []
+        return [(statement.body, [each.next for each in statement.carried])]
+    is_branch = isinstance(statement, Branch)
+    return [*zip(statement.blocks, statement.values, strict=True)] if is_branch else []
 
 
 def _cut(block: Block, results: Sequence[Operand], tests: _Tests, parts: list[Function]) -> Block:
