@@ -314,13 +314,14 @@ def test_every_group_of_statements_names_its_line_of_python(compiled):
 
 def test_comments_and_names_cannot_break_c(tools, tmp_path):
     def named(x):
-        double = x + 1.0 if "*/ /* ??/ \\" else x
+        double = x + 1.0 if "*/ /* ??/ *\\ \\* /// ??? \\" else x
         exp = jnp.exp(double)
         return exp * exp, double * exp
 
     module = emit("named", [Entry("named", named, {"x": 0.0}, ("exp_", "int_"))])
     _, found = tools.Compiled(module, tmp_path)("named", {"x": np.zeros(1)})
     np.testing.assert_allclose(found["exp_"][0], np.e**2)
+    assert "//" not in module.source  # MISRA C:2012, rule 3.1
 
 
 def test_float_is_float_throughout(tools, tmp_path):

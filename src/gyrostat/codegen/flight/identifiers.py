@@ -61,9 +61,8 @@ def free_name(wanted: str, taken: set[str]) -> str:
 
 def comment(text: str) -> str:
     """Text made safe for a comment in C: it cannot end or begin a comment or continue its line."""
-    for pair in ("*/", "/*", "??"):  # ?? begins a trigraph
-        text = text.replace(pair, f"{pair[0]} {pair[1]}")
-    return text.replace("\\", "/").strip()
+    text = text.replace("\\", "/")
+    return re.sub(r"(?<=/)(?=[/*])|(?<=\*)(?=/)|(?<=\?)(?=\?)", " ", text).strip()  # ??/ is \
 
 
 def _ascii(name: str) -> str:
