@@ -86,6 +86,11 @@ def sizes(x):
     return jnp.where(size < 0.0, jnp.nan, size), jnp.where(size[0] - size[1] < 0.0, 1.0, 2.0)
 
 
+def wrapped(place, x):
+    """Places around a ring; a remainder below zero is not zero, and one in a table is no end."""
+    return jnp.mod(place, 4), jnp.mod(place, -4), x[jnp.mod(place, 3)]
+
+
 REALS = np.where(RANDOM.random((LANES, 4)) < 0.1, np.nan, RANDOM.normal(size=(LANES, 4)))
 CASES = {
     chosen: {"x": REALS},
@@ -97,6 +102,7 @@ CASES = {
     anywhere: {"place": RANDOM.integers(-9, 9, LANES), "x": REALS},
     branched: {"place": np.append(RANDOM.integers(-9, 9, LANES - 2), [-(2**63), LAST]), "x": REALS},
     sizes: {"x": REALS},
+    wrapped: {"place": RANDOM.integers(-9, 9, LANES), "x": REALS},
 }
 TESTED = {
     chosen: r"[<>] \d+\) \?",
@@ -106,6 +112,7 @@ TESTED = {
     counting: r"\w+ < 0\b",
     permuted: r"\b(?!i\b)\w+(\[\w+\])? < 0\b",
     sizes: r"size\w* < 0\.0",
+    wrapped: r"< 0\) && |!= false|INT64_C",
 }
 """Function -> test that is never true in it."""
 

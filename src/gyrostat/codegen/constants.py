@@ -60,6 +60,8 @@ def folded(operation: str, operands: Sequence[Operand], kind: Kind) -> Operand |
     for first, second in (operands, operands[::-1]):
         if operation == "mul" and first == ONE:
             return second
+        if operation == "ne" and first == Number("logical", False):
+            return second
         is_test = operation in LOGICAL_ONLY and operation != "xor" and kind == "logical"
         if is_test and isinstance(first, Number):
             return second if first.value == (operation == "and") else first

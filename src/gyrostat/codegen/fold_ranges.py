@@ -9,7 +9,8 @@ from collections.abc import Iterable, Iterator, Mapping, Sequence
 from contextlib import contextmanager
 
 from gyrostat.codegen.carried_numbers import counted, counts_of
-from gyrostat.codegen.outcomes import decided
+from gyrostat.codegen.constants import folded
+from gyrostat.codegen.outcomes import decided, implies
 from gyrostat.codegen.program import (
     ZERO,
     Assign,
@@ -18,6 +19,7 @@ from gyrostat.codegen.program import (
     Call,
     Fill,
     Function,
+    Kind,
     Loop,
     Name,
     Number,
@@ -109,7 +111,7 @@ class _Facts:
 
     def _assign(self, statement: Assign) -> Sequence[Statement]:
         operands = statement.operands = tuple(self.known_as(statement.operands))
-        same = self._simpler(statement.operation, operands)
+        same = self._simpler(statement.operation, operands, statement.target.kind)
         if same is not None:
             self._same[statement.target] = same
             return ()
@@ -122,7 +124,7 @@ class _Facts:
                 self._same[statement.target] = Number(statement.target.kind, found[0])
         return (statement,)
 
-    def _simpler(self, operation: str, operands: Sequence[Operand]) -> Operand | None:
+    def _simpler(self, operation: str, operands: Sequence[Operand], kind: Kind) -> Operand | None:
         """Number or operand that an operation always gives; None if there is none."""
         if operation in ALWAYS:
             ranges = [self._range(operand) for operand in operands]
@@ -148,18 +150,12 @@ class _Facts:
             return operands[1] if operands[0] == FIRST else operands[0]
         if operation in UNCHANGED and within(self._range(operands[0]), UNCHANGED[operation]):
             return operands[0]
-        if operation == "select" and isinstance(operands[0], Number):
-            return operands[1] if operands[0].value else operands[2]
-        if operation == "not" and operands[0] in (
-            Number("logical", True),
-            Number("logical", False),
-        ):
-            return Number("logical", operands[0] == Number("logical", False))
-        if operation in ("and", "or"):
+        if operation == "and":
             for one, other in (operands, operands[::-1]):
-                if isinstance(one, Number) and one.kind == "logical":
-                    return other if one.value == (operation == "and") else one
-        return None
+                if implies(one, other, self._assigned):
+                    return one
+        is_choice = kind == "logical" or operation == "select"
+        return folded(operation, operands, kind) if is_choice else None
 
     def _range(self, operand: Operand) -> Range | None:
         """Range of an integer; None for other numbers, and where counters of loops have none."""
@@ -197,7 +193,10 @@ class _Facts:
         with self._where(test, outcome):
             made = self._assigned.get(value) if isinstance(value, Name) else None
             narrow = self._result(made) if made and made.operation in ARITHMETIC else None
-            return narrow or self._range(value)
+            known = self._range(value)
+            if narrow is None or known is None:
+                return narrow or known
+            return max(narrow[0], known[0]), min(narrow[1], known[1])
 
     @contextmanager
     def _where(self, test: Operand, outcome: bool) -> Iterator[None]:

@@ -24,3 +24,17 @@ def decided(
     elif statement.operation == ("and" if value else "or"):
         for each in statement.operands:
             yield from decided(each, value, assigned)
+
+
+def implies(one: Operand, other: Operand, assigned: Mapping[Name, Assign]) -> bool:
+    """Whether a logical value compares two numbers that differ if it is true, as another one says.
+
+    Args:
+        one: Logical value.
+        other: The other one.
+        assigned: Statements by their targets.
+    """
+    first, second = (assigned.get(o) if isinstance(o, Name) else None for o in (one, other))
+    if first is None or second is None or second.operation != "ne":
+        return False
+    return first.operation in ("lt", "gt") and set(first.operands) == set(second.operands)

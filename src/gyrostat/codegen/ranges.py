@@ -28,10 +28,17 @@ ARITHMETIC: dict[str, Callable[[Range, Range], tuple[int, ...]]] = {
     "mul": lambda a, b: tuple(x * y for x in a for y in b),
     "max": lambda a, b: (max(a[0], b[0]), max(a[1], b[1])),
     "min": lambda a, b: (min(a[0], b[0]), min(a[1], b[1])),
+    "remainder": lambda a, b: _remainders(a, max(map(abs, b))) if b[0] > 0 or b[1] < 0 else EVERY,
 }
 """Operation -> numbers between which its results are."""
 UNCHANGED: dict[str, Range] = {"to_word": (0, 2**32 - 1), "to_half": (-(2**31), 2**31 - 1)}
 """Narrowing of an integer -> its results, which are the integers that it does not change."""
+
+
+def _remainders(dividend: Range, divisor: int) -> Range:
+    """Range of remainders with the sign of the dividend, of a divisor of at most some size."""
+    low, high = max(dividend[0], 1 - divisor), min(dividend[1], divisor - 1)
+    return min(low, 0), max(high, 0)
 
 
 def of_kind(range_: Range, kind: str) -> Range | None:
