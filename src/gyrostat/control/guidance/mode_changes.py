@@ -194,19 +194,25 @@ class Changes(Checked):
             taken = jnp.where(takes[k], k + 1, taken)
         changes = jnp.any(takes)
         begins = jnp.broadcast_to(changes, unmet.shape)
-        if self._any_goes_on():
+        can_go_on = self._can_go_on()
+        if can_go_on.any():
             is_taken = jnp.arange(1, len(self.to) + 1) == taken
-            goes_on = starts[mode.number] & starts[number]
+            goes_on = starts[mode.number] & starts[number] & can_go_on
             begins &= is_taken | jnp.logical_not(goes_on)
         return changes, number, jnp.where(begins, time, unmet), taken
 
-    def _any_goes_on(self) -> bool:
-        """Whether the time for `held` of a change can go on across another one."""
-        return any(
-            other != change and starts and row[mode] and row[to]
-            for change, to in enumerate(self.to)
-            for mode, starts in enumerate(self.origins[change])
-            for other, row in enumerate(self.origins)
+    def _can_go_on(self) -> np.ndarray:
+        """Whether the time for `held` of each change can go on across another one, (changes,)."""
+        return np.array(
+            [
+                any(
+                    other != change and starts and row[mode] and row[to]
+                    for other, to in enumerate(self.to)
+                    for mode, starts in enumerate(self.origins[other])
+                )
+                for change, row in enumerate(self.origins)
+            ],
+            bool,
         )
 
     def _hold(self, mode: Lasted, watch: Watch, time: Scalar) -> Bool[Array, " changes"]:
