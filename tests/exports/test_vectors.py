@@ -1,6 +1,7 @@
 """The search for test vectors, with clang as the independent judge of what they show."""
 
 import csv
+import dataclasses
 import io
 import re
 import shutil
@@ -120,6 +121,42 @@ def test_an_index_that_narrows_to_a_large_one_is_found():
     conditions = {text for each in found.coverage.decisions for text in each.decision.conditions}
     assert any(text.endswith("> 2") for text in conditions)  # the index is limited to the table
     assert open_gaps(found) == set()
+
+
+class Locks(NamedTuple):
+    """Parameters of three locks, each with a number, a key and a code."""
+
+    number: np.ndarray
+    key: np.ndarray
+    code: np.ndarray
+
+
+def opened(number, key, code):
+    """Number that says whether a lock is open; few have the same."""
+    return (number * 48271 + key * 69621 + code * 40692) % 2147483647
+
+
+def locks(locks, memory, measured):
+    """Torques of locks that are open."""
+    is_open = opened(*(each.astype(jnp.int64) for each in locks)) == opened(1234567, 7654, 89)
+    return memory, jnp.where(is_open, measured, 0.0)
+
+
+def test_what_one_element_shows_is_found_for_the_others():
+    target = flight_module(
+        "locks",
+        {"locks": Locks(*np.array([[1.0, 2.0, 3.0], [4.0, 5.0, 6.0], [7.0, 8.0, 9.0]]))},
+        {"memory": jnp.asarray(0)},
+        [("start", begin, ("memory",))],
+        [("step", locks, ("memory", "torque"))],
+        title="Locks",
+        period=0.1,
+        constants={},
+        inputs={"measured": np.linspace(-0.1, 0.1, STEPS)},
+    )
+    case = {"locks.number[1]": 1234567.0, "locks.key[1]": 7654.0, "locks.code[1]": 89.0}
+    target = dataclasses.replace(target, cases=(case,))
+    assert open_gaps(find_vectors(target, emitted(target, "double"), "double")) == set()
 
 
 def test_the_rows_show_what_the_coverage_says(found):

@@ -8,16 +8,20 @@ is changed; the secant of the margin gives the change that brings it to zero (al
 Korel, Automated software test data generation, IEEE TSE 16, 1990). The limit of a sum of squares,
 such as the size of a vector, is reached by several fields, each of which brings the margin to the
 largest value of a parabola (successive parabolic interpolation: Brent, Algorithms for minimization
-without derivatives, 1973, chapter 5).
+without derivatives, 1973, chapter 5). If C has one decision for each element of arrays, a step that
+reaches it for one element reaches it for another one once these elements are exchanged.
 """
 
-from collections.abc import Mapping, Sequence
+import re
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import dataclass, field
 
 import numpy as np
 
+from gyrostat.codegen.flight.reader.decisions import Decision
 from gyrostat.exports.vectors.coverage import Goal
 from gyrostat.exports.vectors.explore import Explorer
+from gyrostat.exports.vectors.fields import arrays_of
 from gyrostat.exports.vectors.proposals import SPECIAL
 from gyrostat.exports.vectors.rows import Candidate
 
@@ -55,14 +59,35 @@ class Descent:
 class Descents:
     """Progress towards all goals of an explorer."""
 
-    def __init__(self, explorer: Explorer, seeds: Sequence[Candidate], free: Sequence[int]) -> None:
+    def __init__(
+        self,
+        explorer: Explorer,
+        seeds: Sequence[Candidate],
+        free: Sequence[int],
+        doubtful: Collection[tuple[int, int]] = (),
+    ) -> None:
+        """Begin without progress.
+
+        Args:
+            explorer: Explorer.
+            seeds: Steps that a search may start from.
+            free: Fields that may be changed.
+            doubtful: Conditions that may be impossible, which come after the others.
+        """
         self._explorer = explorer
         self._seeds = seeds
         self._free = list(free)
+        self._doubtful = frozenset(doubtful)
+        self._arrays = arrays_of(explorer.machine.fields)
+        self._alike: dict[object, list[int]] = {}
+        for each in explorer.machine.decisions:
+            self._alike.setdefault(_shape(each), []).append(each.number)
         self.goals: dict[Goal, Descent] = {}
 
     def round(self, most: int) -> bool:
-        """Try changes for goals, those with the fewest starts first; whether there was one.
+        """Try changes for goals; whether there was one.
+
+        Those with the fewest starts come first.
 
         Args:
             most: Number of steps after which no further goal is taken.
@@ -72,7 +97,7 @@ class Descents:
         for goal in wanted:
             self.goals.setdefault(goal, Descent())
         wanted = [goal for goal in wanted if self.goals[goal].starts < STARTS]
-        wanted.sort(key=lambda goal: self.goals[goal].starts)
+        wanted.sort(key=lambda goal: (self._is_doubtful(goal), self.goals[goal].starts))
         every: list[Candidate] = []
         spans = []
         for goal in wanted:
@@ -95,6 +120,10 @@ class Descents:
                 self._learn(self.goals[goal], base, tries, margins)
         return True
 
+    def _is_doubtful(self, goal: Goal) -> bool:
+        sought = self._explorer.coverage.decisions[goal.decision].sought()
+        return all((goal.decision, condition) in self._doubtful for condition in sought)
+
     def _restart(self, goal: Goal, descent: Descent) -> Descent:
         """Start from a step that evaluates the same decision or a similar one, or from any one."""
         every = self._explorer.coverage.decisions
@@ -105,7 +134,8 @@ class Descents:
             if each.decision.source == source and goal.outcome in each.seen
         ]
         seen = list(every[goal.decision].seen.values())
-        choices = [each for each in (similar, seen, self._seeds) if each]
+        exchanged = self._of_other_elements(goal)
+        choices = [each for each in (exchanged, similar, seen, self._seeds) if each]
         chosen = choices[descent.starts % len(choices)]
         random = self._explorer.random
         best = chosen[int(random.integers(len(chosen)))]
@@ -114,6 +144,24 @@ class Descents:
             best = best.moved_to(seed.situation, self._explorer.inputs)
         self.goals[goal] = Descent(best, starts=descent.starts + 1)
         return self.goals[goal]
+
+    def _of_other_elements(self, goal: Goal) -> list[Candidate]:
+        """Steps that reach a goal for other elements of arrays, with the elements exchanged."""
+        every = self._explorer.coverage.decisions
+        alike = self._alike[_shape(every[goal.decision].decision)]
+        arrays = [array for array in self._arrays if len(array) == len(alike) > 1]
+        own, found = alike.index(goal.decision), []
+        for other, number in enumerate(alike):
+            if goal.outcome in every[number].seen:
+                step = every[number].seen[goal.outcome]
+                allowed, values, pairs = set(self._allowed(step)), step.values.copy(), []
+                for array in arrays:
+                    pair = [array[own], array[other]]
+                    if allowed.issuperset(pair):
+                        values[pair] = values[pair[::-1]]
+                        pairs += pair
+                found.append(self._changed(step, values, pairs))
+        return found
 
     def _learn(
         self,
@@ -209,6 +257,12 @@ class Descents:
         every = dict.fromkeys((*base.changed, *changed))
         kept = tuple(k for k in every if k not in self._explorer.inputs)
         return self._explorer.candidate(base.situation, values, kept)
+
+
+def _shape(decision: Decision) -> object:
+    """What decisions have in common that differ in the elements of arrays."""
+    texts = (re.sub(r"\d+", "", condition) for condition in decision.conditions)
+    return decision.source, decision.kind, str(decision.tree), *texts
 
 
 def _peak(margins: Mapping[float, float]) -> float | None:

@@ -172,7 +172,7 @@ def _search(
         explorer.steps(situations, every, LANES)
         verify()
     seeds = [explorer.changed(situation, inputs, 0) for situation in situations]
-    descents = Descents(explorer, seeds, every)
+    descents = Descents(explorer, seeds, every, doubtful)
     while explorer.effort < limit() and descents.round(4 * LANES):
         verify()
 
