@@ -30,7 +30,7 @@ from gyrostat.codegen.program import (
 )
 from gyrostat.codegen.program_cost import cost_of
 
-LONGEST = 500
+LONGEST = 1000
 """Largest size of a function that is left as it is, and of a part."""
 LEAST = 25
 """Least size of a part."""
