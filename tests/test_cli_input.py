@@ -166,3 +166,17 @@ def test_a_file_of_devices_is_not_opened(tmp_path):
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(InputError, match="pipe: found a pipe or device, expected a model file"):
         read_toml(tmp_path / "pipe", "a model file")
+
+
+@pytest.mark.parametrize(
+    ("verb", "file", "kind"),
+    [
+        ("check", "cube.toml", "a spacecraft file"),
+        ("check", "cube_wheel.toml", "a model of a wheel"),
+    ],
+)
+def test_another_kind_of_file_is_named(run, verb, file, kind):
+    given = Path(__file__).parents[1] / "examples" / "scenarios" / file
+    code, _, err = run(verb, str(given))
+    assert code == 2
+    assert f"found an unknown key; this is {kind}, expected" in err

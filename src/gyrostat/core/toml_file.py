@@ -81,6 +81,15 @@ def read_content(path: Path, kind: str, largest: int) -> bytes:
     raise InputError(f"{path}: found {file_type}, expected {kind}")
 
 
+KINDS = {
+    "body": "a spacecraft file",
+    "friction": "a model of a wheel",
+    "run": "a scenario",
+    "telemetry": "a file of the wheels of a spacecraft",
+}
+"""Key -> the only kind of file that has it."""
+
+
 def read_toml(path: Path, kind: str) -> dict[str, Any]:
     """Read a TOML file.
 
@@ -101,7 +110,7 @@ def read_toml(path: Path, kind: str) -> dict[str, Any]:
 
 
 def refuse_unknown(path: Path, prefix: str, found: Collection[str], known: Collection[str]) -> None:
-    """Reject unknown keys and suggest the known key with the most similar spelling.
+    """Reject unknown keys; name the kind of file that has them, or the key of similar spelling.
 
     Args:
         path: Path of the file, for the error message.
@@ -112,10 +121,12 @@ def refuse_unknown(path: Path, prefix: str, found: Collection[str], known: Colle
     Raises:
         InputError: A key is unknown.
     """
+    others = [KINDS[key] for key in found if key in KINDS and key not in known and not prefix]
     for key in found:
         if key not in known:
             near = difflib.get_close_matches(key, known, n=1)
             hint = f" (did you mean {prefix}{near[0]}?)" if near else ""
+            hint = f"; this is {others[0]}" if others else hint
             name = key if key.isprintable() else repr(key)
             raise InputError(
                 f"{path}: key {prefix}{name}: found an unknown key{hint}, expected "
