@@ -9,6 +9,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from gyrostat.codegen.flight import Entry, emit
 from gyrostat.codegen.simd import compiler
 from gyrostat.codegen.simd.batch import lanes
 from gyrostat.core.jax64 import jax, jnp
@@ -36,6 +37,18 @@ def ordered(x, grid, whole, half, at):
         jnp.argsort(jnp.stack([grid, x]), axis=0),
         jnp.sort(x),
         jnp.lexsort((x, grid, whole)),
+        *sorted_in_loops(jnp.concatenate([x, grid, -x, 2.0 * grid, x, grid]), whole),
+    )
+
+
+def sorted_in_loops(many, whole):
+    """Arrays whose sorting is not written out."""
+    rows = jnp.reshape(many, (2, 4, 3))
+    return (
+        jnp.sort(many),
+        jnp.argsort(many[1:]),
+        jnp.lexsort((many, jnp.tile(whole, 6))),
+        jnp.argsort(jnp.concatenate([rows, rows[::-1], rows], axis=1), axis=1),
     )
 
 
@@ -151,3 +164,11 @@ def test_results_are_those_of_jax(function, writer, expected, request):
         signed = ~np.isnan(np.asarray(theirs, float))
         signs = (np.signbit(np.asarray(each, float))[signed] for each in (ours, theirs))
         np.testing.assert_array_equal(*signs, err_msg=str(number))
+
+
+def test_sorting_of_many_elements_is_a_loop():
+    sources = [
+        emit("order", [Entry("order", jnp.sort, {"x": np.zeros(size)}, ("y",))]).source
+        for size in (16, 201)
+    ]
+    assert len(sources[1]) < len(sources[0]) + 50 < 2500

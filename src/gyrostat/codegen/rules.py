@@ -44,6 +44,7 @@ OF_ARRAYS = frozenset(
     {
         *(*ELEMENTWISE, *MOVES, *ALIKE, *products.RULES, *reductions.RULES, *special.OF_ARRAYS),
         *(*control_flow.RULES, *elimination.RULES, *indexing.RULES, *scatter.RULES),
+        *ordering.OF_ARRAYS,
     }
 )
 """Primitives whose rules take large arrays as they are; those of others take scalars."""
