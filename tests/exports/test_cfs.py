@@ -299,6 +299,8 @@ def test_numbers_of_single_precision_are_float(folder):
         (("--what", "estimator", "--speed-sigma", "1", "--scale-drift", "1"), "found estimator"),
         (("--what", "controller", "--gains", "1,0,0", "--name", "a_long_name_here"), "14 char"),
         (("--what", "controller", "--gains", "1,0,0", "--name", "X"), "found 'X', expected lower"),
+        (("--what", "controller", "--gains", "1,0,0", "--name", "cfe_acs"), "one of cFE's own"),
+        (("--what", "controller", "--gains", "1,0,0", "--name", "vector"), "function vector_step"),
     ],
 )
 def test_what_cannot_be_an_application_is_refused_in_one_line(words, told, run, tmp_path):

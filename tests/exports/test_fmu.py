@@ -2,6 +2,7 @@
 
 import ctypes
 import zipfile
+from collections import namedtuple
 from xml.etree import ElementTree
 
 import numpy as np
@@ -11,6 +12,7 @@ from gyrostat.control import AttitudePID, CurrentMode, EstimatingCompensator, Fi
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.exports import CompensatedWheel, targets, write_fmu
 from gyrostat.exports.compensated_wheel import BodyMeasurement
+from gyrostat.exports.target import flight_module
 from gyrostat.exports.unit_text import base_exponents, unit_of
 from gyrostat.wheel import Wheel, advance
 from gyrostat.wheel.friction import Stribeck
@@ -204,6 +206,28 @@ def test_the_same_unit_is_the_same_file(g2, tools, tmp_path):
         write_fmu(targets.controller(law, PERIOD), tmp_path / name)
     assert (tmp_path / "a").stat().st_size > 10_000
     assert (tmp_path / "a").read_bytes() == (tmp_path / "b").read_bytes()
+
+
+def test_classes_of_a_user_may_have_the_names_of_the_interface(tools, tmp_path):
+    tools.compiler()
+    names = ("Status", "Log", "Values", "Instance", "Callbacks", "FINE", "step", "begin", "own")
+    law = tuple(namedtuple(name, "gain")(1.0) for name in names)
+
+    def step(law, rate):
+        return sum(part.gain for part in law) * rate
+
+    module = flight_module(
+        "law",
+        {"law": law},
+        {},
+        [],
+        [("step", step, ("torque",))],
+        title="Law",
+        period=PERIOD,
+        constants={},
+        inputs={"rate": np.zeros(2)},
+    )
+    assert write_fmu(module, tmp_path / "law.fmu") is not None
 
 
 def test_an_independent_tool_validates_and_simulates_it(wheel_unit, expected):

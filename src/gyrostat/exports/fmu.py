@@ -149,7 +149,7 @@ def _wrapper(
         steps = [
             f"    const double periods = floor((duration / {period}) + 0.5);",
             f"    if (!((periods >= 1.0) && (fabs((duration / {period}) - periods) < 1e-6))) {{",
-            "        return FAULT; /* a sampled unit advances by whole control periods */",
+            "        return fmi2Error; /* a sampled unit advances by whole control periods */",
             "    }",
             "    for (double k = 0.0; k < periods; k += 1.0) {",
             *(f"    {line}" for line in steps),

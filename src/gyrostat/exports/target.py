@@ -10,6 +10,7 @@ import equinox as eqx
 import numpy as np
 
 from gyrostat.codegen.flight.module import Entry
+from gyrostat.codegen.flight.reserved import LIBRARY
 from gyrostat.codegen.scope import LARGEST
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
@@ -69,12 +70,22 @@ class Target:
 
 
 def renamed(target: Target, name: str) -> Target:
-    """Flight module with another name, which is the prefix of its functions too."""
+    """Flight module with another name, which is the prefix of its functions too.
+
+    Raises:
+        InputError: A function would have a name that the test program or a header declares.
+    """
 
     def rename(entry: Entry) -> Entry:
         return replace(entry, name=name + entry.name.removeprefix(target.name))
 
     begin, steps = (tuple(map(rename, entries)) for entries in (target.begin, target.steps))
+    for entry in (*begin, *steps):
+        if entry.name in LIBRARY:
+            raise InputError(
+                f"--name: found {name!r}, whose function {entry.name} would have the name of one of "
+                "the test program, expected another name"
+            )
     return replace(target, name=name, begin=begin, steps=steps)
 
 

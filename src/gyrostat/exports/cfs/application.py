@@ -47,14 +47,16 @@ def application(
         File name relative to the folder apps of a mission -> text.
 
     Raises:
-        InputError: The module has no controller or a name that is too long for cFE, or it cannot be
-            emitted; see `emit`.
+        InputError: The module has no controller, or a name that is too long for cFE or one of its
+            own, or it cannot be emitted; see `emit`.
     """
     require_controller(target, "cfs")
     if len(target.name) > LONGEST_NAME:
         raise InputError(
             f"--to cfs: found the name {target.name}, expected at most {LONGEST_NAME} characters"
         )
+    if target.name.startswith("cfe"):
+        raise InputError(f"--to cfs: found the name {target.name}, which is one of cFE's own")
     module = emitted(target, precision)
     ports = ports_of(module)
     dialect, app = Dialect(precision), target.name
