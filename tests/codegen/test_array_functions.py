@@ -103,7 +103,21 @@ def whole_numbers(x, grid, whole, half, at):
         jnp.nextafter(x, grid),
         *jnp.frexp(x),
         jax.lax.bitcast_convert_type(half, jnp.uint32),
+        *halved(narrow),
+        *jax.vmap(halved)(whole),
     )
+
+
+def halved(number):
+    """Odd part of a number and its factors of two, at most nine of them."""
+
+    def test(state):
+        return (state[0] % 2 == 0) & (state[1] < 9)
+
+    def step(state):
+        return state[0] // 2, state[1] + jnp.int32(1)
+
+    return jax.lax.while_loop(test, step, (number, jnp.int32(0)))
 
 
 def rounded(x, grid, whole, half, at):

@@ -80,6 +80,15 @@ class _Variables:
         set_tables(inside, changes)
         return carried
 
+    def numbers(self, after: Sequence[Array]) -> list[Carried]:
+        """Scalars that the body hands on, without those of tables and of deferred operations."""
+        return [
+            Carried(*three)
+            for arrays in zip(self.arrays, self._first, after, strict=True)
+            if all(isinstance(each, np.ndarray) for each in arrays)
+            for three in zip(*(each.flat for each in arrays), strict=True)  # pyright: ignore[reportAttributeAccessIssue]
+        ]
+
 
 def _inner(build: Builder, closed: Any, inputs: list[Array], block: Block) -> list[Array]:
     """Lower the body of a loop or branch; return its results. Rows of a long scan are refused."""
@@ -174,20 +183,20 @@ def _while(build: Builder, *operands: Array) -> Sequence[Array]:
     body: Block = []
     inside = build.inside(body)
     results = _inner(build, params["body_jaxpr"], [*constants[split:], *variables.arrays], body)
+    numbers = variables.numbers(results)
     if rows.ndim > 0:  # of a batch: a row that has ended stays as it is
         results = [
             _update_rows(inside, rows, *pair)
             for pair in zip(results, variables.arrays, strict=True)
         ]
     carried = variables.carried(inside, results)
-    count = _bound(goes_on, test, carried, body)
-    if count is None and build.scope.unbounded:
-        count = UNBOUNDED
-    if count is None:
+    # a row that has ended has ended for good: the loop has the passes of the longest one
+    count = max(_bound(each, test, numbers, body) for each in rows.flat)
+    if count == UNBOUNDED and not build.scope.unbounded:
         raise build.refused(
             "a loop without a bound",
             "a test that ends with `& (number < BOUND)`, where number starts at a constant and "
-            "grows by 1",
+            "grows by 1, or a `fori_loop` between constants",
         )
     counter = Name("index" if count < 2**31 else "integer", "pass", next(build.groups))
     build.block.append(Loop(count, counter, carried, body, test, goes_on, [], build.where))
@@ -200,13 +209,13 @@ def _update_rows(build: Builder, rows: Scalars, after: Array, before: Array) -> 
     return build.elementwise("select", kind_of(after), after.shape, mask, after, before)
 
 
-def _bound(goes_on: Operand, test: Block, carried: list[Carried], body: Block) -> int | None:
-    """Largest number of passes, from a part `counter < constant` of the test; None if unbounded."""
+def _bound(goes_on: Operand, test: Block, numbers: list[Carried], body: Block) -> int:
+    """Largest number of passes, from a part `counter < constant` of the test, or `UNBOUNDED`."""
     assigned = {s.target: s for s in (*test, *body) if isinstance(s, Assign)}
     counters = {
-        c.name: c.first.value
-        for c in carried
-        if isinstance(c.first, Number) and c.name.kind == "integer" and _grows(c, assigned)
+        each.name: each.first.value
+        for each in numbers
+        if isinstance(each.first, Number) and each.name.kind == "integer" and _grows(each, assigned)
     }
     parts, bounds = [goes_on], []
     while parts:
@@ -225,15 +234,16 @@ def _bound(goes_on: Operand, test: Block, carried: list[Carried], body: Block) -
         if low in counters and isinstance(high, Number):
             inclusive = statement.operation in ("le", "ge")
             bounds.append(max(int(high.value) + inclusive - int(counters[low]), 0))
-    return min(bounds, default=None)
+    return min([*bounds, UNBOUNDED])
 
 
 def _grows(carried: Carried, assigned: dict[Name, Assign]) -> bool:
     """Whether each pass adds 1 to the carried variable."""
     step = assigned.get(carried.next)  # pyright: ignore[reportArgumentType]
-    if step is None or step.operation != "add":
-        return False
-    return set(step.operands) == {carried.name, Number("integer", 1)}
+    if step is not None and step.operation in ("to_half", "to_word"):  # of int32 and uint32
+        step = assigned.get(step.operands[0])  # pyright: ignore[reportArgumentType]
+    sums = () if step is None or step.operation != "add" else step.operands
+    return {*sums} == {carried.name, Number("integer", 1)}
 
 
 def _cond(build: Builder, selector: Array, *operands: Array) -> Sequence[Array]:

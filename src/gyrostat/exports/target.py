@@ -83,7 +83,7 @@ def renamed(target: Target, name: str) -> Target:
     for entry in (*begin, *steps):
         if entry.name in LIBRARY:
             raise InputError(
-                f"--name: found {name!r}, whose function {entry.name} would have the name of one of "
+                f"--name: found {name!r}, which gives the function {entry.name} the name of one of "
                 "the test program, expected another name"
             )
     return replace(target, name=name, begin=begin, steps=steps)
