@@ -103,9 +103,19 @@ def whole_numbers(x, grid, whole, half, at):
         jnp.nextafter(x, grid),
         *jnp.frexp(x),
         jax.lax.bitcast_convert_type(half, jnp.uint32),
+        *random_words(half.astype(jnp.uint32)),
         *halved(narrow),
         *jax.vmap(halved)(whole),
     )
+
+
+def random_words(word):
+    """Generators of Lehmer and Marsaglia, powers and sums of products, by 32 bits."""
+    word = word ^ (word << jnp.uint32(13))
+    word = word ^ (word >> jnp.uint32(17))
+    lehmer = word * jnp.uint32(1664525) + jnp.uint32(1013904223)
+    products = (function(word, dtype=jnp.uint32) for function in (jnp.prod, jnp.cumprod))
+    return word, lehmer, word**3, word @ lehmer, *products
 
 
 def halved(number):

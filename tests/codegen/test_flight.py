@@ -400,10 +400,6 @@ def drawn(x):
     return x + jax.random.normal(jax.random.key(0))
 
 
-def unsigned(x):
-    return x.astype(jnp.uint32) * 3
-
-
 def small(x):
     return x.astype(jnp.float32)
 
@@ -422,7 +418,6 @@ REFUSED = {
     reduced: ("scipy.linalg.hessenberg", "(hessenberg)"),
     pivoted: ("scipy.linalg.qr", "QR without pivoting"),
     drawn: ("jax.random", "found random numbers"),
-    unsigned: ("astype(jnp.uint32)", "products of uint32"),
     small: ("float32", "numbers of type float32"),
 }
 

@@ -22,7 +22,6 @@ from gyrostat.codegen.primitives import (
     ELEMENTWISE,
     MOVES,
     OVERFLOWING,
-    PRODUCTS,
     Scalars,
 )
 from gyrostat.codegen.program import Block, Call, Function
@@ -30,7 +29,7 @@ from gyrostat.codegen.repeated import distinct
 from gyrostat.codegen.row_loops import directed, moved_rows, rows_of
 from gyrostat.codegen.row_tables import settled_rows
 from gyrostat.codegen.rules import OF_ARRAYS, ROW_BY_ROW, RULES
-from gyrostat.codegen.scope import FLIGHT, Scope
+from gyrostat.codegen.scope import FLIGHT, TYPES, Scope
 from gyrostat.codegen.source import NOWHERE, Source, UnsupportedError, refused, source
 from gyrostat.codegen.tracing import called, constant, is_own, own_function
 
@@ -192,8 +191,6 @@ class Lowering:
         if name not in OVERFLOWING:
             return arrays
         operation = self._scope.narrow.get(build.target.aval.dtype)
-        if operation == "to_word" and name in PRODUCTS and self._scope.kind(build.target) != "bits":
-            raise build.refused("products of uint32", "of int64, which hold theirs")
         return arrays if operation is None else [build.apply(operation, *arrays)]
 
     def _call(
@@ -252,8 +249,7 @@ class Lowering:
                 continue
             if str(dtype).startswith("key<") or equation.primitive.name.startswith("random_"):
                 raise refused(equation, where, "random numbers", "none: flight code draws no noise")
-            expected = "float64, int32, int64, uint32 or logical ones"
-            raise refused(equation, where, f"numbers of type {dtype}", expected)
+            raise refused(equation, where, f"numbers of type {dtype}", f"{TYPES} ones")
 
 
 def _keeps_data(scope: Scope, equation: Any, operands: Sequence[Array | None]) -> bool:

@@ -73,9 +73,6 @@ OVERFLOWING = frozenset(
 )
 """Primitives whose result may need more bits than their operands."""
 
-PRODUCTS = frozenset({"mul", "square", "integer_pow", "reduce_prod", "cumprod", "shift_left"})
-"""Primitives whose result may need twice as many bits."""
-
 ALIKE = frozenset({"copy", "copy_p", "stop_gradient", "optimization_barrier", "name"})
 """Primitives whose results are their operands."""
 

@@ -12,6 +12,8 @@ from gyrostat.codegen.primitives import Scalars, one_by_one
 from gyrostat.codegen.program import Kind, Number
 from gyrostat.codegen.source import UnsupportedError
 
+TYPES = "float64, int32, int64, uint32 or logical"
+"""Types of the numbers of flight code, for messages."""
 LARGEST = 1024
 """Largest number of elements of an array in flight code."""
 
@@ -78,8 +80,8 @@ class Scope:
         if kind is None or array.size > self.largest:
             found = f"{array.dtype}{list(array.shape)}"
             raise UnsupportedError(
-                f"constant: found {found}, expected float64, integer or logical arrays of at most "
-                f"{self.largest} elements",
+                f"constant: found {found}, expected {TYPES} arrays of at most {self.largest} "
+                "elements",
                 f"a constant {found}",
             )
         return one_by_one(array.shape, lambda value: Number(kind, value.item()), array)

@@ -15,7 +15,7 @@ from gyrostat.codegen.flight.identifiers import comment, free_name, member_names
 from gyrostat.codegen.flight.reserved import LIBRARY
 from gyrostat.codegen.primitives import Scalars
 from gyrostat.codegen.program import Kind, Name, Table
-from gyrostat.codegen.scope import LARGEST, kind_of
+from gyrostat.codegen.scope import LARGEST, TYPES, kind_of
 from gyrostat.core.checked import declared_units
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax
@@ -166,10 +166,14 @@ def _leaf(tree: Any, name: str) -> Leaf:
     shape, dtype = getattr(tree, "shape", None), getattr(tree, "dtype", None)
     kind = None if dtype is None else kind_of(dtype)
     if shape is None or kind is None or np.prod(shape) > LARGEST:
-        found = type(tree).__name__ if shape is None else f"{dtype}{list(shape)}"
+        if shape is None:
+            raise InputError(
+                f"{name}: found {type(tree).__name__}, expected numbers and arrays in dataclasses, "
+                "equinox modules, named tuples, tuples, lists and dicts"
+            )
         raise InputError(
-            f"{name}: found {found}, expected float64, integer or logical arrays of at most "
-            f"{LARGEST} elements"
+            f"{name}: found {dtype}{list(shape)}, expected {TYPES} arrays of at most {LARGEST} "
+            "elements"
         )
     return Leaf(kind, tuple(shape))
 
