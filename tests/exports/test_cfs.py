@@ -301,6 +301,7 @@ def test_numbers_of_single_precision_are_float(folder):
         (("--what", "controller", "--gains", "1,0,0", "--name", "X"), "found 'X', expected lower"),
         (("--what", "controller", "--gains", "1,0,0", "--name", "cfe_acs"), "one of cFE's own"),
         (("--what", "controller", "--gains", "1,0,0", "--name", "vector"), "function vector_step"),
+        (("--what", "controller", "--gains", "1,0,0", "--name", "math"), "a header of C"),
     ],
 )
 def test_what_cannot_be_an_application_is_refused_in_one_line(words, told, run, tmp_path):

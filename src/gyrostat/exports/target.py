@@ -10,7 +10,7 @@ import equinox as eqx
 import numpy as np
 
 from gyrostat.codegen.flight.module import Entry
-from gyrostat.codegen.flight.reserved import LIBRARY
+from gyrostat.codegen.flight.reserved import HEADERS, LIBRARY
 from gyrostat.codegen.scope import LARGEST
 from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
@@ -73,13 +73,16 @@ def renamed(target: Target, name: str) -> Target:
     """Flight module with another name, which is the prefix of its functions too.
 
     Raises:
-        InputError: A function would have a name that the test program or a header declares.
+        InputError: The name is that of a header of C, or a function would have a name that the test
+            program or a header declares.
     """
 
     def rename(entry: Entry) -> Entry:
         return replace(entry, name=name + entry.name.removeprefix(target.name))
 
     begin, steps = (tuple(map(rename, entries)) for entries in (target.begin, target.steps))
+    if name in HEADERS:
+        raise InputError(f"--name: found {name!r}, which is a header of C, expected another name")
     for entry in (*begin, *steps):
         if entry.name in LIBRARY:
             raise InputError(

@@ -16,6 +16,15 @@ KEYWORDS = frozenset(
     }
 )
 """Keywords of C99 and C11, and those of GNU C that have no underscore."""
+HEADERS = frozenset(
+    {
+        *("assert", "complex", "ctype", "errno", "fenv", "float", "inttypes", "iso646", "limits"),
+        *("locale", "math", "setjmp", "signal", "stdalign", "stdarg", "stdatomic", "stdbool"),
+        *("stddef", "stdint", "stdio", "stdlib", "stdnoreturn", "string", "tgmath", "threads"),
+        *("time", "uchar", "wchar", "wctype"),
+    }
+)
+"""Headers of the C library, which a file of the same name would hide."""
 CPP_KEYWORDS = frozenset(
     {
         *("alignas", "alignof", "and", "and_eq", "bitand", "bitor", "catch", "char16_t"),
