@@ -187,7 +187,8 @@ def test_stored_detector_continues_alike():
         assert second.take(seen) == expected
 
 
-def test_observation_of_a_row_leaves_out_what_was_known_beforehand():
+@pytest.mark.parametrize("used", [1.0, 30.0])
+def test_observation_of_a_row_leaves_out_what_was_known_beforehand(used):
     # an estimate that combines data and prior; the observation has the data's part
     random = np.random.default_rng(5)
     root = random.standard_normal((4, 4))
@@ -197,6 +198,7 @@ def test_observation_of_a_row_leaves_out_what_was_known_beforehand():
     sigma = (0.3 * scales[1], 0.01 * scales[2], 0.02 * scales[3])
     reference = Reference(*scales[:3], 0.0, sigma)
     mean, precision = reference.prior()
+    precision = precision / used**2  # a window may use less of it
     covariance = np.linalg.inv(data + np.diag(precision))
     values = covariance @ (data @ truth + precision * mean) * scales
     covariance *= np.outer(scales, scales)
@@ -211,6 +213,7 @@ def test_observation_of_a_row_leaves_out_what_was_known_beforehand():
     }
     for j, name in enumerate(REGRESSED):
         row |= {name: values[j], f"{name}_sigma": np.sqrt(covariance[j, j])}
+        row |= {f"{name}_known": used * sigma[j - 1]} if j and used != 1.0 else {}
         row |= {f"cov_{name}_{REGRESSED[k]}": covariance[j, k] for k in range(j + 1, 4)}
     windows = Windows.of([row])
     seen = observation({name: v[0] for name, v in windows.columns.items()}, reference)

@@ -1,5 +1,7 @@
 """Estimator of a window: dense algebra, a closed loop with known truth, and its honesty."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 
@@ -168,6 +170,28 @@ def test_a_wrong_motor_constant_is_found_and_not_used():
     row = rows_of(samples, KnownWheels((wheel,)))
     assert row["motor_constant"] == pytest.approx(truth.motor_constant, rel=0.02)
     assert row["coulomb"] == pytest.approx(truth.mean, rel=0.03)
+
+
+def test_viscous_friction_known_at_20_degrees_does_not_bias_a_warmer_wheel(quiet):
+    sigma = SIGMA | {"viscous": 0.01 * 5e-6}
+    for samples, truth in quiet[:3]:
+        bench = NOMINAL | {"viscous": truth.viscous * 1.06}  # thins by 1.5 % a kelvin
+        wheels = KnownWheels((KnownWheel("a", stribeck_speed=0.5, sigma=sigma, **bench),))
+        warm = replace(samples, temperature=np.full(samples.speed.shape, 24.0))
+        row = rows_of(warm, wheels)
+        assert abs(row["coulomb"] - truth.mean) < 3.0 * row["coulomb_sigma"]
+        assert abs(row["viscous"] - truth.viscous) < 3.0 * row["viscous_sigma"]
+        assert row["viscous_known"] == pytest.approx(4.0 * 0.05 * bench["viscous"], rel=0.01)
+        assert row["motor_constant_known"] == pytest.approx(SIGMA["motor_constant"])
+
+
+def test_a_wrong_motor_constant_is_not_used_however_sure_it_is_stated():
+    samples, truth = fly(3, slews=True)
+    stated = NOMINAL | {"motor_constant": 0.024}
+    given = SIGMA | {"motor_constant": 0.002 * 0.024}
+    row = rows_of(samples, KnownWheels((KnownWheel("a", sigma=given, **stated),)))
+    assert abs(row["motor_constant"] - truth.motor_constant) < 3.0 * row["motor_constant_sigma"]
+    assert abs(row["coulomb"] - truth.mean) < 3.0 * row["coulomb_sigma"]
 
 
 def test_without_current_nothing_is_observable(quiet):

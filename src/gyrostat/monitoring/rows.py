@@ -14,7 +14,12 @@ from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.estimate import Rows
 from gyrostat.monitoring.moments import IDLE, Prior
-from gyrostat.monitoring.wheel_data import USUAL_SIGMA, KnownWheel, KnownWheels
+from gyrostat.monitoring.wheel_data import (
+    REFERENCE_TEMPERATURE,
+    USUAL_SIGMA,
+    KnownWheel,
+    KnownWheels,
+)
 
 AVERAGED = 21
 """Number of blocks in a moving average."""
@@ -147,7 +152,7 @@ def warmth(blocks: Blocks, wheel: int) -> Vector | None:
     return averaged - np.mean(averaged)
 
 
-def prior_of(wheel: KnownWheel, count: int, interval: float) -> Prior:
+def prior_of(wheel: KnownWheel, count: int, interval: float, temperature: float) -> Prior:
     """What is known of the parameters of a wheel, in the order of `moments`.
 
     Args:
@@ -155,19 +160,22 @@ def prior_of(wheel: KnownWheel, count: int, interval: float) -> Prior:
         count: Number of parameters: 5; 6 with the effect of the temperature; 8 if the drive comes
             from the electrical power, with the errors of idle power and resistance.
         interval: Usual time between samples, s.
+        temperature: Mean temperature, °C; NaN if it is not known.
     """
     mean = np.array([wheel.motor_constant, wheel.coulomb, wheel.viscous, wheel.offset, *[0.0] * 4])
     # of a power, the motor constant estimated is that of its measurement
     gain = wheel.sigma_of("power_gain") * wheel.motor_constant
     warming = wheel.sigma_of("viscous") if wheel.viscous == 0.0 else abs(wheel.viscous)
+    warming *= USUAL_SIGMA["warming"]
+    away = 0.0 if np.isnan(temperature) else temperature - REFERENCE_TEMPERATURE
     sigma = np.array(
         [
             gain if count > IDLE else wheel.sigma_of("motor_constant"),
             np.inf,
-            wheel.sigma_of("viscous"),
+            np.hypot(wheel.sigma_of("viscous"), warming * away),
             wheel.sigma_of("offset"),
             0.5 * interval * wheel.motor_constant,
-            USUAL_SIGMA["warming"] * warming,
+            warming,
             wheel.sigma_of("idle_power"),
             wheel.sigma_of("resistance"),
         ]

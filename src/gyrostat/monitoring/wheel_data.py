@@ -20,6 +20,8 @@ USUAL_GAIN = 0.1
 """Standard deviation of the relative error of a measured power where none is given."""
 USUAL_OFFSET = 0.02
 """Standard deviation of the offset torque over the nominal Coulomb torque where none is given."""
+REFERENCE_TEMPERATURE = 20.0
+"""Temperature for which the viscous coefficient is known beforehand, °C."""
 
 
 @dataclass(frozen=True)
@@ -31,7 +33,7 @@ class KnownWheel(Described):
         inertia: Rotor inertia, kg·m².
         motor_constant: N·m/A.
         coulomb: Nominal Coulomb torque, N·m.
-        viscous: Nominal viscous coefficient, N·m·s/rad.
+        viscous: Nominal viscous coefficient at 20 °C, N·m·s/rad.
         offset: Offset torque, N·m.
         stribeck_speed: rad/s, or None if it is not known.
         sigma: Standard deviations of motor_constant, viscous, offset, idle_power, resistance and

@@ -81,7 +81,8 @@ def window_row(
         return row | _unknown(reason) | {"valid": False, "why": reason}, noise
     rows = regression_rows(steady, known, wheel, window, length, power=power)
     interval = float(np.median(steady.length / steady.count))
-    prior = prior_of(rotor, rows.regressors.shape[1], interval)
+    warm = float(row.get("temperature_mean", np.nan))
+    prior = prior_of(rotor, rows.regressors.shape[1], interval, warm)
     value, prior = _estimated(rows, prior, noise or USUAL)
     step, speed = None, float(np.median(np.abs(steady.speed[:, wheel])))
     if power:
@@ -109,7 +110,8 @@ def _estimated(rows: Rows, prior: Prior, noise: Noise) -> tuple[Estimate, Prior]
         # the variance of the difference between the prior and an estimate that contains it
         spread = 1.0 / precision - variance
         # weak data may differ by much in their own sigma, by nothing that counts
-        if spread > TOLD / precision and away > APART * np.sqrt(spread):
+        told = spread > TOLD / precision and away > APART * np.sqrt(spread)
+        if told or away > APART / np.sqrt(precision):
             left[place] = precision / 1e4
     if np.array_equal(left, prior.precision):
         return value, prior
@@ -125,6 +127,8 @@ def _values(value: Estimate, prior: Prior, rows: Rows, added: float) -> dict[str
         row[name] = float(value.value[place])
         row[f"{name}_sigma"] = float(np.sqrt(value.covariance[place, place]))
         row[f"{name}_scatter"] = float(np.sqrt(max(value.scatter[place, place], 0.0)))
+        if name in REGRESSED[1:]:
+            row[f"{name}_known"] = float(prior.precision[place] ** -0.5)
     level_variance = value.covariance[COULOMB, COULOMB] + added
     row |= {
         "coulomb": value.mean,

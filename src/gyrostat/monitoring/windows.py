@@ -55,6 +55,10 @@ def _parameter_columns() -> dict[str, Column]:
         )
         columns[f"{name}_observable"] = Column("flag", "", "whether the window determines it")
         columns[f"{name}_reason"] = Column("text", "", "why it is not observable; empty if it is")
+    for name in REGRESSED[1:]:
+        columns[f"{name}_known"] = Column(
+            "number", PARAMETERS[name], "standard deviation of what was known beforehand, as used"
+        )
     for first, second in combinations(REGRESSED, 2):
         columns[f"cov_{first}_{second}"] = Column(
             "number", f"{PARAMETERS[first]}·{PARAMETERS[second]}", "covariance of the estimates"

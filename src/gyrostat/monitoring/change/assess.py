@@ -8,14 +8,10 @@ import numpy as np
 
 from gyrostat.core.pictured import Described
 from gyrostat.core.types import Vector
-from gyrostat.monitoring.change.channels import (
-    CHANNELS,
-    REFERENCE_TEMPERATURE,
-    Reference,
-)
+from gyrostat.monitoring.change.channels import CHANNELS, Reference
 from gyrostat.monitoring.change.detector import AlarmSettings, Detector, Verdict
 from gyrostat.monitoring.change.forecast import Forecast, Series, forecast
-from gyrostat.monitoring.wheel_data import KnownWheel
+from gyrostat.monitoring.wheel_data import REFERENCE_TEMPERATURE, KnownWheel
 from gyrostat.monitoring.windows import Windows
 
 DAY = 86400.0

@@ -13,6 +13,7 @@ from typing import Any
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.monitoring.wheel_data import REFERENCE_TEMPERATURE
 from gyrostat.monitoring.windows import REGRESSED
 
 EXTRA = ("speed_scale", "burst", "breakaway", "standstill")
@@ -22,7 +23,6 @@ STATED = 5
 """Number of the first channels that are relative and have a stated variance in each window."""
 PRIOR_SIGMA = np.array([2.0, 0.3, 0.1, 0.1])
 """Standard deviation of each channel of `EXTRA`, over the stated one, before it is learnt."""
-REFERENCE_TEMPERATURE = 20.0
 CROSSINGS = 12
 """Crossings of a window in which the largest torque at rest is near the breakaway torque."""
 LEAST = 1e-2
@@ -114,7 +114,7 @@ class Observation:
 def observation(row: Mapping[str, Any], reference: Reference) -> Observation:
     """Observation of a row of the window table, without what was known beforehand.
 
-    Estimates contain what was known beforehand, which is the same in all windows. It is taken out:
+    Estimates contain what was known beforehand, as far as the window used it. It is taken out:
     the information of the window alone is the inverse covariance less the prior's.
 
     Args:
@@ -128,6 +128,10 @@ def observation(row: Mapping[str, Any], reference: Reference) -> Observation:
     estimates = np.zeros(4)
     if row["valid"] and np.all(np.isfinite(values)) and np.all(np.isfinite(covariance)):
         mean, precision = reference.prior()
+        # a window that contradicts it, or is warmer, used less of it
+        known = np.array([np.inf, *(float(row[f"{name}_known"]) for name in REGRESSED[1:])])
+        used = np.isfinite(known)
+        precision[used] = (scales[used] / known[used]) ** 2
         inverse = np.linalg.inv(covariance)
         information = inverse - np.diag(precision)
         estimates = inverse @ values - precision * mean
