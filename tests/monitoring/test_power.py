@@ -105,7 +105,8 @@ def test_braking_does_not_bias(flown, monkeypatch):
     assert np.max(np.abs(scored)) < 2.8
     assert abs(np.mean(error)) < 0.01  # three standard errors of eight wheels
     monkeypatch.setattr(window, "shows_torque", lambda blocks, known, wheel: len(blocks) * [True])
-    assert abs(np.mean(scores(flown, exact, 1e-3)[1])) > 0.05
+    # which way it biases then, differs between wheels
+    assert np.sqrt(np.mean(scores(flown, exact, 1e-3)[1] ** 2)) > 0.05
 
 
 @pytest.mark.parametrize(("slew_time", "change"), [(40.0, 20.0), (100.0, 50.0)])

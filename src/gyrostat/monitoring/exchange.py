@@ -212,7 +212,9 @@ class Regression:
             middle += term if lag == 0 else term + term.T
         # a difference of changes has one sample twice and two once: 6 of their variances
         bias = self.inverse @ (6.0 * len(x) * self.rounding * share)
-        own = np.sqrt(np.diagonal(self.inverse @ middle @ self.inverse.T) + bias**2)
+        # of data without noise, rounding can leave a negative variance
+        variance = np.maximum(np.diagonal(self.inverse @ middle @ self.inverse.T), 0.0)
+        own = np.sqrt(variance + bias**2)
         unsure = np.sqrt(np.sum((received @ covariance) * received, axis=1))
         shown = (share > 0.0) & (own > 0.0)
         values = []
