@@ -197,6 +197,26 @@ def test_external_torques_are_left_out():
         assert row["speed_scale"] == pytest.approx(1.0, abs=2e-3)
 
 
+@pytest.mark.parametrize(("rates", "speeds"), [(np.degrees(1.0), 1.0), (1.0, np.pi / 30.0)])
+def test_rates_or_speeds_in_another_unit_are_told(motion, rates, speeds):
+    other = Samples(motion.time, motion.speed * speeds, motion.drive, motion.rate * rates)
+    blocks, _ = blocks_of(other, 60.0, 0.0)
+    rows, learnt = Exchange().window(blocks, known(pyramid()))
+    assert learnt.contradicted
+    assert all("speed_scale" not in row for row in rows)
+
+
+def test_rounding_alone_is_no_wrong_inertia():
+    random = np.random.default_rng(6)
+    time = np.arange(0.0, 60.0 * COUNT + 2.0)
+    speed = np.round(200.0 + 0.1 * random.standard_normal((time.size, 4)) / 0.04) * 0.04
+    rate = 1e-6 * random.standard_normal((time.size, 3))
+    blocks, _ = blocks_of(Samples(time, speed, np.zeros_like(speed), rate), 60.0, 0.4)
+    rows, learnt = Exchange().window(blocks, known(pyramid(), 0.4))
+    assert not learnt.contradicted
+    assert all("speed_scale" not in row for row in rows)
+
+
 def test_errors_are_as_large_as_stated(motion):
     random = np.random.default_rng(4)
     scores = []

@@ -65,5 +65,5 @@ def monitor(
         return
     if json_output:
         print_json(out / ("health.json" if rehearse is None else "rehearsal.json"))
-    if rehearse is None and result.alarms:
+    if rehearse is None and (result.alarms or not result.windows["valid"].any()):
         raise typer.Exit(1)

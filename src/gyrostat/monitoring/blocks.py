@@ -3,8 +3,8 @@
 A block begins with the first sample at or after a multiple of its length, and ends with the first
 sample of the next block, which both share. Its change of speed is thus exact up to the rounding of
 two samples, and integrals follow the trapezoidal rule with a correction at the ends. Blocks with a
-gap, a change of mode or too few samples are left out. The result is the same for any division of
-the telemetry into pieces.
+gap, a change of mode or too few samples are not whole, and only counted. The result is the same for
+any division of the telemetry into pieces.
 """
 
 from collections.abc import Sequence
@@ -93,6 +93,7 @@ class Blocks:
         turn: Change of the body rate, (B, 3), rad/s; NaN without rates.
         rate: Mean body rate, (B, 3), rad/s; NaN without rates.
         temperature: Mean temperature, (B, wheels), °C; NaN without.
+        whole: Whether it has no gap, no change of mode and enough samples, (B,).
     """
 
     start: Vector
@@ -114,6 +115,7 @@ class Blocks:
     turn: Matrix
     rate: Matrix
     temperature: Matrix
+    whole: NDArray[np.bool_]
 
     def __len__(self) -> int:
         """Number of blocks."""
@@ -160,7 +162,7 @@ def blocks_of(samples: Samples, length: float, resolution: float) -> tuple[Block
 def _blocks(
     samples: Samples, starts: NDArray[np.int64], length: float, resolution: float
 ) -> Blocks:
-    """Blocks between the samples `starts`, without those that cannot be used."""
+    """Blocks between the samples `starts`."""
     time, speed, drive = samples.time, samples.speed, samples.drive
     first, last = starts[:-1], starts[1:]
     if not first.size:
@@ -196,7 +198,13 @@ def _blocks(
     warm = np.full((first.size, wheels), np.nan)
     if samples.temperature is not None:
         warm = total(samples.temperature[inside]) / count[:, None]
-    blocks = Blocks(
+    longest = np.maximum.reduceat(step, first)
+    whole = (count >= 4) & (longest <= 0.25 * length) & (span < 1.5 * length)
+    whole &= time[last + 1] - time[last] <= 0.25 * length
+    if samples.mode is not None:
+        changed = np.diff(samples.mode[:end]) != 0
+        whole &= ~np.logical_or.reduceat(changed, first)
+    return Blocks(
         start=time[first],
         length=span,
         count=count.astype(np.int64),
@@ -216,14 +224,8 @@ def _blocks(
         turn=turn,
         rate=rate,
         temperature=warm,
+        whole=whole,
     )
-    longest = np.maximum.reduceat(step, first)
-    usable = (count >= 4) & (longest <= 0.25 * length) & (span < 1.5 * length)
-    usable &= time[last + 1] - time[last] <= 0.25 * length
-    if samples.mode is not None:
-        changed = np.diff(samples.mode[:end]) != 0
-        usable &= ~np.logical_or.reduceat(changed, first)
-    return blocks.part(usable)
 
 
 def _deceleration(
@@ -253,12 +255,12 @@ def _noise(speed: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]) -> 
 
 
 def _no_blocks(wheels: int) -> Blocks:
-    shapes = {"start": (0,), "length": (0,), "count": (0,), "turn": (0, 3), "rate": (0, 3)}
+    flat = dict.fromkeys(("start", "length", "count", "whole"), (0,))
+    shapes = {**flat, "turn": (0, 3), "rate": (0, 3)}
+    kinds = {"count": np.int64, "whole": np.bool_}
     return Blocks(
         **{
-            each.name: np.zeros(
-                shapes.get(each.name, (0, wheels)), np.int64 if each.name == "count" else float
-            )
+            each.name: np.zeros(shapes.get(each.name, (0, wheels)), kinds.get(each.name, float))
             for each in fields(Blocks)
         }
     )

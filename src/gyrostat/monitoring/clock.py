@@ -22,6 +22,7 @@ class Clock:
     """Clock of the telemetry, which only goes forward.
 
     Attributes:
+        first: Time of the first sample used, s.
         last: Time of the last sample used, on the corrected clock, s.
         previous: Time of the last sample of the file that is being read, s; NaN at its start.
         offset: Corrected clock minus clock of the telemetry, s.
@@ -32,6 +33,7 @@ class Clock:
         held: Samples after a step that too few samples have confirmed so far.
     """
 
+    first: float = np.nan
     last: float = -np.inf
     previous: float = np.nan
     offset: float = 0.0
@@ -74,6 +76,8 @@ class Clock:
         latest = np.maximum.accumulate(np.append(self.last, np.where(used, time, -np.inf)))
         fresh = used & (time > latest[:-1])
         self.repeats += int(np.sum(used & ~fresh))
+        if np.isnan(self.first) and fresh.any():
+            self.first = float(time[fresh][0])
         self.last = float(latest[-1])
         corrected = (
             samples if self.offset == 0.0 and not self.resets else replace(samples, time=time)

@@ -41,6 +41,10 @@ CONTRADICTED = 0.2
 """Relative difference from the stated inertia, or of the scales of all wheels from 1, above which
 something else is wrong."""
 
+FASTEST, COMMON = 2.0, 0.5
+"""Momentum gained by the body over that lost by the wheels above which a unit is probably wrong,
+and their correlation above which this counts."""
+
 
 @dataclass(frozen=True, eq=False)
 class Exchange:
@@ -85,6 +89,9 @@ class Exchange:
         stated = known.inertia + momentum @ known.axes.T
         body, wheels = _body(blocks), _wheels(blocks, momentum)
         torque = wheels.sum(axis=2)
+        times = _turned(blocks, momentum, stated)
+        if times > FASTEST:
+            return nothing, replace(self, difference=times - 1.0)
         left = np.diff(body @ stated.ravel() + torque, axis=0)
         noise = (1.4826 * float(np.median(np.abs(left)))) ** 2
         regression = Regression.of(wheels, rounding * known.rotor_inertia**2)
@@ -133,6 +140,26 @@ class Exchange:
         z = np.diff(instruments.reshape(-1, 3, 9), axis=0)
         x, y = np.diff(body, axis=0), np.diff(torque, axis=0)
         return Exchange(self.product + _summed(z, x), self.score + _summed(z, y[:, :, None])[:, 0])
+
+
+def _turned(blocks: Blocks, momentum: Matrix, inertia: Matrix) -> float:
+    """Momentum that the body gains over that of the wheels; 0 if they have little in common.
+
+    Rates that are far too large, as degrees taken for radians are, have torques W x L W that hide
+    the scales of the speeds. These are left out here: what is left is proportional to the rates.
+
+    Args:
+        blocks: Blocks of the window.
+        momentum: Axes times inertia of the rotors, (3, W), kg·m².
+        inertia: As stated, (3, 3), kg·m².
+    """
+    lost = -blocks.change @ momentum.T
+    stored = np.cross(blocks.rate, blocks.speed @ momentum.T)
+    gained = blocks.turn @ inertia + stored * blocks.length[:, None]
+    common = float(np.sum(gained * lost))
+    if not common > COMMON * np.sqrt(np.sum(gained**2) * np.sum(lost**2)):
+        return 0.0
+    return common / float(np.sum(lost**2))
 
 
 def _body(blocks: Blocks) -> Matrix:
@@ -210,8 +237,9 @@ class Regression:
             common *= 1.0 - lag / (LAGS + 1.0)
             term = _summed(x[first] * common[:, None], x[second])
             middle += term if lag == 0 else term + term.T
-        # a difference of changes has one sample twice and two once: 6 of their variances
-        bias = self.inverse @ (6.0 * len(x) * self.rounding * share)
+        # a difference of changes has one sample twice and two once: 6 of their variances; where
+        # rounding is all there is, the scales are near 0, and their own share would say no bias
+        bias = self.inverse @ (6.0 * len(x) * self.rounding * np.maximum(share, 1.0))
         # of data without noise, rounding can leave a negative variance
         variance = np.maximum(np.diagonal(self.inverse @ middle @ self.inverse.T), 0.0)
         own = np.sqrt(variance + bias**2)

@@ -17,12 +17,15 @@ from gyrostat.monitoring.reading import first_time, read_parts
 from gyrostat.monitoring.state import Progress, load_state, save_state
 from gyrostat.monitoring.stream import DAY, WheelMonitor
 from gyrostat.monitoring.wheel_data import KnownWheels
+from gyrostat.monitoring.window import FEWEST
 from gyrostat.telemetry.fault import counted
 
 PART = 200_000
 """Largest number of samples that are read at once."""
 CHECKPOINT = 30.0
 """Shortest time between two checkpoints, s."""
+HOTTEST = 150.0
+"""Temperature above which that of a wheel has probably another unit, °C."""
 NOTES = {
     "torque": "the commanded torque drives the wheels: motor_constant is the nominal one times "
     "actual over commanded torque",
@@ -157,25 +160,37 @@ def _health(monitor: WheelMonitor, progress: Progress, options: Options) -> Heal
     }
     notes = [NOTES[progress.drive]] if progress.drive in NOTES else []
     if clock.repeats:
-        notes.append(f"{clock.repeats} samples repeat earlier times and are left out")
+        notes.append(f"{counted(clock.repeats)} with times that earlier ones had reached: left out")
     if clock.resets:
-        notes.append(f"{clock.resets} resets of the clock: windows follow one that goes on")
+        notes.append(
+            f"{clock.resets} resets of the clock: windows follow one that goes on; if these are "
+            "rows out of order, sort them"
+        )
     if clock.wild:
         notes.append(
             f"{counted(clock.wild)} with times an hour or more off those around them: left out"
         )
+    windows = monitor.windows()
+    if not len(windows):
+        notes.append(
+            f"no window yet: the telemetry lasts {monitor.clock.last - monitor.clock.first:.4g} s, "
+            f"and a window needs {FEWEST * monitor.block:g} s; is the unit of the times right?"
+        )
+    warmest = np.nanmax(windows["temperature_max"], initial=-np.inf)
+    if warmest > HOTTEST:
+        notes.append(f"temperatures of up to {warmest:.4g} °C: is their unit right?")
     if monitor.known.axes is None and len(monitor.known.wheels) > 3:
         notes.append(
             "the axes of the wheels are not known: speeds that do not turn the body are used as if "
             "friction could not move them"
         )
-    if monitor.exchange.contradicted:
+    if monitor.latest.contradicted:
         notes.append(
             "body rates and wheel speeds fit an inertia that differs from the stated one by "
-            f"{100.0 * monitor.exchange.difference:.0f} %: check units and signs of the rates, "
-            "axes and inertia; the scales of the speeds are not used"
+            f"{100.0 * monitor.latest.difference:.0f} %: check units and signs of rates and "
+            "speeds, axes and inertia; the scales of the speeds are not used"
         )
-    windows, wheels = monitor.windows(), monitor.known.wheels
+    wheels = monitor.known.wheels
     limit = options.friction_limit
     settings = replace(options.alarm, window=monitor.window / DAY)
     conditions = assess(

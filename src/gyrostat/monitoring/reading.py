@@ -30,6 +30,8 @@ from gyrostat.telemetry.read import format_of, with_time
 from gyrostat.telemetry.record_format import Request
 from gyrostat.telemetry.role import Role
 
+SLOWEST = 300.0
+"""Usual time between samples above which times have probably another unit, s."""
 WHOLE = 20_000_000
 """Largest number of samples of a file that is not read in parts."""
 Choose = Callable[[Header], Mapping[str, Chosen]]
@@ -129,14 +131,17 @@ def first_time(
     """Time of the first sample of a file, s; infinite if it has none.
 
     Raises:
-        InputError: The file cannot be read or used, or its times decrease.
+        InputError: The file cannot be read or used, or its times decrease or are far apart.
     """
     for part in read_parts(path, known, columns, units, part=1000):
         finite = part.samples.time[np.isfinite(part.samples.time)]
         if finite.size:
-            steps = np.sign(np.diff(finite))
-            if np.sum(steps) < 0.0:
+            steps = np.diff(finite)
+            if np.sum(np.sign(steps)) < 0.0:
                 raise fault(Path(path), "times that decrease", "increasing times: sort its rows")
+            if steps.size and np.median(steps) > SLOWEST:
+                found = f"times {np.median(steps):.4g} s apart"
+                raise fault(Path(path), found, "15 s at most: is the unit of the times right?")
             return float(finite[0])
     return np.inf
 

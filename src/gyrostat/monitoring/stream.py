@@ -44,6 +44,7 @@ class WheelMonitor:
         open_blocks: Blocks of the window that is not complete.
         noise: Noise of each wheel in its last valid window.
         exchange: Exchange of momentum, as learnt from the windows so far.
+        latest: The same with the window that is not complete, after `windows`.
     """
 
     known: KnownWheels
@@ -57,6 +58,7 @@ class WheelMonitor:
     open_blocks: list[Blocks] = field(default_factory=list)
     noise: list[Noise | None] = field(default_factory=list)
     exchange: Exchange = field(default_factory=Exchange)
+    latest: Exchange = field(default_factory=Exchange)
     _singles: list[Samples] = field(default_factory=list, repr=False)
 
     def __post_init__(self):
@@ -178,13 +180,16 @@ class WheelMonitor:
 
     def _provisional(self) -> list[dict[str, Any]]:
         """Rows of the window that is not complete, if it has enough blocks."""
+        self.latest = self.exchange
         if sum(map(len, self.open_blocks)) < FEWEST:
             return []
-        return self._rows()[0]
+        rows, _, self.latest = self._rows()
+        return rows
 
     def _rows(self) -> tuple[list[dict[str, Any]], list[Noise | None], Exchange]:
         blocks = Blocks.joined(self.open_blocks)
         self.open_blocks = [blocks]
+        total, blocks = len(blocks), blocks.part(blocks.whole)
         start = self._number() * self.window
         columns, exchange = self.exchange.window(blocks, self.known)
         results = [
@@ -193,6 +198,7 @@ class WheelMonitor:
                 self.known,
                 wheel,
                 (start, start + self.window),
+                total=total,
                 length=self.block,
                 drive=self.drive,
                 noise=self.noise[wheel],

@@ -14,7 +14,7 @@ from gyrostat.monitoring.noise_search import USUAL
 from gyrostat.monitoring.power import doubt_of, shows_torque
 from gyrostat.monitoring.residuals import residual_columns
 from gyrostat.monitoring.rounding import rounding_variance
-from gyrostat.monitoring.rows import prior_of, regression_rows, usable
+from gyrostat.monitoring.rows import acceleration_torque, prior_of, regression_rows, usable
 from gyrostat.monitoring.statistics import plain_columns, standstill_columns
 from gyrostat.monitoring.wheel_data import KnownWheels
 from gyrostat.monitoring.windows import REGRESSED
@@ -25,6 +25,9 @@ FEWEST = 30
 """Smallest number of blocks of an estimate."""
 LARGEST_NOISE = 0.5
 """Friction noise over Coulomb torque above which the balance of torques does not hold."""
+FAR = 100.0
+"""Motor torque over that of nominal friction and acceleration above which it, or below one over
+which it has probably another unit."""
 CLEARLY = 3.0
 """Negative Coulomb torque, in its sigma, that is no estimate of a positive one."""
 APART = 4.0
@@ -40,6 +43,7 @@ def window_row(
     wheel: int,
     window: tuple[float, float],
     *,
+    total: int,
     length: float,
     drive: str,
     noise: Noise | None,
@@ -48,10 +52,11 @@ def window_row(
     """Row of a wheel, and the noise that the next window starts from.
 
     Args:
-        blocks: All blocks of the window.
+        blocks: Whole blocks of the window.
         known: The wheels.
         wheel: Place of the wheel.
         window: Start and end of the window, s.
+        total: Number of blocks of the window with those that are not whole.
         length: Usual length of a block, s.
         drive: "current", "power", "torque" or "none".
         noise: Noise of the previous window, or None.
@@ -68,17 +73,11 @@ def window_row(
     inside = usable(blocks, wheel, rotor.slowest)
     steady = blocks.part(inside & shows_torque(blocks, known, wheel) if power else inside)
     if len(steady) < FEWEST:
-        above = (
-            ", power above idle_power, not braking, friction well above the error of idle_power "
-            "and power_resolution"
-            if power
-            else ""
-        )
-        reason = (
-            f"{len(steady)} blocks are usable, at least {FEWEST} are needed (speed of one sign "
-            f"above {rotor.slowest:.3g} rad/s, no gap{above})"
-        )
+        reason = _lack(len(steady), blocks, wheel, rotor.slowest, total, power=power)
         return row | _unknown(reason) | {"valid": False, "why": reason}, noise
+    doubt = "" if power else _doubt(steady, known, wheel)
+    if doubt:
+        return row | _unknown(doubt) | {"valid": False, "why": doubt}, noise
     rows = regression_rows(steady, known, wheel, window, length, power=power)
     interval = float(np.median(steady.length / steady.count))
     warm = float(row.get("temperature_mean", np.nan))
@@ -97,6 +96,55 @@ def window_row(
         if doubt:
             row |= {"valid": False, "why": doubt}
     return row, value.noise if row["valid"] else noise
+
+
+def _lack(
+    steady: int, blocks: Blocks, wheel: int, slowest: float, total: int, *, power: bool
+) -> str:
+    """Why a window has too few usable blocks, with the number of blocks that each reason holds for.
+
+    Args:
+        steady: Number of usable blocks.
+        blocks: Whole blocks of the window.
+        wheel: Place of the wheel.
+        slowest: Speed below which a block is not used, rad/s.
+        total: Number of blocks with those that are not whole.
+        power: Whether the drive comes from the electrical power.
+    """
+    drive = np.isfinite(blocks.drive[:, wheel])
+    speed = np.isfinite(blocks.other_change[:, wheel])
+    slow = ~(blocks.slowest[:, wheel] > slowest) | (np.abs(blocks.direction[:, wheel]) < 1.0 - 1e-9)
+    lacking = "no power above idle_power, or too slow" if power else "no current or torque"
+    counts = {
+        "a gap, less than four samples a minute or a change of mode": total - len(blocks),
+        "no speed": int(np.sum(~speed)),
+        lacking: int(np.sum(speed & ~drive)),
+        f"a speed below {slowest:.3g} rad/s or of both signs": int(np.sum(speed & drive & slow)),
+    }
+    told = [f"{count} with {name}" for name, count in counts.items() if count]
+    braking = int(np.sum(speed & drive & ~slow)) - steady
+    if braking:
+        told.append(
+            f"{braking} that brake or whose friction is not well above the error of idle_power and "
+            "power_resolution"
+        )
+    needed = f"{steady} of {total} blocks are usable, at least {FEWEST} are needed"
+    return f"{needed}: {', '.join(told)}" if told else needed
+
+
+def _doubt(blocks: Blocks, known: KnownWheels, wheel: int) -> str:
+    """Why a drive has probably another unit; empty if it has a likely one."""
+    rotor = known.wheels[wheel]
+    friction = rotor.coulomb + rotor.viscous * np.abs(blocks.speed[:, wheel])
+    usual = friction + np.abs(acceleration_torque(blocks, known, wheel))
+    driven = rotor.motor_constant * np.abs(blocks.drive[:, wheel])
+    times = float(np.median(driven) / np.median(usual))
+    if 1.0 / FAR < times < FAR:
+        return ""
+    return (
+        f"the motor torque is {times:.3g} times that of the stated friction: is the unit of "
+        "current or torque right, and are motor_constant, inertia, coulomb and viscous?"
+    )
 
 
 def _estimated(rows: Rows, prior: Prior, noise: Noise) -> tuple[Estimate, Prior]:

@@ -1,0 +1,61 @@
+"""Telemetry that cannot be used, or has another unit than it says: told with the reason."""
+
+import re
+from dataclasses import replace
+
+import numpy as np
+import pyarrow
+import pyarrow.parquet
+import pytest
+
+import gyrostat
+from tests.monitoring.test_stream import flight, folder, table_of
+
+__all__ = ["flight", "folder"]
+
+
+def changed(flight, every=1, **columns):
+    part = flight.part(slice(None, None, every))
+    return replace(part, **{name: change(getattr(part, name)) for name, change in columns.items()})
+
+
+@pytest.mark.parametrize(
+    ("every", "columns", "reason"),
+    [
+        (20, {}, r"0 of \d+ blocks are usable, at least 30 are needed: \d+ with a gap, less than"),
+        (1, {"drive": lambda i: np.nan * i}, r"needed: 360 with no current or torque$"),
+        (1, {"speed": lambda w: 0.01 * w}, r"360 with a speed below 2.5 rad/s or of both signs$"),
+        (1, {"drive": lambda i: 1e3 * i}, r"torque is 1.*e\+03 times .*: is the unit of current"),
+        (1, {"drive": lambda i: 1e-3 * i}, r"torque is 0.001.* times that of the stated friction"),
+    ],
+)
+def test_telemetry_that_cannot_be_used_has_rows_that_say_why(flight, every, columns, reason):
+    table = table_of(changed(flight, every, **columns))
+    assert len(table) == 3
+    assert not table["valid"].any()
+    for parameter in ("coulomb", "motor_constant"):
+        assert re.search(reason, table[f"{parameter}_reason"][0])
+    assert re.search(reason, table["why"][0])
+
+
+def test_times_in_another_unit_are_told(run, folder):
+    lines = (folder / "two.csv").read_text().splitlines()
+    rows = [line.split(",", 1) for line in lines[1:]]
+    command = ["--wheels", folder / "wheels.toml", "--out", folder / "out"]
+    for name, factor in (("fast.csv", 1e-3), ("slow.csv", 1e3)):
+        times = [f"{float(time) * factor!r},{rest}" for time, rest in rows]
+        (folder / name).write_text("\n".join([lines[0], *times]))
+    code, _, err = run("monitor", folder / "fast.csv", *command)
+    assert code == 1  # no result
+    assert "no window yet: the telemetry lasts 21.8" in err
+    code, _, err = run("monitor", folder / "slow.csv", *command)
+    assert code == 2
+    assert "found times 1000 s apart, expected 15 s at most: is the unit of the times right?" in err
+
+
+def test_kelvin_taken_for_degrees_are_told(folder):
+    table = pyarrow.parquet.read_table(folder / "one.parquet")
+    warm = table.append_column("temperature_degC", pyarrow.array(np.full(len(table), 293.0)))
+    pyarrow.parquet.write_table(warm, folder / "warm.parquet")
+    health = gyrostat.monitor(folder / "warm.parquet", wheels=folder / "wheels.toml")
+    assert "temperatures of up to 293 °C: is their unit right?" in health.notes
