@@ -55,6 +55,12 @@ class Samples:
             selected[each.name] = None if values is None else values[rows]
         return Samples(**selected)
 
+    def checksum(self) -> int:
+        """Sum of the bits of all values, modulo 2**64: the same for any division into parts."""
+        columns = [getattr(self, each.name) for each in fields(self)]
+        present = [np.ascontiguousarray(each, np.float64) for each in columns if each is not None]
+        return sum(int(np.sum(each.view(np.uint64))) for each in present) % 2**64
+
     @staticmethod
     def joined(parts: "Sequence[Samples]") -> "Samples":
         """Samples of several tables, in order; columns that one of them lacks are lacking."""
@@ -258,9 +264,8 @@ def _no_blocks(wheels: int) -> Blocks:
     flat = dict.fromkeys(("start", "length", "count", "whole"), (0,))
     shapes = {**flat, "turn": (0, 3), "rate": (0, 3)}
     kinds = {"count": np.int64, "whole": np.bool_}
-    return Blocks(
-        **{
-            each.name: np.zeros(shapes.get(each.name, (0, wheels)), kinds.get(each.name, float))
-            for each in fields(Blocks)
-        }
-    )
+    empty: dict[str, Any] = {
+        each.name: np.zeros(shapes.get(each.name, (0, wheels)), kinds.get(each.name, float))
+        for each in fields(Blocks)
+    }
+    return Blocks(**empty)

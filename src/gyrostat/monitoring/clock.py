@@ -49,9 +49,6 @@ class Clock:
         What it repeats of earlier files is left out, however long it is.
         """
         self.previous = np.nan
-        if self.held is not None:
-            self.wild += len(self.held)
-            self.held = None
 
     def corrected(self, samples: Samples) -> Samples:
         """Samples on the corrected clock, with increasing times.
@@ -91,6 +88,9 @@ class Clock:
         starts = [0, *steps.tolist()]
         for first, end in zip(starts, [*starts[1:], time.size], strict=True):
             step = time[first] - self.previous
+            # a file that goes on where the last one ended needs no confirmation
+            if np.isnan(step) and 0.0 < time[first] - self.last <= RESET:
+                step = 0.0
             if not abs(step) <= RESET:
                 if end - first < CONFIRMING and not self._is_between(time, end, end - 1):
                     used[first:end] = False

@@ -1,7 +1,7 @@
 """Monitor the wheels of a spacecraft from files, resumably."""
 
 import time
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -13,7 +13,7 @@ from gyrostat.monitoring.change.assess import Limit, assess, reference_to
 from gyrostat.monitoring.change.detector import AlarmSettings
 from gyrostat.monitoring.change.kinds.tachometer import Tachometer
 from gyrostat.monitoring.health import Health
-from gyrostat.monitoring.reading import first_time, read_parts
+from gyrostat.monitoring.reading import Telemetry, first_time, read_parts
 from gyrostat.monitoring.state import Progress, load_state, save_state
 from gyrostat.monitoring.stream import DAY, WheelMonitor
 from gyrostat.monitoring.wheel_data import KnownWheels
@@ -22,6 +22,7 @@ from gyrostat.telemetry.fault import counted
 
 PART = 200_000
 """Largest number of samples that are read at once."""
+USED = "left out, it was used before"
 CHECKPOINT = 30.0
 """Shortest time between two checkpoints, s."""
 HOTTEST = 150.0
@@ -106,31 +107,63 @@ def monitor_files(
     fresh = [p for p in paths if _size(p) != progress.sizes.get(labels[p])]
     for path in paths:
         if path not in fresh:
-            say(f"{path}: left out, it was used before")
+            say(f"{path}: {USED}")
     order = {p: first_time(p, known, options.columns, options.units) for p in fresh}
     saved = time.monotonic()
     for path in sorted(fresh, key=lambda p: order[p]):
-        monitor.begin_file()
         label = labels[path]
-        skip = progress.rows.get(label, 0)
-        for part in read_parts(path, known, options.columns, options.units, skip=skip, part=PART):
+        if label != progress.latest:
+            monitor.begin_file()
+            progress.latest = label
+        count, repeats = 0, monitor.clock.repeats
+        for part in _new_parts(path, known, options, progress, label):
             _check_drive(path, progress, part.drive)
             monitor.drive = part.drive
             monitor.add(part.samples)
-            progress.rows[label] = part.rows
+            count += len(part.samples)
+            progress.rows[label] = int(part.rows[-1])
+            progress.sums[label] = (progress.sums.get(label, 0) + part.samples.checksum()) % 2**64
             if state is not None and time.monotonic() - saved > CHECKPOINT:
                 save_state(state, monitor, progress)
                 saved = time.monotonic()
                 say(f"{path.name}: row {part.rows}")
         progress.sizes[label] = _size(path)
+        if not count:
+            say(f"{path}: {USED}")
+        elif monitor.clock.repeats - repeats == count:
+            progress.late.append(label)
     if state is not None:
         save_state(state, monitor, progress)
     return _health(monitor, progress, options)
 
 
-def _size(path: Path) -> int:
+def _new_parts(
+    path: Path, known: KnownWheels, options: Options, progress: Progress, label: str
+) -> Iterator[Telemetry]:
+    """Parts of a file without the rows that were used before, which must still be the same."""
+    skip, used, seen = progress.rows.get(label, 0), progress.sums.get(label, 0), 0
+    for part in read_parts(path, known, options.columns, options.units, part=PART):
+        old = part.rows <= skip
+        if old.any():
+            seen = (seen + part.samples.part(old).checksum()) % 2**64
+        if not old.all():
+            _check_same(path, seen == used, skip)
+            yield part.part(~old) if old.any() else part
+    _check_same(path, seen == used, skip)
+
+
+def _check_same(path: Path, same: bool, rows: int) -> None:
+    if not same:
+        raise InputError(
+            f"{path}: found other values up to row {rows} than an earlier call used, expected the "
+            "same: start again with --restart and all telemetry, or give another --out"
+        )
+
+
+def _size(path: Path) -> list[int]:
     try:
-        return path.stat().st_size
+        status = path.stat()
+        return [status.st_size, status.st_mtime_ns]
     except OSError as error:
         reason = (error.strerror or "an error").lower()
         raise InputError(f"{path}: found {reason}, expected a file of telemetry") from None
@@ -159,6 +192,12 @@ def _health(monitor: WheelMonitor, progress: Progress, options: Options) -> Heal
         "window": monitor.window,
     }
     notes = [NOTES[progress.drive]] if progress.drive in NOTES else []
+    if progress.late:
+        names = ", ".join(progress.late[:3]) + (", ..." if len(progress.late) > 3 else "")
+        notes.append(
+            f"all times of {names} had been reached by other telemetry: left out; to use telemetry "
+            "that came late, start again with --restart and all files"
+        )
     if clock.repeats:
         notes.append(f"{counted(clock.repeats)} with times that earlier ones had reached: left out")
     if clock.resets:

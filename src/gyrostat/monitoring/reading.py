@@ -16,6 +16,7 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrostat.core.errors import InputError, placed
 from gyrostat.core.types import Vector
@@ -64,13 +65,17 @@ class Telemetry:
     Attributes:
         samples: Its samples; the drive is the current, also that of a power, or the commanded
             torque over the motor constant that is known beforehand, or NaN.
-        rows: Number of rows of the file up to the end of the part.
+        rows: Number of each row in the file, (N,).
         drive: One of `DRIVES`, or "none".
     """
 
     samples: Samples
-    rows: int
+    rows: NDArray[np.int64]
     drive: str
+
+    def part(self, chosen: NDArray[np.bool_]) -> "Telemetry":
+        """Selected samples."""
+        return Telemetry(self.samples.part(chosen), self.rows[chosen], self.drive)
 
 
 def read_parts(
@@ -79,7 +84,6 @@ def read_parts(
     columns: Mapping[str, str] | str | os.PathLike[str] | None = None,
     units: Mapping[str, str] | None = None,
     *,
-    skip: int = 0,
     part: int,
 ) -> Iterator[Telemetry]:
     """Read a file of telemetry in parts.
@@ -89,7 +93,6 @@ def read_parts(
         known: The wheels.
         columns: Role -> column name, or a file of them.
         units: Role -> unit, where the file has none.
-        skip: Number of rows that are left out.
         part: Largest number of samples of a part, where the format allows parts.
 
     Raises:
@@ -115,11 +118,9 @@ def read_parts(
         return {role: column for role, column in chosen.items() if role not in unused}
 
     for measured in _measured(file, mapping, choose, part):
-        end = int(measured.rows[-1]) if measured.rows.size else 0
-        fresh = measured.rows > skip
-        if fresh.any():
+        if measured.rows.size:
             drive, samples = _samples(file, measured, known)
-            yield Telemetry(samples if fresh.all() else samples.part(fresh), end, drive)
+            yield Telemetry(samples, measured.rows, drive)
 
 
 def first_time(

@@ -10,6 +10,7 @@ from hashlib import sha256
 from itertools import count
 from pathlib import Path
 from typing import Any
+from zipfile import BadZipFile
 
 import numpy as np
 
@@ -33,7 +34,10 @@ class Progress:
 
     Attributes:
         rows: Label of a file -> number of rows that were used.
-        sizes: Label of a file that was read to its end -> its size, bytes.
+        sizes: Label of a file that was read to its end -> its size, bytes, and its date, ns.
+        sums: Label of a file -> checksum of the rows that were used.
+        late: Labels of files all of whose times were reached before.
+        latest: Label of the file that was read last.
         starts: Label of a file -> number of its first bytes, and their digest.
         drive: "current", "power", "torque" or "none"; empty before the first sample.
         settings: Options and wheels, as text; another call must have the same.
@@ -41,7 +45,10 @@ class Progress:
 
     settings: str
     rows: dict[str, int] = field(default_factory=dict)
-    sizes: dict[str, int] = field(default_factory=dict)
+    sizes: dict[str, list[int]] = field(default_factory=dict)
+    sums: dict[str, int] = field(default_factory=dict)
+    late: list[str] = field(default_factory=list)
+    latest: str = ""
     starts: dict[str, tuple[int, str]] = field(default_factory=dict)
     drive: str = ""
 
@@ -118,10 +125,13 @@ def load_state(path: Path, monitor: WheelMonitor, settings: str) -> Progress:
         with np.load(path) as content:
             arrays = {name: content[name] for name in content.files}
         text = json.loads(str(arrays.pop("text")))
-        progress = Progress(**text["progress"])
         known = text["format"] == _FORMAT
-    except (OSError, ValueError, KeyError, TypeError) as error:
-        raise InputError(f"{path}: found {error}, expected the state of gyrostat monitor") from None
+        progress = Progress(**text["progress"]) if known else Progress("")
+    except (OSError, EOFError, BadZipFile, ValueError, KeyError, TypeError):
+        raise InputError(
+            f"{path}: found a damaged or other file, expected the state of gyrostat monitor: start "
+            "again with --restart and all telemetry, or give another --out"
+        ) from None
     if not known or progress.settings != settings:
         other = "with other options or wheels" if known else "of another version"
         raise InputError(
