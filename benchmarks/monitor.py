@@ -4,11 +4,12 @@
     python benchmarks/monitor.py time [--days 3650]
 
 `intervals` flies fleets with closed attitude loops and prints, for each pointing, the share of
-wheel-days whose 95 % interval holds the true value, and errors. The wheels are known as after a
-bench identification (`bench`) or as from a data sheet (`sheet`). With the electrical power as the
-drive, the stated idle power, and the gain of the power, have an error as well; "motor_constant" is
-then that of the measured power (docs/monitor.md). `time` monitors Parquet telemetry
-of 4 wheels at 1 Hz.
+wheel-days whose 95 % interval holds the true value, with the standard error over wheels of that of
+the Coulomb torque, and errors. The wheels are known as after a bench identification (`bench`) or as
+from a data sheet (`sheet`), with one error for all days of a wheel. With the electrical power as
+the drive, the stated idle power, and the gain of the power, have an error as well; "motor_constant"
+is then that of the measured power (docs/monitor.md). `time` monitors Parquet telemetry of 4 wheels
+at 1 Hz.
 """
 
 import argparse
@@ -46,8 +47,9 @@ SHOWN = ("coulomb", "coulomb_level", "motor_constant", "viscous", "offset")
 
 @dataclass
 class Tally:
-    """Scores (error over sigma) and relative errors and sigmas of wheel-days."""
+    """Scores (error over sigma) and relative errors and sigmas of wheel-days, and their wheels."""
 
+    wheels: list
     scores: list
     errors: list
     sigmas: list
@@ -121,13 +123,15 @@ def samples_of(columns, vehicle, drive, known, gains):
 
 def intervals(arguments):
     """Fly fleets and print the table."""
-    random = np.random.default_rng(8)
     vehicle, orbit = VEHICLES[arguments.vehicle]
     vehicle = replace(vehicle, slew_time=arguments.slew_time or vehicle.slew_time)
     shown = ", ".join(SHOWN)
-    print(f"| pointing | drive | known from | inside, {shown} | Coulomb sigma, rms | wheel-days")
+    print(f"| pointing | drive | known from | inside, {shown} (standard error of the first) | "
+          "Coulomb sigma, rms | wheel-days")  # fmt: skip
     for name in arguments.pointings:
         pointing = POINTINGS[name]
+        place = [*VEHICLES].index(arguments.vehicle), [*POINTINGS].index(name)
+        random = np.random.default_rng([8, *place, round(1e6 * arguments.noise)])
         cell = Cell(vehicle, orbit, pointing, noise_sigma=arguments.noise)
         flights = [Flight(FIRST + k) for k in range(arguments.flights)]
         cases = [(drive, kind) for drive in arguments.drives for kind in KNOWN]
@@ -147,23 +151,32 @@ def intervals(arguments):
                     samples = samples_of(columns, vehicle, drive, known, gains[case])
                     monitors[case].add(samples)
         for drive, kind in cases:
-            tally = Tally([], [], [])
+            tally = Tally([], [], [], [])
             for b in range(len(flights)):
                 case = b, drive, kind
                 stated = [wheel.motor_constant for wheel in monitors[case].known.wheels]
                 motor = None if gains[case] is None else stated / gains[case]
-                count(tally, monitors[case].windows(), truth[b], motor)
+                count(tally, b, monitors[case].windows(), truth[b], motor)
             if not tally.scores:
                 print(f"| {name} | {drive} | {kind} | no valid wheel-day | | 0")
                 continue
             scores, errors = np.array(tally.scores), np.array(tally.errors)
-            inside = " ".join(f"{100 * x:.0f}" for x in np.mean(np.abs(scores) < 1.96, axis=0))
+            held = np.abs(scores) < 1.96
+            inside = " ".join(f"{100 * x:.0f}" for x in np.mean(held, axis=0))
+            spread = spread_over_wheels(held[:, 0], np.array(tally.wheels))
             sigma, rms = np.median(tally.sigmas), np.sqrt(np.mean(errors**2))
+            inside += f" ({100 * spread:.1f})"
             print(f"| {name} | {drive} | {kind} | {inside} | {100 * sigma:.2f} {100 * rms:.2f} % | "
                   f"{len(errors)}")  # fmt: skip
 
 
-def count(tally, table, truth, motor=None):
+def spread_over_wheels(held, wheels):
+    """Standard error of a share of wheel-days, whose wheels are independent and days are not."""
+    away = np.bincount(wheels, held - np.mean(held))
+    return np.sqrt(np.sum(away**2)) / held.size
+
+
+def count(tally, flight, table, truth, motor=None):
     """Add the wheel-days of a flight; `motor` replaces the true motor constants."""
     for row in range(len(table)):
         if not table["valid"][row]:
@@ -172,6 +185,7 @@ def count(tally, table, truth, motor=None):
         exact = {name: truth[day][name][wheel] for name in SHOWN}
         if motor is not None:
             exact["motor_constant"] = motor[wheel]
+        tally.wheels.append(4 * flight + wheel)
         tally.scores.append([(table[n][row] - exact[n]) / table[f"{n}_sigma"][row] for n in SHOWN])
         tally.errors.append(table["coulomb"][row] / exact["coulomb"] - 1.0)
         tally.sigmas.append(table["coulomb_sigma"][row] / exact["coulomb"])

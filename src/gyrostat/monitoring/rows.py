@@ -25,6 +25,8 @@ AVERAGED = 21
 """Number of blocks in a moving average."""
 FAR = 3.0
 """Torque of a block over the usual change of the residual: above it is no friction noise."""
+SMOOTHED = 15
+"""Number of blocks of a local quadratic of the temperature."""
 WARMING = 0.5
 """Range of the temperature above which viscous friction may depend on it, K."""
 
@@ -139,17 +141,23 @@ def _electrical(torque: Vector, speed: Vector, measured: Vector, rotor: KnownWhe
 def warmth(blocks: Blocks, wheel: int) -> Vector | None:
     """Temperature over its mean, (B,), K; None where it is not known or hardly changes.
 
-    A rounded temperature is averaged, as its steps would hide its slow change.
+    Local quadratics smooth the steps of a rounded temperature (Savitzky and Golay, Analytical
+    Chemistry 36, 1964). A plain average flattens the extremes of an orbit and lags at the ends of
+    the window; viscous friction times that error returns with each orbit, unlike friction noise.
     """
+    from scipy.signal import savgol_filter
+
     temperature = blocks.temperature[:, wheel]
-    if not temperature.size or not np.all(np.isfinite(temperature)):
+    if temperature.size < SMOOTHED or not np.all(np.isfinite(temperature)):
         return None
     if np.ptp(temperature) <= WARMING:
         return None
-    averaged = moving_average(temperature)
-    # the average of what it leaves restores the curvature that an average flattens
-    averaged = averaged + moving_average(temperature - averaged)
-    return averaged - np.mean(averaged)
+    time = blocks.start + 0.5 * blocks.length
+    count = 1 + round(np.ptp(time) / np.median(blocks.length))
+    even = np.linspace(time[0], time[-1], max(count, SMOOTHED))
+    smooth = np.asarray(savgol_filter(np.interp(even, time, temperature), SMOOTHED, 2))
+    smooth = np.interp(time, even, smooth)
+    return smooth - np.mean(smooth)
 
 
 def prior_of(wheel: KnownWheel, count: int, interval: float, temperature: float) -> Prior:
