@@ -5,7 +5,6 @@ from dataclasses import replace
 
 import numpy as np
 
-from gyrostat.identification.averaged import Averaged
 from gyrostat.identification.fit.loss import Loss
 from gyrostat.identification.fit.problem import Problem
 from gyrostat.identification.fit.selection import Selection
@@ -14,6 +13,7 @@ from gyrostat.identification.judge.faults import found_in
 from gyrostat.identification.judge.plausibility import Scatter, judged
 from gyrostat.identification.read.statistics import crossing_times, whiteness
 from gyrostat.identification.result.fit import Fit
+from gyrostat.identification.rounds import Averaged
 from gyrostat.identification.uncertainty.feedback import Feedback, feedback_in
 from gyrostat.identification.uncertainty.observability import Observability, observability
 from gyrostat.identification.uncertainty.sigmas import residual_levels, widened

@@ -11,7 +11,6 @@ from dataclasses import replace
 import numpy as np
 
 from gyrostat.core.errors import InputError
-from gyrostat.identification.averaged import at_residual_level, average_with_corrections
 from gyrostat.identification.conclude import conclude
 from gyrostat.identification.fit.loss import Loss, loss_named
 from gyrostat.identification.fit.prediction import SpeedPrediction
@@ -23,6 +22,7 @@ from gyrostat.identification.read.checks import check_excitation, check_sigma, c
 from gyrostat.identification.read.signs import lost_sign
 from gyrostat.identification.read.statistics import NUMERICAL_NOISE, noise_level, whiteness
 from gyrostat.identification.result.fit import Fit
+from gyrostat.identification.rounds import at_residual_level, average_in_rounds
 from gyrostat.identification.uncertainty.posterior import sample_posterior
 from gyrostat.identification.uncertainty.sigmas import FEW, residual_levels
 from gyrostat.identification.uncertainty.tolerances import check_tolerances
@@ -172,7 +172,7 @@ def solve_as_sampled(
         levels = [max(n, smallest, s) for n, s in zip(noise, unknowns.speed_sigmas, strict=True)]
     else:
         levels = np.hypot(sigmas, unknowns.speed_sigmas).tolist()
-    result = average_with_corrections(
+    result = average_in_rounds(
         problem, selection, measure, best, loss, levels, unknowns, limit, smallest
     )
     fit = conclude(
