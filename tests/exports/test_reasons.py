@@ -1,5 +1,7 @@
 """Files of reasons: what they say goes into the evidence, and what is about nothing is refused."""
 
+from dataclasses import replace
+
 import pytest
 
 from gyrostat.codegen.flight.reader.decisions import Decision
@@ -48,6 +50,15 @@ def decision(source):
         positions=(Position(1, 1), Position(1, 9)),
         tree=("&&", 0, 1),
     )
+
+
+def test_a_reason_may_be_about_a_helper_function_of_c(read):
+    helper = replace(decision(""), function="integer_of", conditions=("a == a",), tree=0)
+    text = GOOD.replace('"tests/my_law.py"', '"C"').replace("condition = 1", "condition = 0")
+    (reason,) = read(text.replace("never = (measured > 1.0)", "integer_of: a == a")).justified
+    assert reason.names(helper)
+    assert not reason.names(replace(helper, conditions=("a >= limit",)))
+    assert not reason.names(decision(LINE))
 
 
 def test_a_file_is_read(read):

@@ -40,7 +40,7 @@ class Reasons:
             about = [d for d in decisions if each.names(d)]
             where = f"{self.path}: [[justified]] {number}"
             if not about:
-                lines = sorted({d.source for d in decisions if d.source.startswith(each.file)})
+                lines = sorted({d.origin for d in decisions if d.origin.startswith(each.file)})
                 known = lines[0] if lines else "see the column source of conditions.csv"
                 raise InputError(
                     f"{where}: found {each.file!r} with {each.text!r}, expected the line of a "

@@ -20,7 +20,7 @@ class Justification:
     """Reason why something cannot be shown.
 
     Attributes:
-        file: Python file that the decision comes from.
+        file: Python file that the decision comes from; see `Decision.origin`.
         text: Text of the line, or the beginning of it.
         condition: Index of the condition in its decision, from 0; None for each of them.
         wants: What cannot be shown.
@@ -40,7 +40,7 @@ class Justification:
 
     def names(self, decision: Decision) -> bool:
         """Whether its line is that of a decision."""
-        file, _, rest = decision.source.partition(":")
+        file, _, rest = decision.origin.partition(":")
         return file == self.file and rest.partition(": ")[2].startswith(self.text)
 
     def holds_for(self, module: str, decision: Decision) -> bool:

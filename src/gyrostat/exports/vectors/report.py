@@ -45,7 +45,7 @@ def _rows(coverage: DecisionCoverage, reasons: dict[Gap, str]) -> Iterator[tuple
         }
         yield (
             *(str(at), decision.function, decision.kind, str(k + 1), text),
-            *(str(first["T"]), str(first["F"]), alone, " ".join(found), decision.source),
+            *(str(first["T"]), str(first["F"]), alone, " ".join(found), decision.origin),
         )
 
 

@@ -28,7 +28,7 @@ class Decision:
         function: Function that contains it.
         at: Where it starts.
         kind: "if", "for", "?:" or "value".
-        source: Line of Python that it comes from.
+        source: Line of Python that it comes from; "" for a helper function.
         conditions: Text of each condition.
         positions: Where each condition starts.
         tree: How the conditions are combined.
@@ -42,6 +42,11 @@ class Decision:
     conditions: tuple[str, ...]
     positions: tuple[Position, ...]
     tree: Tree
+
+    @property
+    def origin(self) -> str:
+        """Line of Python; "C", function and conditions of a helper function, which has none."""
+        return self.source or f"C:{self.at.line}: {self.function}: {' '.join(self.conditions)}"
 
     @property
     def size(self) -> int:
