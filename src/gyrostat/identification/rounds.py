@@ -26,7 +26,7 @@ from gyrostat.identification.uncertainty.corrections import Correction
 from gyrostat.identification.uncertainty.sigmas import residual_levels
 from gyrostat.identification.unknowns import Unknowns
 
-ROUNDS = 4
+ROUNDS = 8
 """Largest number of further rounds."""
 SETTLED = 0.02
 """Change of a correction, in prior standard deviations, that is ignored."""
