@@ -55,5 +55,7 @@ def test_settings_that_cannot_be_used(folder):
     files = {"wheels": folder / "wheels.toml", "spacecraft": folder / "spacecraft.toml"}
     with pytest.raises(InputError, match=r"fault_rates: found the class 'rust', expected one of"):
         gs.monitor(folder / "telemetry.parquet", **files, fault_rates="rust=0.1")
+    with pytest.raises(InputError, match=r"friction.limit: found -0.003"):
+        gs.monitor(folder / "telemetry.parquet", **files, friction_limit="-3 mN·m")
     with pytest.raises(InputError, match=r"false_alarms: found 0, expected"):
         gs.monitor(folder / "telemetry.parquet", **files, false_alarms=0.0)

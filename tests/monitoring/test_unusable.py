@@ -9,6 +9,7 @@ import pyarrow.parquet
 import pytest
 
 import gyrostat
+from tests.monitoring.closed_loop import NOMINAL
 from tests.monitoring.test_stream import flight, folder, table_of
 
 __all__ = ["flight", "folder"]
@@ -51,6 +52,21 @@ def test_times_in_another_unit_are_told(run, folder):
     code, _, err = run("monitor", folder / "slow.csv", *command)
     assert code == 2
     assert "found times 1000 s apart, expected 15 s at most: is the unit of the times right?" in err
+
+
+@pytest.mark.parametrize(("torque", "share"), [(0.0, np.nan), (0.2, 1.0)])
+def test_a_wheel_that_is_off_does_not_seize(flight, torque, share):
+    current = torque * NOMINAL["coulomb"] / NOMINAL["motor_constant"]
+    still = {"speed": lambda w: 0.0 * w, "drive": lambda i: 0.0 * i + current}
+    np.testing.assert_equal(table_of(changed(flight, **still))["standstill_share"], share)
+
+
+def test_dates_without_a_log_are_told_where_they_are_read(run, folder):
+    (folder / "dates.csv").write_text("time,a_speed_rpm\n2026-03-01T12:00:00Z,1\n")
+    wheels = folder / "wheels.toml"
+    code, _, err = run("monitor", folder / "dates.csv", "--wheels", wheels, "--out", folder / "out")
+    assert code == 2
+    assert "are read with [[log]] in a file of columns, which --columns-template writes" in err
 
 
 def test_kelvin_taken_for_degrees_are_told(folder):

@@ -35,6 +35,10 @@ SLOWEST = 300.0
 """Usual time between samples above which times have probably another unit, s."""
 WHOLE = 20_000_000
 """Largest number of samples of a file that is not read in parts."""
+_DATES = (
+    "; dates, as in 2026-03-01T12:00:00Z, are read with [[log]] in a file of columns, which "
+    "--columns-template writes"
+)
 Choose = Callable[[Header], Mapping[str, Chosen]]
 DRIVES = ("current", "power", "torque")
 """Quantities that can be the drive."""
@@ -44,7 +48,7 @@ _RATES = ("rate_x", "rate_y", "rate_z")
 def roles_of(known: KnownWheels) -> dict[str, Role]:
     """Roles that columns of the telemetry of these wheels can have."""
     roles = {
-        "time": Role("time", ("time", "t"), "time", required=True),
+        "time": Role("time", ("time", "t"), "time", required=True, hint=_DATES),
         "time_fine": Role("time_fine", ("time_fine",), "time"),
         **{name: Role(name, (name,), "speed") for name in _RATES},
         "temperature": Role("temperature", ("temperature", "temp"), "temperature"),

@@ -8,6 +8,9 @@ from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.wheel_data import KnownWheels
 
+OFF = 0.05
+"""Motor torque over the Coulomb torque below which a wheel that rests is switched off."""
+
 
 def plain_columns(blocks: Blocks, wheel: int, window: tuple[float, float]) -> dict[str, Any]:
     """Samples, gaps, speed, temperature and crossings of a window."""
@@ -38,7 +41,7 @@ def _range(name: str, values: Vector) -> dict[str, float]:
 
 
 def standstill_columns(blocks: Blocks, known: KnownWheels, wheel: int) -> dict[str, Any]:
-    """Rest of the wheel.
+    """Rest of the wheel, without the time in which it is switched off.
 
     The largest torque of a rest bounds the static friction from below, up to the noise of one
     sample. Between two samples the torque grows by much, so that it is no estimate.
@@ -46,6 +49,7 @@ def standstill_columns(blocks: Blocks, known: KnownWheels, wheel: int) -> dict[s
     rotor = known.wheels[wheel]
     share = blocks.rest[:, wheel]
     drive = blocks.slow_drive[:, wheel]
+    off = (share >= 1.0) & (rotor.motor_constant * drive < OFF * rotor.coulomb)
     torque = rotor.motor_constant * float(np.max(drive[np.isfinite(drive)], initial=0.0))
     reason = "the wheel does not come to rest"
     if torque > 0.0:
@@ -53,7 +57,7 @@ def standstill_columns(blocks: Blocks, known: KnownWheels, wheel: int) -> dict[s
     elif np.any(share > 0.0) and not np.any(np.isfinite(drive[share > 0.0])):
         reason = "the motor torque at rest is not known"
     return {
-        "standstill_share": float(np.mean(share)) if share.size else np.nan,
+        "standstill_share": np.nan if off.all() else float(np.mean(share[~off])),
         "standstill_torque": torque,
         "static_observable": False,
         "static_reason": reason,

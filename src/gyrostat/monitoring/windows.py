@@ -102,7 +102,7 @@ COLUMNS: dict[str, Column] = {
         "number", "", "true over measured speed, from the momentum that wheels and body exchange"
     ),
     "speed_scale_sigma": Column("number", "", "its standard deviation"),
-    "standstill_share": Column("number", "", "share of samples with the wheel at rest"),
+    "standstill_share": Column("number", "", "share of samples with the wheel at rest, not off"),
     "standstill_torque": Column("number", "N·m", "largest motor torque at rest"),
     "valid": Column("flag", "", "whether the estimates hold"),
     "why": Column("text", "", "why they do not; empty if they do"),

@@ -232,7 +232,7 @@ def _unit(header: Header, role: Role, column: Column, option: str | None) -> Uni
         return _NO_UNIT
     if not units:
         example = f"{role.name} [{SI_UNIT[role.dimension]}]"
-        expected = f"one in the header ({example!r}), in a row of units, or in units"
+        expected = f"one in the header ({example!r}), in a row of units, or in units{role.hint}"
         raise fault(header.file, "no unit", expected, header.row, name)
     if any(unit != units[0] for unit in units):
         found = f"units {' and '.join(unit.symbol for unit in units)}"

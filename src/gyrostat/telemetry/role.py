@@ -14,6 +14,7 @@ class Role:
         required: Whether a file must have the column.
         unit_optional: Whether the column may be without unit.
         written: Name of the column in a written file.
+        hint: What else to do if the column has no unit.
     """
 
     name: str
@@ -22,3 +23,4 @@ class Role:
     required: bool = False
     unit_optional: bool = False
     written: str = ""
+    hint: str = ""

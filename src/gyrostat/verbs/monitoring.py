@@ -86,6 +86,7 @@ def monitor(
     """
     from gyrostat.core.errors import InputError
     from gyrostat.core.outputs import check_outputs
+    from gyrostat.core.validation import require
     from gyrostat.monitoring.change.detector import alarm_settings
     from gyrostat.monitoring.execute import Options, monitor_files
     from gyrostat.monitoring.wheels_file import read_wheels
@@ -110,12 +111,15 @@ def monitor(
         return path
     if out is not None:
         check_outputs(Path(out), FILES, by="monitor", force=force)
+    limit = in_si_or_none(friction_limit, "torque", "--friction-limit")
+    if limit is not None:
+        require("--friction-limit", limit, "N·m", positive=True)
     options = Options(
         assigned(columns, "--columns"),
         named(units, "--units") or None,
         in_si(window, "time", "--window"),
         alarm,
-        in_si_or_none(friction_limit, "torque", "--friction-limit"),
+        limit,
     )
     folder = None if out is None else Path(out)
     with joined_telemetry(files, options.columns, known, folder, force=force) as (paths, chosen):
