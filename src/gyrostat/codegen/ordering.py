@@ -54,7 +54,8 @@ def _in_loops(build: Builder, arrays: Sequence[Array], keys: int) -> Sequence[Ar
         for first in (0, 1):
             lows = [Data(each.table, each.places[..., first:-1:2]) for each in tables]
             highs = [Data(each.table, each.places[..., first + 1 :: 2]) for each in tables]
-            nest(inside, lows[0].shape, partial(exchange, lows, highs), depth=1)
+            if lows[0].size:  # a row of two has no pair that begins at an odd place
+                nest(inside, lows[0].shape, partial(exchange, lows, highs), depth=1)
 
     def exchange(
         lows: list[Data], highs: list[Data], within: Builder, counters: tuple[Operand, ...]
