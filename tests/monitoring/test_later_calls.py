@@ -1,6 +1,7 @@
 """Later calls: telemetry that was corrected, came late or in few rows, and damaged states."""
 
 import os
+from dataclasses import replace
 
 import pytest
 
@@ -35,6 +36,22 @@ def test_a_file_that_was_corrected_is_not_taken_for_the_one_before(folder, place
     fresh = gyrostat.monitor(folder / "two.csv", wheels=folder / "wheels.toml", window="6 h")
     again = gyrostat.monitor(folder / "two.csv", **options(folder, "out"), restart=True)
     assert_same(fresh.windows, again.windows)
+
+
+def test_a_checksum_notices_values_that_are_exchanged(flight):
+    part = flight.part(slice(0, 100))
+    first, rest = part.part(slice(0, 30)), part.part(slice(30, None))
+    assert part.checksum() == (first.checksum() + rest.checksum()) % 2**64
+    columns = replace(part, speed=part.drive, drive=part.speed)
+    rows = replace(part, drive=part.drive[::-1])
+    assert len({each.checksum() for each in (part, columns, rows)}) == 3
+
+
+def test_a_few_rows_alone_are_no_telemetry_yet(folder):
+    lines = (folder / "two.csv").read_text().splitlines()
+    (folder / "two.csv").write_text("\n".join(lines[:6]))
+    health = gyrostat.monitor(folder / "two.csv", **options(folder, "out"))
+    assert health.notes[0].startswith("no window yet: no sample has a time that others confirm")
 
 
 def test_a_copied_file_is_read_again_and_was_used_before(folder):

@@ -229,7 +229,7 @@ def test_a_killed_call_leaves_nothing_that_changes_the_next(folder, monkeypatch)
     gyrostat.monitor(files, folder / "whole", **options)
     monkeypatch.setattr(execute, "CHECKPOINT", 0.0)
     monkeypatch.setattr(execute, "PART", 4000)
-    save, calls = execute.save_state, []
+    save, calls, said = execute.save_state, [], []
 
     def killed(*arguments):
         save(*arguments)
@@ -239,7 +239,8 @@ def test_a_killed_call_leaves_nothing_that_changes_the_next(folder, monkeypatch)
 
     monkeypatch.setattr(execute, "save_state", killed)
     with pytest.raises(KeyboardInterrupt):
-        gyrostat.monitor(files, folder / "killed", **options)
+        gyrostat.monitor(files, folder / "killed", say=said.append, **options)
+    assert said[:2] == ["one.parquet: row 4000", "one.parquet: row 8000"]
     assert not (folder / "killed" / "windows.parquet").exists()
     gyrostat.monitor(files, folder / "killed", **options)
     name = "windows.parquet"

@@ -126,7 +126,7 @@ def monitor_files(
             if state is not None and time.monotonic() - saved > CHECKPOINT:
                 save_state(state, monitor, progress)
                 saved = time.monotonic()
-                say(f"{path.name}: row {part.rows}")
+                say(f"{path.name}: row {part.rows[-1]}")
         progress.sizes[label] = _size(path)
         if not count:
             say(f"{path}: {USED}")
@@ -211,9 +211,12 @@ def _health(monitor: WheelMonitor, progress: Progress, options: Options) -> Heal
         )
     windows = monitor.windows()
     if not len(windows):
+        lasts = f"the telemetry lasts {clock.last - clock.first:.4g} s"
+        if not np.isfinite(clock.last):
+            lasts = "no sample has a time that others confirm"
         notes.append(
-            f"no window yet: the telemetry lasts {monitor.clock.last - monitor.clock.first:.4g} s, "
-            f"and a window needs {FEWEST * monitor.block:g} s; is the unit of the times right?"
+            f"no window yet: {lasts}, and a window needs {FEWEST * monitor.block:g} s; is the unit "
+            "of the times right?"
         )
     warmest = np.nanmax(windows["temperature_max"], initial=-np.inf)
     if warmest > HOTTEST:
