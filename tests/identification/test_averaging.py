@@ -268,6 +268,17 @@ def test_a_lag_that_misleads_least_squares_does_not_shift_the_static_torque(reco
         assert abs(fit.values[static] - alone.values[static]) < 0.3 * fit.sigma[static]
 
 
+def test_a_robust_loss_leaves_out_no_samples_that_effects_explain(record, changed):
+    """Far from least squares, residuals without the effects would look like outliers."""
+    steps, clean = (record("stribeck", seed=6, sigma_rpm=sigma) for sigma in (0.5, 0.0))
+    late = np.interp(clean.time - 0.1, clean.time, clean.speed)
+    steps_late = changed(steps, speed=steps.speed - clean.speed + late)
+    alone = identify(steps, inertia=INERTIA)
+    fit = identify(steps_late, inertia=INERTIA, loss="student")
+    assert fit.converged
+    assert np.all(np.abs(fit.values - alone.values)[:4] < 0.5 * fit.sigma[:4])
+
+
 def test_plain_least_squares_is_at_hand(record):
     fit = identify(record(), inertia=INERTIA, speed_sigma=5.0 * RPM, white_noise=True)
     np.testing.assert_array_equal(fit.values, fit.least_squares)

@@ -94,14 +94,17 @@ def averaged(
     parts = zip(
         prediction.records,
         linear,
+        at.predicted,
         sigmas,
         unknowns.rounding,
         unknowns.repeated,
         unknowns.speed_sigmas,
         strict=True,
     )
-    for record, each, sigma, rounding, repeated, smallest in parts:
+    for record, each, predicted, sigma, rounding, repeated, smallest in parts:
         residual = np.where(record.valid, record.speed - each.speed, np.nan)
+        # what the effects explain is no outlier
+        unexplained = np.where(record.valid, record.speed - predicted, 0.0)
         # a wheel at rest has no error
         shared = np.where(record.speed == 0.0, 1.0, repeated)
         segments.append(
@@ -111,7 +114,7 @@ def averaged(
                 linear=each,
                 noise=torque_noise(prediction, record, each, parameters, rounding),
                 sigma=sigma,
-                weight=loss.weight(np.nan_to_num(residual) / sigma) / shared,
+                weight=loss.weight(unexplained / sigma) / shared,
                 samples=float(np.sum(1.0 / repeated[record.valid])),
                 smallest=smallest,
             )

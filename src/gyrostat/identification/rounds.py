@@ -169,5 +169,7 @@ def average_in_rounds(
                 )
             plain = plain_estimate(prediction, selection, outcome, loss)
         linear = prediction.linearise(values)
-        at = plain if linear is None else replace(plain, values=values, linear=linear)
+        at = plain
+        if linear is not None:
+            at = replace(plain, values=values, predicted=best.predicted, linear=linear)
     raise AssertionError
