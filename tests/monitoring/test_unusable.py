@@ -56,10 +56,14 @@ def test_times_in_another_unit_are_told(run, folder):
     assert "found times 1000 s apart, expected 15 s at most: is the unit of the times right?" in err
 
 
-@pytest.mark.parametrize(("torque", "share"), [(0.0, np.nan), (0.2, 1.0)])
-def test_a_wheel_that_is_off_does_not_seize(flight, torque, share):
-    current = torque * NOMINAL["coulomb"] / NOMINAL["motor_constant"]
-    still = {"speed": lambda w: 0.0 * w, "drive": lambda i: 0.0 * i + current}
+@pytest.mark.parametrize(
+    ("torque", "noise", "share"), [(0.0, 0.0, np.nan), (0.0, 0.05, np.nan), (0.2, 0.05, 1.0)]
+)
+def test_a_wheel_that_is_off_does_not_seize(flight, torque, noise, share):
+    full = NOMINAL["coulomb"] / NOMINAL["motor_constant"]
+    random = np.random.default_rng(0).standard_normal(flight.drive.shape)
+    current = (torque + noise * random) * full
+    still = {"speed": lambda w: 0.0 * w, "drive": lambda i: current}
     np.testing.assert_equal(table_of(changed(flight, **still))["standstill_share"], share)
 
 

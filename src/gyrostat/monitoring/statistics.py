@@ -8,8 +8,9 @@ from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.wheel_data import KnownWheels
 
-OFF = 0.05
-"""Motor torque over the Coulomb torque below which a wheel that rests is switched off."""
+OFF, PEAK = 0.05, 0.5
+"""Motor torque over the Coulomb torque below which a wheel that rests is switched off: the mean of
+a block, and single samples, which have noise."""
 
 
 def plain_columns(blocks: Blocks, wheel: int, window: tuple[float, float]) -> dict[str, Any]:
@@ -49,7 +50,8 @@ def standstill_columns(blocks: Blocks, known: KnownWheels, wheel: int) -> dict[s
     rotor = known.wheels[wheel]
     share = blocks.rest[:, wheel]
     drive = blocks.slow_drive[:, wheel]
-    off = (share >= 1.0) & (rotor.motor_constant * drive < OFF * rotor.coulomb)
+    mean, most = np.abs(blocks.drive[:, wheel]), rotor.coulomb / rotor.motor_constant
+    off = (share >= 1.0) & (mean < OFF * most) & (drive < PEAK * most)
     torque = rotor.motor_constant * float(np.max(drive[np.isfinite(drive)], initial=0.0))
     reason = "the wheel does not come to rest"
     if torque > 0.0:
