@@ -11,6 +11,7 @@ import xarray as xr
 from markupsafe import escape
 
 from gyrostat.core.errors import LONGEST, InputError, one_line
+from gyrostat.core.toml_file import read_toml, refuse_unknown
 
 SOAK = Path(__file__).parents[1] / "benchmarks" / "soak_input.py"
 CASES = 150
@@ -161,8 +162,6 @@ def test_a_wheel_may_have_any_name_in_a_figure(name):
 
 
 def test_a_file_of_devices_is_not_opened(tmp_path):
-    from gyrostat.core.toml_file import read_toml
-
     os.mkfifo(tmp_path / "pipe")
     with pytest.raises(InputError, match="pipe: found a pipe or device, expected a model file"):
         read_toml(tmp_path / "pipe", "a model file")
@@ -180,3 +179,8 @@ def test_another_kind_of_file_is_named(run, verb, file, kind):
     code, _, err = run(verb, str(given))
     assert code == 2
     assert f"found an unknown key; this is {kind}, expected" in err
+
+
+def test_a_section_too_many_does_not_make_a_file_another_one():
+    with pytest.raises(InputError, match="key body: found an unknown key, expected run, start"):
+        refuse_unknown(Path("a.toml"), "", ("run", "body"), ("run", "start"))

@@ -121,7 +121,8 @@ def refuse_unknown(path: Path, prefix: str, found: Collection[str], known: Colle
     Raises:
         InputError: A key is unknown.
     """
-    others = [KINDS[key] for key in found if key in KINDS and key not in known and not prefix]
+    kinds = [key for key in found if key in KINDS and not prefix]
+    others = [] if any(key in known for key in kinds) else [KINDS[key] for key in kinds]
     for key in found:
         if key not in known:
             near = difflib.get_close_matches(key, known, n=1)
