@@ -218,6 +218,14 @@ def _health(monitor: WheelMonitor, progress: Progress, options: Options) -> Heal
             f"no window yet: {lasts}, and a window needs {FEWEST * monitor.block:g} s; is the unit "
             "of the times right?"
         )
+    low, high = windows["speed_min"], windows["speed_max"]
+    held = (high != 0.0) & (high - low <= 1e-12 * np.abs(high))
+    if held.any():
+        names = ", ".join(dict.fromkeys(windows["wheel"][held].tolist()))
+        notes.append(
+            f"the speed of {names} has one value in {int(held.sum())} windows: is it held, or is "
+            "its sensor stuck?"
+        )
     warmest = np.nanmax(windows["temperature_max"], initial=-np.inf)
     if warmest > HOTTEST:
         notes.append(f"temperatures of up to {warmest:.4g} °C: is their unit right?")

@@ -133,15 +133,11 @@ def _lack(
 
 
 def _doubt(blocks: Blocks, known: KnownWheels, wheel: int) -> str:
-    """Why a sensor is probably stuck, or a drive has another unit; empty if neither is likely."""
+    """Why the drive is probably stuck, or has another unit; empty if neither is likely."""
     rotor = known.wheels[wheel]
     speed, drive = blocks.speed[:, wheel], blocks.drive[:, wheel]
-    stuck = {
-        "speed": not (blocks.change[:, wheel].any() or blocks.speed_noise[:, wheel].any()),
-        "current or torque": np.all(blocks.step[:, wheel] == np.inf) and np.ptp(drive) < 1e-12,
-    }
-    for name in (name for name, one in stuck.items() if one):
-        return f"the {name} has one value in the whole window: is its sensor stuck?"
+    if np.all(blocks.step[:, wheel] == np.inf) and np.ptp(drive) < 1e-12:
+        return "the current or torque has one value in the whole window: is its sensor stuck?"
     friction = rotor.coulomb + rotor.viscous * np.abs(speed)
     usual = friction + np.abs(acceleration_torque(blocks, known, wheel))
     driven = rotor.motor_constant * np.abs(drive)
