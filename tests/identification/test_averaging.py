@@ -8,7 +8,7 @@ from scipy.special import beta
 from scipy.stats import multivariate_normal
 
 from gyrostat.core.units import RPM
-from gyrostat.identification import identify
+from gyrostat.identification import identify, rounds
 from gyrostat.identification.fit.least_squares import Prior
 from gyrostat.identification.fit.prediction import Linearisation, SpeedPrediction
 from gyrostat.identification.fit.stages import run_stages
@@ -266,6 +266,19 @@ def test_a_lag_that_misleads_least_squares_does_not_shift_the_static_torque(reco
         fit = identify(changed(steps, speed=steps.speed - clean.speed + late), inertia=INERTIA)
         assert fit.least_squares[static] < biased * alone.values[static]
         assert abs(fit.values[static] - alone.values[static]) < 0.3 * fit.sigma[static]
+
+
+def test_an_average_that_does_not_settle_has_its_last_change_as_an_error(
+    record, changed, monkeypatch
+):
+    steps, clean = (record("stribeck", seed=6, sigma_rpm=sigma) for sigma in (0.5, 0.0))
+    late = np.interp(clean.time - 0.1, clean.time, clean.speed)
+    monkeypatch.setattr(rounds, "ROUNDS", 0)
+    fit = identify(changed(steps, speed=steps.speed - clean.speed + late), inertia=INERTIA)
+    static = fit.names.index("static")
+    change = abs(fit.values[static] - fit.least_squares[static])
+    assert change > 2.0 * fit.noise_sigma[static]
+    assert change < fit.sigma[static] < 2.0 * change
 
 
 def test_a_robust_loss_leaves_out_no_samples_that_effects_explain(record, changed):

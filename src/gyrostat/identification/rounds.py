@@ -138,8 +138,10 @@ def average_in_rounds(
         if lost and at is not plain:
             best = averaged(problem, prediction, selection, plain, loss, noise, unknowns, known)
         values = _next(prediction, selection, best)
-        moved = np.abs(values - at.values)[index] / np.sqrt(np.diag(best.covariance))
-        near = lost or np.max(moved) < NEAR
+        moved = (values - at.values)[index]
+        near = lost or np.max(np.abs(moved) / np.sqrt(np.diag(best.covariance))) < NEAR
+        if rounds == ROUNDS and not near:  # where it would settle is not known better than this
+            best = replace(best, covariance=best.covariance + np.outer(moved, moved))
         # the diagnosis is that of the record as it was measured
         diagnosed = diagnosed or {"findings": best.findings, "scores": best.scores}
         best = replace(best, **diagnosed)
@@ -169,6 +171,8 @@ def average_in_rounds(
                 )
             plain = plain_estimate(prediction, selection, outcome, loss)
         linear = prediction.linearise(values)
+        if linear is None and settled:
+            return result
         at = plain
         if linear is not None:
             at = replace(plain, values=values, predicted=best.predicted, linear=linear)
