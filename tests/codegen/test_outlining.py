@@ -89,6 +89,8 @@ def chain(x):
 
 
 def test_functions_up_to_the_limit_have_no_parts(monkeypatch):
+    monkeypatch.setattr(outlining, "LEAST", LEAST)
+
     def functions(limit):
         monkeypatch.setattr(outlining, "LONGEST", limit)
         return emit("chain", [Entry("chain", chain, {"x": np.zeros(())}, ("y",))]).functions

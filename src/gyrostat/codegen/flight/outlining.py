@@ -30,9 +30,9 @@ from gyrostat.codegen.program import (
 )
 from gyrostat.codegen.program_cost import cost_of
 
-LONGEST = 1000
+LONGEST = 1500
 """Largest size of a function that is left as it is, and of a part."""
-LEAST = 25
+LEAST = 200
 """Least size of a part."""
 MOST = 60
 """Largest number of scalars and tables that a part gets and gives back."""
