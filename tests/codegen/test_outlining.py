@@ -9,7 +9,7 @@ from gyrostat.codegen.flight import Entry, emit, outlining
 from gyrostat.codegen.program_cost import cost_of
 from gyrostat.core.jax64 import jax, jnp
 
-LONGEST, LEAST, MOST = 40, 4, 16
+LIMITS = {"LONGEST": 40, "PART": 40, "LEAST": 4, "MOST": 16, "WHOLE": 10}
 LANES = 40
 HEAD = re.compile(r"^(?:static )?\w+ (\w+)\((.*?)\)\n\{\n(.*?)^\}", re.MULTILINE | re.DOTALL)
 
@@ -57,7 +57,7 @@ def split():
     """The law as a module, with limits that small functions exceed."""
     example = {name: array[0] for name, array in arguments().items()}
     with pytest.MonkeyPatch.context() as patch:
-        for name, value in {"LONGEST": LONGEST, "LEAST": LEAST, "MOST": MOST, "WHOLE": 10}.items():
+        for name, value in LIMITS.items():
             patch.setattr(outlining, name, value)
         return emit("parts", [Entry("law", law, example, ("rates", "count", "x"))])
 
@@ -74,8 +74,8 @@ def test_parts_are_short_have_few_parameters_and_are_called_once(split):
     assert len(parts) > 10
     for name, parameters, _ in parts:
         assert len(re.findall(rf"(?<!\w){name}\(", split.source)) == 2
-        assert parameters.count(",") < MOST + 5  # with the arguments of the entry
-    assert all(cost_of(function.body).size <= LONGEST for function in split.functions[:-1])
+        assert parameters.count(",") < LIMITS["MOST"] + 5  # with the arguments of the entry
+    assert all(cost_of(function.body).size <= LIMITS["PART"] for function in split.functions[:-1])
     # a number that is passed by address is read where the address is
     assert "*count" not in "".join(body for _, _, body in parts)
     assert "*count" in law_body
@@ -89,10 +89,11 @@ def chain(x):
 
 
 def test_functions_up_to_the_limit_have_no_parts(monkeypatch):
-    monkeypatch.setattr(outlining, "LEAST", LEAST)
+    monkeypatch.setattr(outlining, "LEAST", LIMITS["LEAST"])
 
     def functions(limit):
         monkeypatch.setattr(outlining, "LONGEST", limit)
+        monkeypatch.setattr(outlining, "PART", limit)
         return emit("chain", [Entry("chain", chain, {"x": np.zeros(())}, ("y",))]).functions
 
     (whole,) = functions(10**6)

@@ -30,8 +30,10 @@ from gyrostat.codegen.program import (
 )
 from gyrostat.codegen.program_cost import cost_of
 
-LONGEST = 1500
-"""Largest size of a function that is left as it is, and of a part."""
+LONGEST = 4000
+"""Largest size of a function that is left as it is; static analysis does not end on longer ones."""
+PART = 1500
+"""Largest size of a part."""
 LEAST = 200
 """Least size of a part."""
 MOST = 60
@@ -54,7 +56,8 @@ def outline(function: Function) -> list[Function]:
     """
     parts: list[Function] = []
     tests = _tests_of_finiteness(function.body)
-    _shorten(function.body, function.results, LONGEST, tests, parts)
+    if _size(function.body) > LONGEST:
+        _shorten(function.body, function.results, PART, tests, parts)
     for part in parts:
         part.name = part.name or function.name
     return parts
@@ -115,7 +118,7 @@ def _cut(block: Block, results: Sequence[Operand], tests: _Tests, parts: list[Fu
         span = _Span()
         for start in range(end - 1, -1, -1):
             span = span.extended(groups[start], last, end)
-            if span.size > LONGEST:
+            if span.size > PART:
                 break
             left = best[start][0] + 1 + span.width
             if left < choice[0] and span.is_allowed(tests):
