@@ -32,9 +32,9 @@ from gyrostat.codegen.program_cost import cost_of
 
 LONGEST = 4000
 """Largest size of a function that is left as it is; static analysis does not end on longer ones."""
-PART = 1500
+PART = 1000
 """Largest size of a part."""
-LEAST = 200
+LEAST = 25
 """Least size of a part."""
 MOST = 60
 """Largest number of scalars and tables that a part gets and gives back."""
