@@ -196,8 +196,7 @@ def _while(build: Builder, *operands: Array) -> Sequence[Array]:
         raise build.refused(
             "a loop without a bound",
             "a test that ends with `& (number < BOUND)`, where number starts at a constant and "
-            "grows by 1, or a `fori_loop` between constants; under `vmap`, of at most "
-            f"{build.scope.few} rows",
+            f"grows by 1, or `fori_loop` between constants; by `vmap`, {build.scope.few} rows",
         )
     counter = Name("index" if count < 2**31 else "integer", "pass", next(build.groups))
     build.block.append(Loop(count, counter, carried, body, test, goes_on, [], build.where))
