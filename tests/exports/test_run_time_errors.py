@@ -22,6 +22,7 @@ def test_the_compensator_has_no_alarm_and_finite_results(
 ):
     """Also where its step has parts."""
     monkeypatch.setattr(outlining, "LONGEST", longest)
+    monkeypatch.setattr(outlining, "PART", longest)
     tuned = EstimatingCompensator.tune(g2.law, g2.wheel, 0.495, 0.5, 0.1, delay=1)
     texts = files(targets.compensator(tuned, 0.1), precision, "Made by a test.")
     result = check("run_time_errors", tmp_path, texts)

@@ -142,7 +142,7 @@ def test_lanes_have_the_results_of_compiled_c(function, has_margins, precision, 
 def test_parts_of_long_functions_have_the_results_of_compiled_c(
     function, tools, tmp_path, monkeypatch
 ):
-    for name, value in {"LONGEST": 20, "LEAST": 3, "WHOLE": 10}.items():
+    for name, value in {"LONGEST": 20, "PART": 20, "LEAST": 3, "WHOLE": 10}.items():
         monkeypatch.setattr(outlining, name, value)
     module = check(function, True, "double", tools, tmp_path)
     assert any(each.tables for each in module.functions) == (function is arrays)
