@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.blocks import BRAKING, Blocks
-from gyrostat.monitoring.rows import acceleration_torque
+from gyrostat.monitoring.rows import nominal_torques
 from gyrostat.monitoring.wheel_data import KnownWheels
 
 BRAKED = 0.5
@@ -79,7 +79,7 @@ def shows_torque(blocks: Blocks, known: KnownWheels, wheel: int) -> NDArray[np.b
     rotor = known.wheels[wheel]
     slowest = blocks.slowest[:, wheel]
     lost = (rotor.coulomb + rotor.viscous * slowest) * slowest
-    friction, accelerating = _torques(blocks, known, wheel)
+    friction, accelerating = nominal_torques(blocks, known, wheel)
     braking = accelerating < -BRAKED * friction
     noises = blocks.speed_noise[:, wheel]
     noises = noises[np.isfinite(noises)]
@@ -93,14 +93,6 @@ def shows_torque(blocks: Blocks, known: KnownWheels, wheel: int) -> NDArray[np.b
     return ~near & (lost > least)
 
 
-def _torques(blocks: Blocks, known: KnownWheels, wheel: int) -> tuple[Vector, Vector]:
-    """Nominal friction and acceleration torque in the sense of the speed, each (B,), N·m."""
-    rotor = known.wheels[wheel]
-    friction = rotor.coulomb + rotor.viscous * np.abs(blocks.speed[:, wheel])
-    sign = np.sign(blocks.direction[:, wheel])
-    return friction, sign * acceleration_torque(blocks, known, wheel)
-
-
 def doubt_of(blocks: Blocks, known: KnownWheels, wheel: int, friction: float) -> str:
     """Why estimates from the power do not hold; empty if they do.
 
@@ -112,7 +104,7 @@ def doubt_of(blocks: Blocks, known: KnownWheels, wheel: int, friction: float) ->
     """
     rotor = known.wheels[wheel]
     speed = np.abs(blocks.speed[:, wheel])
-    nominal, accelerating = _torques(blocks, known, wheel)
+    nominal, accelerating = nominal_torques(blocks, known, wheel)
     driving = nominal + np.maximum(accelerating, 0.0)
 
     def power(current: Vector) -> float:

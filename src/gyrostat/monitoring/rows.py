@@ -49,14 +49,24 @@ def acceleration_torque(blocks: Blocks, known: KnownWheels, wheel: int) -> Vecto
     return known.wheels[wheel].inertia * change / blocks.length
 
 
+def nominal_torques(blocks: Blocks, known: KnownWheels, wheel: int) -> tuple[Vector, Vector]:
+    """Nominal friction and acceleration torque in the sense of the speed, each (B,), N·m."""
+    rotor = known.wheels[wheel]
+    friction = rotor.coulomb + rotor.viscous * np.abs(blocks.speed[:, wheel])
+    sign = np.sign(blocks.direction[:, wheel])
+    return friction, sign * acceleration_torque(blocks, known, wheel)
+
+
+def turns_one_way(blocks: Blocks, wheel: int, slowest: float) -> NDArray[np.bool_]:
+    """Blocks in which the wheel turns one way, faster than a speed in rad/s, (B,)."""
+    one_way = np.abs(blocks.direction[:, wheel]) > 1.0 - 1e-9
+    return one_way & (blocks.slowest[:, wheel] > slowest)
+
+
 def usable(blocks: Blocks, wheel: int, slowest: float) -> NDArray[np.bool_]:
     """Blocks in which the wheel turns one way, fast enough, with all values present, (B,)."""
-    return (
-        (np.abs(blocks.direction[:, wheel]) > 1.0 - 1e-9)
-        & (blocks.slowest[:, wheel] > slowest)
-        & np.isfinite(blocks.drive[:, wheel])
-        & np.isfinite(blocks.other_change[:, wheel])
-    )
+    present = np.isfinite(blocks.drive[:, wheel]) & np.isfinite(blocks.other_change[:, wheel])
+    return turns_one_way(blocks, wheel, slowest) & present
 
 
 def regression_rows(

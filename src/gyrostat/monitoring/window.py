@@ -14,7 +14,13 @@ from gyrostat.monitoring.noise_search import USUAL
 from gyrostat.monitoring.power import doubt_of, shows_torque
 from gyrostat.monitoring.residuals import residual_columns
 from gyrostat.monitoring.rounding import rounding_variance
-from gyrostat.monitoring.rows import acceleration_torque, prior_of, regression_rows, usable
+from gyrostat.monitoring.rows import (
+    nominal_torques,
+    prior_of,
+    regression_rows,
+    turns_one_way,
+    usable,
+)
 from gyrostat.monitoring.statistics import plain_columns, standstill_columns
 from gyrostat.monitoring.wheel_data import KnownWheels
 from gyrostat.monitoring.windows import REGRESSED
@@ -113,7 +119,7 @@ def _lack(
     """
     drive = np.isfinite(blocks.drive[:, wheel])
     speed = np.isfinite(blocks.other_change[:, wheel])
-    slow = ~(blocks.slowest[:, wheel] > slowest) | (np.abs(blocks.direction[:, wheel]) < 1.0 - 1e-9)
+    slow = ~turns_one_way(blocks, wheel, slowest)
     lacking = "no power above idle_power, or too slow" if power else "no current or torque"
     counts = {
         "a gap, less than four samples a minute or a change of mode": total - len(blocks),
@@ -134,14 +140,12 @@ def _lack(
 
 def _doubt(blocks: Blocks, known: KnownWheels, wheel: int) -> str:
     """Why the drive is probably stuck, or has another unit; empty if neither is likely."""
-    rotor = known.wheels[wheel]
-    speed, drive = blocks.speed[:, wheel], blocks.drive[:, wheel]
+    drive = blocks.drive[:, wheel]
     if np.all(blocks.step[:, wheel] == np.inf) and np.ptp(drive) < 1e-12:
         return "the current or torque has one value in the whole window: is its sensor stuck?"
-    friction = rotor.coulomb + rotor.viscous * np.abs(speed)
-    usual = friction + np.abs(acceleration_torque(blocks, known, wheel))
-    driven = rotor.motor_constant * np.abs(drive)
-    times = float(np.median(driven) / np.median(usual))
+    friction, accelerating = nominal_torques(blocks, known, wheel)
+    driven = known.wheels[wheel].motor_constant * np.abs(drive)
+    times = float(np.median(driven) / np.median(friction + np.abs(accelerating)))
     if 1.0 / FAR < times < FAR:
         return ""
     return (
