@@ -1,4 +1,4 @@
-"""Motion of spacecraft with wheels over hours of flight, one lane per flight.
+"""Motion of spacecraft with wheels over hours of flight, for many flights at once.
 
 Exact within a step are the sampled attitude loop, its noise, the null-space loop and the total
 momentum. Held over a step are friction, gyroscopic torque and external torque. The momentum of the
@@ -7,15 +7,19 @@ rotors' momenta and the null-space part of g is a state of its own. Dry friction
 takes at most the impulse that stops the wheel within the step.
 """
 
+from functools import lru_cache
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from gyrostat.codegen.simd.batch import Lanes, lanes
+from gyrostat.codegen.simd.compiler import require_compiler
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.types import Vector
 from gyrostat.monitoring.fleet.attitude_loop import AttitudeLoop
 from gyrostat.monitoring.fleet.states import Commanded, FlightState, Slow, Telemetered
 from gyrostat.monitoring.fleet.vehicle import Vehicle
+from gyrostat.simulation.runner import by_engine
 
 NORMALS = 13
 """Normal numbers per step and flight beside one for each wheel's friction: 6 of sensors, 6 of the
@@ -87,17 +91,17 @@ def constants(
         null_time=vehicle.null_time,
         null_decay=loop.null_decay,
         null_gain=loop.null_gain,
-        stiffness=loop.stiffness[:, None],
-        damping=loop.damping[:, None],
-        transition=loop.transition[..., None],
-        disturbance=loop.disturbance[..., None],
-        first_noise=loop.first_noise[..., None],
-        later_noise=loop.later_noise[..., None],
+        stiffness=loop.stiffness,
+        damping=loop.damping,
+        transition=loop.transition,
+        disturbance=loop.disturbance,
+        first_noise=loop.first_noise,
+        later_noise=loop.later_noise,
         attitude_sigma=vehicle.attitude_sigma,
         rate_sigma=vehicle.rate_sigma,
         stribeck_speed=vehicle.wheel.stribeck_speed,
         torque_limit=vehicle.wheel.torque_limit,
-        constant_torque=vehicle.constant_torque[:, None],
+        constant_torque=vehicle.constant_torque,
         rods=1.0 if rods else 0.0,
         unloading_rate=1.0 / 2000.0,
         thrust=0.1 * vehicle.wheel.torque_limit,
@@ -113,13 +117,13 @@ def start(count: int, momentum: Vector, numbers: Constants, noise: Vector) -> Fl
 
     Args:
         count: Number of flights.
-        momentum: Total momentum, inertial axes, (3, B), N·m·s.
+        momentum: Total momentum, inertial axes, (B, 3), N·m·s.
         numbers: Numbers of the vehicle.
-        noise: Relative deviations of the Coulomb torque, (wheels, B).
+        noise: Relative deviations of the Coulomb torque, (B, wheels).
     """
     return FlightState(
-        np.zeros((3, count)),
-        np.zeros((3, count)),
+        np.zeros((count, 3)),
+        np.zeros((count, 3)),
         momentum,
         np.full(count, numbers.null_target),
         noise,
@@ -128,31 +132,25 @@ def start(count: int, momentum: Vector, numbers: Constants, noise: Vector) -> Fl
     )
 
 
-def _cross(first: Any, second: Any) -> Any:
-    (a, b, c), (x, y, z) = first, second
-    return jnp.stack([b * z - c * y, c * x - a * z, a * y - b * x])
-
-
 def _step(
     numbers: Constants, slow: Slow, state: FlightState, inputs: tuple[Commanded, Any]
 ) -> tuple[FlightState, Telemetered]:
     commanded, normals = inputs
     n, h = numbers, numbers.step
-    reference, acceleration = commanded.rate[:, None], commanded.acceleration[:, None]
+    reference, acceleration = commanded.rate, commanded.acceleration
     momentum = commanded.to_inertial.T @ state.momentum
-    momentum = momentum - _cross(state.angle, momentum)
-    rate = reference - _cross(state.angle, reference) + state.rate
-    inertia = n.inertia[:, None]
-    rotors = n.spread @ (momentum - inertia * rate) + n.null[:, None] * state.null_momentum
+    momentum = momentum - jnp.cross(state.angle, momentum)
+    rate = reference - jnp.cross(state.angle, reference) + state.rate
+    rotors = n.spread @ (momentum - n.inertia * rate) + n.null * state.null_momentum
     speed = rotors / n.rotor - n.axes.T @ rate
 
     angle_noise, rate_noise = n.attitude_sigma * normals[:3], n.rate_sigma * normals[3:6]
     noise_torque = -(n.stiffness * angle_noise + n.damping * rate_noise)
     feedback = -n.stiffness * state.angle - n.damping * state.rate
-    feedforward = inertia * acceleration + _cross(reference, momentum)
+    feedforward = n.inertia * acceleration + jnp.cross(reference, momentum)
     misread = n.null @ (n.rotor * slow.tachometer * speed)
     null_torque = -(state.null_momentum + misread - n.null_target) / n.null_time
-    quiet = -n.spread @ (feedforward + feedback) + n.null[:, None] * null_torque
+    quiet = -n.spread @ (feedforward + feedback) + n.null * null_torque
     torque = jnp.clip(quiet - n.spread @ noise_torque, -n.torque_limit, n.torque_limit)
 
     coulomb = slow.coulomb * (1.0 + state.noise) + slow.burst * jnp.abs(state.burst)
@@ -169,8 +167,8 @@ def _step(
     disturbance = (
         n.axes @ drag
         + outside
-        - _cross(rate - reference, momentum)
-        + inertia * (_cross(state.angle, acceleration) + _cross(state.rate, reference))
+        - jnp.cross(rate - reference, momentum)
+        + n.inertia * (jnp.cross(state.angle, acceleration) + jnp.cross(state.rate, reference))
     )
     t, z = n.transition, normals[6:12]
     angle, body_rate = (
@@ -194,7 +192,7 @@ def _step(
         n.burst_decay * state.burst + jnp.sqrt(1.0 - n.burst_decay**2) * normals[-1],
         firing,
     )
-    samples = Telemetered(
+    return following, Telemetered(
         speed * (1.0 + slow.tachometer),
         torque,
         state.angle + angle_noise,
@@ -202,46 +200,79 @@ def _step(
         coulomb,
         firing,
     )
-    return following, jax.tree.map(_single, samples)
-
-
-def _single(values: Any) -> Any:
-    return values if values.dtype == bool else values.astype(jnp.float32)
 
 
 def _external(n: Constants, commanded: Commanded, momentum: Any, firing: Any) -> tuple[Any, Any]:
     """External torque in body axes, and whether thrusters fire."""
-    size = jnp.sqrt(jnp.sum(momentum**2, axis=0)) + 1e-300
-    lines = commanded.field[:, None]
-    across = momentum - lines * jnp.sum(lines * momentum, axis=0)
+    size = jnp.sqrt(momentum @ momentum) + 1e-300
+    lines = commanded.field
+    across = momentum - lines * (lines @ momentum)
     firing = jnp.where(firing, size > 0.1 * n.momentum_limit, size > n.momentum_limit)
     firing = firing & (n.rods < 0.5)
     push = jnp.where(firing, jnp.minimum(n.thrust, 0.5 * size / n.step), 0.0)
     unloading = -n.rods * n.unloading_rate * across - push * momentum / size
-    return n.constant_torque + commanded.gradient[:, None] + unloading, firing
+    return n.constant_torque + commanded.gradient + unloading, firing
 
 
-@jax.jit
-def advance(
+def _advance(
     numbers: Constants, state: FlightState, slow: Slow, commanded: Commanded, normals: Any
 ) -> tuple[FlightState, Telemetered]:
-    """Fly M minutes of S steps.
+    """See `advance`; one flight."""
+    steps = normals.shape[0]
+    held = steps // slow.coulomb.shape[0]
+
+    def step(state: FlightState, inputs: Any) -> tuple[FlightState, Telemetered]:
+        k, commanded, normals = inputs
+        return _step(
+            numbers, Slow(*(each[k // held] for each in slow)), state, (commanded, normals)
+        )
+
+    return jax.lax.scan(step, state, (jnp.arange(steps), commanded, normals))
+
+
+_OWN = (False, True, True, False, True)
+_with_jax = jax.jit(jax.vmap(_advance, in_axes=tuple(0 if own else None for own in _OWN)))
+
+
+@lru_cache(maxsize=8)
+def _native(structure: Any, shapes: tuple[tuple[int, ...], ...], types: tuple[str, ...]) -> Lanes:
+    """Compiled for arguments of these shapes and types."""
+    leaves = [jax.ShapeDtypeStruct(s, t) for s, t in zip(shapes, types, strict=True)]
+    return lanes(_advance, _OWN, jax.tree.unflatten(structure, leaves))
+
+
+def advance(
+    numbers: Constants,
+    state: FlightState,
+    slow: Slow,
+    commanded: Commanded,
+    normals: Any,
+    engine: str = "auto",
+) -> tuple[FlightState, Telemetered]:
+    """Fly N steps.
 
     Args:
         numbers: Numbers of the vehicle.
-        state: State at the start.
-        slow: Parameters of each minute, (M, wheels, B).
-        commanded: Commanded motion, (M, S, ...).
-        normals: Normal numbers, (M, S, NORMALS + wheels, B).
+        state: State of the flights at the start, (B, ...).
+        slow: Parameters, (B, M, wheels), each held for N/M steps.
+        commanded: Commanded motion, (N, ...).
+        normals: Normal numbers, (B, N, NORMALS + wheels).
+        engine: "jax", "native" or "auto", which is native where there is a compiler.
 
     Returns:
-        The state at the end, and the samples at the start of each step, (M, S, ...).
+        The state at the end, and the samples at the start of each step, (B, N, ...).
+
+    Raises:
+        InputError: There is no compiler for "native".
     """
+    arguments = jax.tree.map(np.asarray, (numbers, state, slow, commanded, normals))
 
-    def minute(state: FlightState, inputs: Any) -> tuple[FlightState, Telemetered]:
-        slow, commanded, normals = inputs
-        return jax.lax.scan(
-            lambda state, each: _step(numbers, slow, state, each), state, (commanded, normals)
-        )
+    def attempt(engine: str) -> tuple[FlightState, Telemetered]:
+        if engine == "jax":
+            return jax.tree.map(np.asarray, _with_jax(*arguments))
+        require_compiler()
+        leaves, structure = jax.tree.flatten(arguments)
+        kind = (leaf.shape for leaf in leaves), (str(leaf.dtype) for leaf in leaves)
+        return _native(structure, *map(tuple, kind))(*arguments)
 
-    return jax.lax.scan(minute, state, (slow, commanded, normals))
+    return by_engine(engine, attempt)

@@ -2,6 +2,7 @@
 
 from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, field
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -154,10 +155,12 @@ class Fleet:
     Attributes:
         cell: Conditions.
         flights: Flights.
+        engine: "jax", "native" or "auto", see `dynamics.advance`.
     """
 
     cell: Cell
     flights: Sequence[Flight]
+    engine: str = "auto"
     _numbers: Constants = field(init=False)
 
     def __post_init__(self):
@@ -184,9 +187,9 @@ class Fleet:
     def _start(self) -> FlightState:
         swing = self.cell.vehicle.wheel.inertia * self.cell.vehicle.largest_swing
         draws = [np.random.default_rng([f.number, 2]) for f in self.flights]
-        momentum = np.stack([0.4 * swing * each.standard_normal(3) for each in draws], axis=1)
+        momentum = np.stack([0.4 * swing * each.standard_normal(3) for each in draws])
         noise = self.cell.noise_sigma * np.stack(
-            [each.standard_normal(self.cell.vehicle.count) for each in draws], axis=1
+            [each.standard_normal(self.cell.vehicle.count) for each in draws]
         )
         return start(len(self.flights), momentum, self._numbers, noise)
 
@@ -208,7 +211,7 @@ class Fleet:
         slow = [f.slow(self.cell, minutes / DAY, temperature) for f in self.flights]
         fields_of_slow = Slow(
             *(
-                np.stack([[row[name] for row in rows] for rows in slow], axis=-1).transpose(1, 0, 2)
+                np.stack([[row[name] for row in rows] for rows in slow]).swapaxes(1, 2)
                 for name in Slow._fields
             )
         )
@@ -216,23 +219,19 @@ class Fleet:
         parts: list[Telemetered] = []
         for first in range(0, minutes.size, MINUTES):
             count = min(MINUTES, minutes.size - first)
-            size = (count, per_minute, NORMALS + self.cell.vehicle.count)
-            normals = np.stack([d.standard_normal(size, np.float32) for d in draws], axis=-1)
+            size = (count * per_minute, NORMALS + self.cell.vehicle.count)
+            normals = np.stack([d.standard_normal(size, np.float32) for d in draws])
             there = slice(first * per_minute, (first + count) * per_minute)
             state, samples = advance(
                 self._numbers,
                 state,
-                Slow(*(each[first : first + count] for each in fields_of_slow)),
-                Commanded(*(e[there].reshape(count, per_minute, *e.shape[1:]) for e in commanded)),
-                normals,
+                Slow(*(each[:, first : first + count] for each in fields_of_slow)),
+                Commanded(*(each[there] for each in commanded)),
+                normals.astype(float),
+                self.engine,
             )
-            parts.append(Telemetered(*(np.asarray(each) for each in samples)))
-        whole = Telemetered(
-            *(
-                np.concatenate(each).reshape(steps, *each[0].shape[2:])
-                for each in zip(*parts, strict=True)
-            )
-        )
+            parts.append(Telemetered(*map(_small, samples)))
+        whole = Telemetered(*(np.concatenate(each, axis=1) for each in zip(*parts, strict=True)))
         return state, self._split(day, time, path, slow, whole)
 
     def _commanded(self, path: Motion) -> Commanded:
@@ -254,15 +253,15 @@ class Fleet:
                 flight,
                 day,
                 time,
-                samples.speed[..., b],
-                samples.torque[..., b],
-                samples.angle[..., b],
-                samples.rate[..., b],
-                samples.coulomb[..., b],
+                samples.speed[b],
+                samples.torque[b],
+                samples.angle[b],
+                samples.rate[b],
+                samples.coulomb[b],
                 temperature,
-                samples.firing[..., b],
+                samples.firing[b],
                 path,
-                self._truth(slow[b], samples.coulomb[..., b]),
+                self._truth(slow[b], samples.coulomb[b]),
             )
             for b, flight in enumerate(self.flights)
         ]
@@ -280,3 +279,8 @@ class Fleet:
             "offset": mean["offset"],
             "tachometer": mean["tachometer"],
         }
+
+
+def _small(values: Any) -> Any:
+    """Numbers in single precision."""
+    return values if values.dtype == bool else values.astype(np.float32)

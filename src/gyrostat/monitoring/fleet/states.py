@@ -1,19 +1,22 @@
-"""State, parameters, inputs and samples of the motion of a fleet; the last axis is the flight."""
+"""State, parameters, inputs and samples of the motion of a flight.
+
+Shapes are those of one flight; those of a fleet have a leading axis of B flights.
+"""
 
 from typing import Any, NamedTuple
 
 
 class FlightState(NamedTuple):
-    """State of the flights; the last axis is the flight.
+    """State of a flight.
 
     Attributes:
-        angle: Attitude error, (3, B), rad.
-        rate: Rate error, (3, B), rad/s.
-        momentum: Total momentum, inertial axes, (3, B), N·m·s.
-        null_momentum: Null-space momentum of the rotors, (B,), N·m·s.
-        noise: Relative deviation of the Coulomb torque, (wheels, B).
-        burst: Noise of torque bursts, standardised, (B,).
-        firing: Whether thrusters unload, (B,).
+        angle: Attitude error, (3,), rad.
+        rate: Rate error, (3,), rad/s.
+        momentum: Total momentum, inertial axes, (3,), N·m·s.
+        null_momentum: Null-space momentum of the rotors, scalar, N·m·s.
+        noise: Relative deviation of the Coulomb torque, (wheels,).
+        burst: Noise of torque bursts, standardised, scalar.
+        firing: Whether thrusters unload, scalar.
     """
 
     angle: Any
@@ -26,7 +29,7 @@ class FlightState(NamedTuple):
 
 
 class Slow(NamedTuple):
-    """Parameters that change over minutes, each (wheels, B); with a leading axis of minutes.
+    """Parameters that change over minutes, each (wheels,); with a leading axis of minutes.
 
     Attributes:
         coulomb: N·m.
@@ -69,12 +72,12 @@ class Telemetered(NamedTuple):
     """Samples at the start of each step.
 
     Attributes:
-        speed: Measured wheel speeds, (wheels, B), rad/s.
-        torque: Commanded motor torques, (wheels, B), N·m.
-        angle: Measured attitude error, (3, B), rad.
-        rate: Measured rate error, (3, B), rad/s.
-        coulomb: Realised Coulomb torque, (wheels, B), N·m.
-        firing: (B,).
+        speed: Measured wheel speeds, (wheels,), rad/s.
+        torque: Commanded motor torques, (wheels,), N·m.
+        angle: Measured attitude error, (3,), rad.
+        rate: Measured rate error, (3,), rad/s.
+        coulomb: Realised Coulomb torque, (wheels,), N·m.
+        firing: scalar.
     """
 
     speed: Any
