@@ -2,6 +2,7 @@
 
 import json
 import re
+from dataclasses import replace
 from datetime import datetime, timedelta
 from itertools import pairwise
 
@@ -16,6 +17,8 @@ from gyrostat.identification.judge.fit_changes import days
 from gyrostat.identification.judge.spread import between, from_others, holm, line
 from gyrostat.identification.result.stored_fit import StoredFit, Tolerance, parse_date
 from gyrostat.reports.comparison import comparison_figure
+from gyrostat.wheel.friction import ViscousCoulomb
+from gyrostat.wheel.model_file import WheelModel, write_model
 
 NAMES = ("motor_constant", "viscous", "coulomb")
 UNITS = ("N·m/A", "N·m·s/rad", "N·m")
@@ -307,3 +310,37 @@ def test_dates_are_counted_in_days_from_the_first():
         days([made(TRUTH, day) for day in (2.5, 0.25, 1.0)]), [2.25, 0.0, 0.75]
     )
     assert days([made(TRUTH, 0.0), made(TRUTH)]) is None
+
+
+def test_a_model_file_stands_for_its_fit(tmp_path):
+    fit = made(TRUTH, 0, tolerance=0.0, temperature=21.0)
+    model = WheelModel(
+        ViscousCoulomb,
+        {"inertia": 1.5e-3, **dict(zip(NAMES, TRUTH.tolist(), strict=True))},
+        dict(zip(NAMES, SIGMA.tolist(), strict=True)),
+        {"serial": "RW-1", "date": "2026-01-01", "temperature": "21"},
+        correlation=(NAMES, CORRELATION),
+    )
+    write_model(tmp_path / "model.toml", model)
+    read = stored_fit(tmp_path / "model.toml")
+    assert (read.names, read.units, read.serial) == (NAMES, UNITS, "RW-1")
+    assert read.covariance == pytest.approx(OWN, rel=1e-12)
+    assert (read.date, read.temperature, read.inertia) == (START, 21.0, 1.5e-3)
+    later = made(TRUTH + 5.0 * SIGMA, 30.0, tolerance=0.0, temperature=21.0)
+    by_file, by_fit = compared([read, later]), compared([fit, later])
+    assert by_file.changes == by_fit.changes
+
+    other = tmp_path / "flight"
+    other.mkdir()
+    write_model(other / "model.toml", replace(model, origin={}))
+    result = gs.compare([other, tmp_path], wheels="same", dates="2027-01-01,2026-01-01")
+    assert [change.difference for change in result.changes if change.parameter in NAMES] == [
+        0.0
+    ] * 3
+    for changes, message in (
+        ({"sigma": {}, "correlation": None}, "no identified parameters"),
+        ({"origin": {"temperature": "warm"}}, "origin.temperature: found 'warm', expected °C"),
+    ):
+        write_model(other / "model.toml", replace(model, **changes))
+        with pytest.raises(InputError, match=message):
+            stored_fit(other / "model.toml")

@@ -120,6 +120,7 @@ def test_a_current_of_the_opposite_sign_gives_no_valid_window(flight):
     opposite = Samples(flight.time, flight.speed, -flight.drive)
     table = table_of(opposite)
     assert not table["valid"].any()
+    assert all("has the current the sign of its torque?" in why for why in table["why"])
 
 
 def test_a_file_of_the_same_name_is_another_file_and_a_longer_one_is_not(folder, tmp_path):

@@ -11,7 +11,9 @@ from gyrostat.cli.options import ForceModel, Json, Out
 
 
 def compare(
-    fits: Annotated[list[Path], typer.Argument(help="fit.json of each fit, or its folder.")],
+    fits: Annotated[
+        list[Path], typer.Argument(help="fit.json or model.toml of each, or its folder.")
+    ],
     out: Out,
     wheels: Annotated[
         Literal["same", "different"] | None,

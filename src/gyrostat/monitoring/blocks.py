@@ -14,6 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
 
 SLOW = 1e-9
@@ -46,6 +47,17 @@ class Samples:
     def __len__(self) -> int:
         """Number of samples."""
         return self.time.size
+
+    def check(self, wheels: int) -> None:
+        """Check the shapes for a number of wheels; raises `InputError`."""
+        count = (len(self),)
+        of_wheels = (*count, wheels)
+        shapes = {"time": count, "speed": of_wheels, "drive": of_wheels, "rate": (*count, 3)}
+        shapes |= {"temperature": of_wheels, "mode": count}
+        for name, shape in shapes.items():
+            values = getattr(self, name)
+            if values is not None and np.shape(values) != shape:
+                raise InputError(f"{name}: found shape {np.shape(values)}, expected {shape}")
 
     def part(self, rows: slice | NDArray[np.bool_]) -> "Samples":
         """Selected samples."""

@@ -13,6 +13,7 @@ import numpy as np
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.moments import (
     COULOMB,
+    IDLE,
     MOTOR,
     VISCOUS,
     WARMING,
@@ -20,9 +21,16 @@ from gyrostat.monitoring.moments import (
     Prior,
     Solution,
     solve,
+    stated,
 )
 from gyrostat.monitoring.noise import Noise, gram, window_covariance, window_variance
 from gyrostat.monitoring.noise_search import LEAST, MOST, find_noise, log_prior
+
+APART = 4.0
+"""Difference from what was known beforehand, in its sigma, above which that is not used."""
+CONTRADICTED = 0.7
+"""Variance that is left without what is known beforehand over that with it, below which the noise
+is that without it. Of healthy windows it is above 0.97."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -64,6 +72,7 @@ class Estimate:
         noise_sigma: Standard deviation of the slow noise, N·m.
         white_sigma: Standard deviation of the white noise of a block, A.
         beta: Coefficients at the most likely noise, (P,).
+        prior: What was known beforehand, without what the data clearly contradict.
     """
 
     value: Vector
@@ -77,6 +86,7 @@ class Estimate:
     noise_sigma: float
     white_sigma: float
     beta: Vector
+    prior: Prior
 
 
 @dataclass(frozen=True, eq=False)
@@ -107,24 +117,22 @@ def estimate(rows: Rows, prior: Prior, start: Vector, noise: Noise) -> Estimate:
     def at(place: Vector) -> _Point:
         return _point(rows, columns, prior, start, Noise(float(place[0]), float(place[1])))
 
-    first = _point(rows, columns, prior, start, noise)
-    left = rows.response - rows.regressors @ first.solution.beta
+    products, _ = gram(columns, rows.time, rows.white, noise)
+    first, prior = _contradicted(_moments(products, start.size), prior, start, rows.time.size)
+    left = rows.response - rows.regressors @ first.beta
     speed = rows.regressors[:, [p for p in (VISCOUS, WARMING) if p < start.size]]
     speed = speed[:, speed.any(axis=0)]
     centre, curvature = find_noise(left, speed, rows.time, rows.white, noise)
-    start = first.solution.value
+    start = first.value
     points = [at(place) for place in _nodes(centre, curvature)]
     best = max(points, key=lambda point: point.log_density)
-    return _average(points, _weights(points), best)
+    return _average(points, _weights(points), best, prior)
 
 
-def _point(rows: Rows, columns: Matrix, prior: Prior, start: Vector, noise: Noise) -> _Point:
-    count, size = rows.time.size, rows.regressors.shape[1]
-    ratio, correlation_time = np.exp(noise.log_ratio), np.exp(noise.log_time)
-    columns[:, -1] = ratio * window_covariance(rows.time, rows.start, rows.end, correlation_time)
-    products, log_det = gram(columns, rows.time, rows.white, noise)
-    x, z, y, k = slice(0, size), slice(size, 2 * size), 2 * size, 2 * size + 1
-    moments = Moments(
+def _moments(products: Matrix, size: int) -> Moments:
+    """Moments of regressors, instruments and response, from the products of all columns."""
+    x, z, y = slice(0, size), slice(size, 2 * size), 2 * size
+    return Moments(
         products[x, x],
         products[z, x],
         products[z, z],
@@ -132,10 +140,43 @@ def _point(rows: Rows, columns: Matrix, prior: Prior, start: Vector, noise: Nois
         products[z, y],
         float(products[y, y]),
     )
-    guess = max(moments.squares(np.zeros(size)), 1e-300) / count
-    solution = solve(moments, prior, start, count, 1e-3 * guess)
-    weighted = products[k, x]
-    residual = float(products[k, y] - weighted @ solution.beta)
+
+
+def _solved(moments: Moments, prior: Prior, start: Vector, count: int) -> Solution:
+    guess = max(moments.squares(np.zeros(start.size)), 1e-300) / count
+    return solve(moments, prior, start, count, 1e-3 * guess)
+
+
+def _contradicted(
+    moments: Moments, prior: Prior, start: Vector, count: int
+) -> tuple[Solution, Prior]:
+    """Estimate, and the prior without what the data clearly contradict.
+
+    A wrong value that is known exactly turns into noise, in which it cannot be told to be wrong.
+    """
+    bound = _solved(moments, prior, start, count)
+    if start.size > IDLE:  # rows are chosen by the power, which biases what is free
+        return bound, prior
+    may = stated(start.size)
+    free = _solved(moments, prior.without(may), start, count)
+    if not 0.0 < free.scale < CONTRADICTED * bound.scale:
+        return bound, prior
+    away = np.abs(free.value - prior.mean)
+    variance = np.diagonal(free.covariance) + 1.0 / np.maximum(prior.precision, 1e-300)
+    wrong = [place for place in may if away[place] > APART * np.sqrt(variance[place])]
+    return free, prior.without(wrong or may)
+
+
+def _point(rows: Rows, columns: Matrix, prior: Prior, start: Vector, noise: Noise) -> _Point:
+    count, size = rows.time.size, rows.regressors.shape[1]
+    ratio, correlation_time = np.exp(noise.log_ratio), np.exp(noise.log_time)
+    columns[:, -1] = ratio * window_covariance(rows.time, rows.start, rows.end, correlation_time)
+    products, log_det = gram(columns, rows.time, rows.white, noise)
+    moments = _moments(products, size)
+    solution = _solved(moments, prior, start, count)
+    k = 2 * size + 1
+    weighted = products[k, :size]
+    residual = float(products[k, 2 * size] - weighted @ solution.beta)
     motor = solution.value[MOTOR]
     slope = -motor * (weighted @ solution.slope)
     slope[COULOMB] += 1.0
@@ -178,7 +219,7 @@ def _weights(points: list[_Point]) -> Vector:
     return weights / weights.sum()
 
 
-def _average(points: list[_Point], weights: Vector, best: _Point) -> Estimate:
+def _average(points: list[_Point], weights: Vector, best: _Point, prior: Prior) -> Estimate:
     """Mean and covariance over the points of the noise."""
     value = weights @ np.array([point.solution.value for point in points])
     mean = float(weights @ np.array([point.prediction[0] for point in points]))
@@ -202,5 +243,5 @@ def _average(points: list[_Point], weights: Vector, best: _Point) -> Estimate:
         value, covariance, scatter, mean, mean_covariance, float(mean_variance),
         float(mean_scatter), best.noise,
         float(abs(value[MOTOR]) * np.sqrt(scale * np.exp(best.noise.log_ratio))),
-        float(np.sqrt(scale)), best.solution.beta,
+        float(np.sqrt(scale)), best.solution.beta, prior,
     )  # fmt: skip

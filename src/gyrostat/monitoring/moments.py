@@ -19,6 +19,7 @@ makes Z' V⁻¹ (y - X β) least in the metric of its own covariance Z' V⁻¹ Z
 before (two-stage generalised least squares; Hausman and Taylor, Handbook of Econometrics, ch. 12).
 """
 
+from collections.abc import Sequence
 from dataclasses import dataclass
 
 import numpy as np
@@ -27,6 +28,8 @@ from gyrostat.core.types import Matrix, Vector
 
 MOTOR, COULOMB, VISCOUS, OFFSET, LAG, WARMING, IDLE, RESISTANCE = range(8)
 """Places of the parameters: K, c, b, o, d, b_T, p and r."""
+UNKNOWN = 1e-6
+"""Factor of the precision of what is known beforehand that takes it away."""
 SMALL = 1e-3
 """Last step over the standard deviations, and last relative change of the scale."""
 
@@ -42,6 +45,17 @@ class Prior:
 
     mean: Vector
     precision: Vector
+
+    def without(self, places: Sequence[int]) -> "Prior":
+        """Without what is known of some parameters."""
+        precision = self.precision.copy()
+        precision[list(places)] *= UNKNOWN
+        return Prior(self.mean, precision)
+
+
+def stated(size: int) -> list[int]:
+    """Places of the parameters whose values are stated for each wheel, of P parameters."""
+    return [MOTOR, VISCOUS, *range(IDLE, size)]
 
 
 @dataclass(frozen=True, eq=False)

@@ -82,8 +82,12 @@ class WheelMonitor:
         Args:
             samples: Samples in the order of the telemetry; repeats and steps of the clock are
                 corrected (`gyrostat.monitoring.clock`).
+
+        Raises:
+            InputError: A column has another shape.
         """
         self._flush()
+        samples.check(len(self.known.wheels))
         self._add(samples)
 
     def add_sample(
@@ -105,6 +109,9 @@ class WheelMonitor:
             rate: Body rate, (3,), rad/s.
             temperature: Temperatures, (wheels,), °C.
             mode: Number of the mode.
+
+        Raises:
+            InputError: A value has another shape.
         """
         optional = {"rate": rate, "temperature": temperature, "mode": mode}
         sample = Samples(
@@ -113,6 +120,7 @@ class WheelMonitor:
             np.atleast_2d(np.asarray(drive, float)),
             **{name: None if v is None else np.array([v], float) for name, v in optional.items()},
         )
+        sample.check(len(self.known.wheels))
         first = self._singles[0].time[0] if self._singles else time
         if not 0.0 <= time - first < self.block:
             self._flush()

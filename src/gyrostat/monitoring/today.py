@@ -30,14 +30,17 @@ def wheel_models(health: Health, known: KnownWheels) -> dict[str, WheelModel]:
         sigma = np.sqrt(np.diagonal(matrix))
         before = {"inertia": wheel.inertia, "motor_constant": wheel.motor_constant}
         motor = {"motor_constant": wheel.sigma_of("motor_constant")}
+        origin = {
+            "method": "monitor",
+            "window": f"{row['start']:.0f} s to {row['end']:.0f} s of the telemetry",
+        }
+        if np.isfinite(row["temperature_mean"]):
+            origin["temperature"] = f"{row['temperature_mean']:.4g}"
         models[wheel.name] = WheelModel(
             friction=ViscousCoulomb,
             values=before | {name: float(row[name]) for name in names},
             sigma=motor | dict(zip(names, map(float, sigma), strict=True)),
             correlation=(names, matrix / np.outer(sigma, sigma)),
-            origin={
-                "method": "monitor",
-                "window": f"{row['start']:.0f} s to {row['end']:.0f} s of the telemetry",
-            },
+            origin=origin,
         )
     return models

@@ -7,8 +7,8 @@ from typing import Any
 import numpy as np
 
 from gyrostat.monitoring.blocks import Blocks
-from gyrostat.monitoring.estimate import Estimate, Rows, estimate
-from gyrostat.monitoring.moments import COULOMB, IDLE, MOTOR, OFFSET, VISCOUS, Prior
+from gyrostat.monitoring.estimate import APART, Estimate, Rows, estimate
+from gyrostat.monitoring.moments import COULOMB, IDLE, MOTOR, OFFSET, VISCOUS, Prior, stated
 from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.noise_search import USUAL
 from gyrostat.monitoring.power import doubt_of, shows_torque
@@ -22,7 +22,7 @@ from gyrostat.monitoring.rows import (
     usable,
 )
 from gyrostat.monitoring.statistics import plain_columns, standstill_columns
-from gyrostat.monitoring.wheel_data import KnownWheels
+from gyrostat.monitoring.wheel_data import KnownWheel, KnownWheels
 from gyrostat.monitoring.windows import REGRESSED
 
 OBSERVABLE = 0.3
@@ -36,10 +36,16 @@ FAR = 100.0
 which it has probably another unit."""
 CLEARLY = 3.0
 """Negative Coulomb torque, in its sigma, that is no estimate of a positive one."""
-APART = 4.0
-"""Difference from what was known beforehand, in its sigma, above which that is not used."""
 TOLD = 0.75
 """Share of the variance of what was known beforehand that data must remove to contradict it."""
+IMPLAUSIBLE = 2.0
+"""Motor constant over the stated one, or its inverse, that no fault of a motor explains."""
+_RPM = np.pi / 30.0
+_MISREAD = {
+    ", as if speeds in rad/s were read as rpm": _RPM,
+    ", as if speeds in rpm were read as rad/s": 1.0 / _RPM,
+}
+"""What a wrong unit of the speed makes of the motor constant."""
 _PLACES = {"coulomb": COULOMB, "viscous": VISCOUS, "motor_constant": MOTOR, "offset": OFFSET}
 
 
@@ -88,14 +94,14 @@ def window_row(
     interval = float(np.median(steady.length / steady.count))
     warm = float(row.get("temperature_mean", np.nan))
     prior = prior_of(rotor, rows.regressors.shape[1], interval, warm)
-    value, prior = _estimated(rows, prior, noise or USUAL)
+    value = _estimated(rows, prior, noise or USUAL)
     step, speed = None, float(np.median(np.abs(steady.speed[:, wheel])))
     if power:
         step = known.power_resolution / (rotor.motor_constant * speed)
     added = rounding_variance(steady, wheel, value, window, step)
-    row |= _values(value, prior, rows, added)
+    row |= _values(value, rows, added)
     row |= residual_columns(blocks, steady, known, wheel, value, rows)
-    row |= _verdict(value)
+    row |= _verdict(value, rotor, known=value.prior.precision[MOTOR] == prior.precision[MOTOR])
     if power and row["valid"]:
         friction = value.mean + value.value[VISCOUS] * speed + 2.0 * np.sqrt(value.mean_variance)
         doubt = doubt_of(steady, known, wheel, float(friction))
@@ -154,12 +160,12 @@ def _doubt(blocks: Blocks, known: KnownWheels, wheel: int) -> str:
     )
 
 
-def _estimated(rows: Rows, prior: Prior, noise: Noise) -> tuple[Estimate, Prior]:
+def _estimated(rows: Rows, prior: Prior, noise: Noise) -> Estimate:
     """Estimate; without what was known beforehand of a parameter where the data contradict."""
     start = prior.mean.copy()
     value = estimate(rows, prior, start, noise)
-    left = prior.precision.copy()
-    for place in (MOTOR, VISCOUS, *range(IDLE, left.size)):
+    prior, wrong = value.prior, []
+    for place in stated(start.size):
         variance, precision = value.covariance[place, place], prior.precision[place]
         away = abs(value.value[place] - prior.mean[place])
         # the variance of the difference between the prior and an estimate that contains it
@@ -167,14 +173,13 @@ def _estimated(rows: Rows, prior: Prior, noise: Noise) -> tuple[Estimate, Prior]
         # weak data may differ by much in their own sigma, by nothing that counts
         told = spread > TOLD / precision and away > APART * np.sqrt(spread)
         if told or away > APART / np.sqrt(precision):
-            left[place] = precision / 1e4
-    if np.array_equal(left, prior.precision):
-        return value, prior
-    freed = Prior(prior.mean, left)
-    return estimate(rows, freed, value.value, value.noise), freed
+            wrong.append(place)
+    if not wrong:
+        return value
+    return estimate(rows, prior.without(wrong), value.value, value.noise)
 
 
-def _values(value: Estimate, prior: Prior, rows: Rows, added: float) -> dict[str, Any]:
+def _values(value: Estimate, rows: Rows, added: float) -> dict[str, Any]:
     """Columns of the parameters."""
     row: dict[str, Any] = {}
     mean_variance = value.mean_variance + added
@@ -183,7 +188,7 @@ def _values(value: Estimate, prior: Prior, rows: Rows, added: float) -> dict[str
         row[f"{name}_sigma"] = float(np.sqrt(value.covariance[place, place]))
         row[f"{name}_scatter"] = float(np.sqrt(max(value.scatter[place, place], 0.0)))
         if name in REGRESSED[1:]:
-            row[f"{name}_known"] = float(prior.precision[place] ** -0.5)
+            row[f"{name}_known"] = float(value.prior.precision[place] ** -0.5)
     level_variance = value.covariance[COULOMB, COULOMB] + added
     row |= {
         "coulomb": value.mean,
@@ -198,20 +203,20 @@ def _values(value: Estimate, prior: Prior, rows: Rows, added: float) -> dict[str
         a, b = _PLACES[first], _PLACES[second]
         covariance = value.mean_covariance[b] if first == "coulomb" else value.covariance[a, b]
         row[f"cov_{first}_{second}"] = float(covariance)
-    for name, reason in _reasons(value, prior, rows, mean_variance).items():
+    for name, reason in _reasons(value, rows, mean_variance).items():
         row[f"{name}_observable"] = not reason
         row[f"{name}_reason"] = reason
     return row
 
 
-def _reasons(value: Estimate, prior: Prior, rows: Rows, mean_variance: float) -> Mapping[str, str]:
+def _reasons(value: Estimate, rows: Rows, mean_variance: float) -> Mapping[str, str]:
     """Why each parameter is not observable; empty if it is.
 
     A parameter counts by what the window says of it, without what was known of it beforehand.
     """
     variance = np.diagonal(value.covariance).copy()
     variance[COULOMB] = mean_variance
-    told = 1.0 / np.maximum(1.0 / variance - prior.precision[: variance.size], 1e-300)
+    told = 1.0 / np.maximum(1.0 / variance - value.prior.precision[: variance.size], 1e-300)
     scale = np.abs(value.value)
     scale[COULOMB] = scale[OFFSET] = abs(value.mean)
     limit = np.full(variance.size, OBSERVABLE)
@@ -236,16 +241,36 @@ def _reasons(value: Estimate, prior: Prior, rows: Rows, mean_variance: float) ->
     }
 
 
-def _verdict(value: Estimate) -> dict[str, Any]:
-    """Whether the estimates hold."""
-    why = ""
+def _verdict(value: Estimate, rotor: KnownWheel, *, known: bool) -> dict[str, Any]:
+    """Whether the estimates hold.
+
+    Args:
+        value: Estimate.
+        rotor: The wheel as stated.
+        known: Whether the data agree with the stated motor constant.
+    """
+    why, negative = "", "the Coulomb torque is negative: has the current the sign of its torque?"
+    times = value.value[MOTOR] / rotor.motor_constant
+    sigma = np.sqrt(value.covariance[MOTOR, MOTOR]) / rotor.motor_constant
+    # of a power, the gain of its measurement takes the place of the motor constant
+    told = value.value.size <= IDLE and (abs(times - 1.0) > APART * sigma or not known)
     if not np.all(np.isfinite(value.value)) or value.value[MOTOR] <= 0.0:
         why = "the balance of torques has no solution with a positive motor constant"
+    elif told and not 1.0 / IMPLAUSIBLE < times < IMPLAUSIBLE:
+        reads = next((r for r, f in _MISREAD.items() if 0.8 < times / f < 1.25), "")
+        why = (
+            negative
+            if value.mean < 0.0
+            else (
+                f"the motor constant is {times:.3g} times the stated one{reads}: are the units of "
+                "speed and current right, and inertia and motor_constant?"
+            )
+        )
     elif value.noise_sigma > LARGEST_NOISE * abs(value.mean):
         share = 100.0 * value.noise_sigma / abs(value.mean)
         why = f"the balance of torques leaves {share:.0f} % of the Coulomb torque"
     elif value.mean < -CLEARLY * np.sqrt(value.mean_variance):
-        why = "the Coulomb torque is negative: has the current the sign of its torque?"
+        why = negative
     return {"valid": not why, "why": why}
 
 

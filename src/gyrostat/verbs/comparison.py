@@ -29,7 +29,8 @@ def compare(
     """Compare fits of one wheel over dates, or of the wheels of a batch.
 
     Args:
-        fits: At least two identifications, or paths of fit.json or of folders with one.
+        fits: At least two identifications, or paths of fit.json or of folders with one; or of
+            model.toml, such as that of a wheel in flight by `monitor`.
         out: Folder for comparison.json and comparison.html; None writes no file.
         wheels: "same": one wheel, with one inertia; "different": a batch. By default, the serial
             numbers of the records decide.
@@ -83,11 +84,14 @@ def compare(
 
 
 def _file(fit: "Fit | str | Path") -> "Fit | Path":
-    """Fit, or path of its fit.json."""
+    """Fit, or path of its fit.json or model.toml."""
     if not isinstance(fit, str | Path):
         return fit
     path = Path(fit)
-    return path / "fit.json" if path.is_dir() else path
+    if not path.is_dir():
+        return path
+    files = [path / "fit.json", path / "model.toml"]
+    return next((file for file in files if file.exists()), files[0])
 
 
 def _same_wheel(fits: "list[StoredFit]") -> bool:

@@ -1,4 +1,4 @@
-"""Identified parameters with their provenance, from a fit or its fit.json."""
+"""Identified parameters with their provenance, from a fit, its fit.json or a model.toml."""
 
 import math
 import os
@@ -15,7 +15,9 @@ import numpy as np
 from gyrostat.core.errors import InputError
 from gyrostat.core.pictured import Described, Listed
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.units import si_unit
 from gyrostat.identification.result.fit_json import parsed, read_fit
+from gyrostat.wheel.model_file import WheelModel, read_model
 
 if TYPE_CHECKING:
     from gyrostat.identification.result.fit import Fit
@@ -84,18 +86,21 @@ def parse_date(text: str) -> datetime | None:
 
 
 def stored_fit(fit: "Fit | str | os.PathLike[str]", *, force: bool = False) -> StoredFit:
-    """Read fit.json, or take the same content from a fit.
+    """Read fit.json or model.toml, or take the same content from a fit.
 
     Args:
-        fit: Result of an identification, or path of its fit.json.
+        fit: Result of an identification, or path of its fit.json; or path of a model.toml, of which
+            serial, date and temperature are those in [origin].
         force: Whether to accept a wheel that its identification marked as impossible.
 
     Raises:
-        InputError: The file is not a fit.json, the fit did not converge, its wheel is impossible,
-            or its records belong to several wheels.
+        InputError: The file is neither, or has no uncertainty; the fit did not converge, its wheel
+            is impossible, or its records belong to several wheels.
     """
     if isinstance(fit, str | os.PathLike):
         path = Path(fit)
+        if path.suffix == ".toml":
+            return _of_model(path, read_model(path, force=force))
         return read_fit(path, partial(_parse, str(path)), force=force)
     name = ", ".join(record.name for record in fit.records)
     return parsed(name, fit.to_dict(), partial(_parse, name), force=force)
@@ -114,13 +119,7 @@ def _parse(name: str, content: Mapping[str, Any]) -> StoredFit:
     places = [correlation_names.index(n) for n in names]
     matrix = np.array(content["correlation"]["matrix"], dtype=float)[np.ix_(places, places)]
     covariance = matrix * np.outer(sigma, sigma)
-    finite = np.all(np.isfinite(values)) and np.all(np.isfinite(covariance)) and np.all(sigma > 0)
-    # with rounding errors, a correlation of fit.json may be slightly indefinite
-    if not names or not finite or np.linalg.eigvalsh(matrix).min() < -1e-6:
-        raise InputError(
-            f"{name}: found no identified parameters or an impossible covariance, expected finite "
-            "values with a positive semidefinite correlation"
-        )
+    _check_covariance(name, values, covariance)
     tolerances = {
         tolerance: Tolerance(
             float(entry["sigma"]), np.array([float(entry["errors"].get(n, 0.0)) for n in names])
@@ -153,6 +152,51 @@ def _parse(name: str, content: Mapping[str, Any]) -> StoredFit:
         temperature=math.fsum(means) / len(means) if means else None,
         held={str(n): float(v) for n, v in content.get("held", {}).items()},
     )
+
+
+def _of_model(path: Path, model: WheelModel) -> StoredFit:
+    """Parameters with a standard deviation; errors that they share with other files are unknown."""
+    names, covariance = model.covariance()
+    values = np.array([model.values.get(n, np.nan) for n in names])
+    _check_covariance(str(path), values, covariance)
+    temperature = None
+    if "temperature" in model.origin:
+        text = model.origin["temperature"]
+        try:
+            temperature = float(text)
+        except ValueError:
+            temperature = math.nan
+        if not math.isfinite(temperature):
+            raise InputError(f"{path}: key origin.temperature: found {text!r}, expected °C")
+    dimensions = model.dimensions()
+    return StoredFit(
+        name=str(path),
+        model=model.friction.name,
+        names=names,
+        units=tuple(si_unit(dimensions[n]) for n in names),
+        values=values,
+        covariance=covariance,
+        tolerances={},
+        inertia=None if "inertia" in names else model.values.get("inertia"),
+        serial=model.origin.get("serial", ""),
+        date=parse_date(model.origin.get("date", "")),
+        temperature=temperature,
+        held={n: v for n, v in model.values.items() if n not in names},
+    )
+
+
+def _check_covariance(name: str, values: Vector, covariance: Matrix) -> None:
+    """Refuse no parameters, and values and covariances that are impossible."""
+    sigma = np.sqrt(np.maximum(np.diagonal(covariance), 0.0))
+    finite = np.all(np.isfinite(values)) and np.all(np.isfinite(covariance)) and np.all(sigma > 0)
+    # with rounding errors, a stored correlation may be slightly indefinite
+    if not (values.size and finite) or (
+        np.linalg.eigvalsh(covariance / np.outer(sigma, sigma)).min() < -1e-6
+    ):
+        raise InputError(
+            f"{name}: found no identified parameters or an impossible covariance, expected finite "
+            "values with a positive semidefinite correlation"
+        )
 
 
 def _each(metadata: Iterable[Mapping[str, str]], name: str) -> list[str]:
