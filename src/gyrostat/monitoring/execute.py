@@ -226,6 +226,13 @@ def _health(monitor: WheelMonitor, progress: Progress, options: Options) -> Heal
             f"the speed of {names} has one value in {int(held.sum())} windows: is it held, or is "
             "its sensor stuck?"
         )
+    stuck = windows["stuck_blocks"] > 0
+    if stuck.any():
+        names = ", ".join(dict.fromkeys(windows["wheel"][stuck].tolist()))
+        notes.append(
+            f"in {int(stuck.sum())} windows, a sensor of speed or drive of {names} holds one value "
+            "for minutes while the other one changes: these minutes are left out"
+        )
     warmest = np.nanmax(windows["temperature_max"], initial=-np.inf)
     if warmest > HOTTEST:
         notes.append(f"temperatures of up to {warmest:.4g} °C: is their unit right?")

@@ -23,7 +23,7 @@ from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.windows import COLUMNS, DTYPES, Windows
 
-_FORMAT = 9
+_FORMAT = 10
 START = 65_536
 """Number of bytes at the start of a file that tell it from others of its name."""
 

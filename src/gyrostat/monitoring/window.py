@@ -5,6 +5,7 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.estimate import APART, Estimate, Rows, estimate
@@ -22,6 +23,7 @@ from gyrostat.monitoring.rows import (
     usable,
 )
 from gyrostat.monitoring.statistics import plain_columns, standstill_columns
+from gyrostat.monitoring.stuck import stuck
 from gyrostat.monitoring.wheel_data import KnownWheel, KnownWheels
 from gyrostat.monitoring.windows import REGRESSED
 
@@ -82,10 +84,12 @@ def window_row(
         reason = "there is no motor current, electrical power or commanded torque"
         return row | _unknown(reason) | {"valid": False, "why": reason}, noise
     power = drive == "power"
-    inside = usable(blocks, wheel, rotor.slowest)
+    held = np.zeros(len(blocks), bool) if power else stuck(blocks, known, wheel)
+    row["stuck_blocks"] = int(np.sum(held))
+    inside = usable(blocks, wheel, rotor.slowest) & ~held
     steady = blocks.part(inside & shows_torque(blocks, known, wheel) if power else inside)
     if len(steady) < FEWEST:
-        reason = _lack(len(steady), blocks, wheel, rotor.slowest, total, power=power)
+        reason = _lack(len(steady), blocks, held, wheel, rotor.slowest, total, power=power)
         return row | _unknown(reason) | {"valid": False, "why": reason}, noise
     doubt = "" if power else _doubt(steady, known, wheel)
     if doubt:
@@ -111,24 +115,34 @@ def window_row(
 
 
 def _lack(
-    steady: int, blocks: Blocks, wheel: int, slowest: float, total: int, *, power: bool
+    steady: int,
+    blocks: Blocks,
+    held: NDArray[np.bool_],
+    wheel: int,
+    slowest: float,
+    total: int,
+    *,
+    power: bool,
 ) -> str:
     """Why a window has too few usable blocks, with the number of blocks that each reason holds for.
 
     Args:
         steady: Number of usable blocks.
         blocks: Whole blocks of the window.
+        held: Blocks with a stuck sensor.
         wheel: Place of the wheel.
         slowest: Speed below which a block is not used, rad/s.
         total: Number of blocks with those that are not whole.
         power: Whether the drive comes from the electrical power.
     """
+    gaps, blocks = total - len(blocks), blocks.part(~held)
     drive = np.isfinite(blocks.drive[:, wheel])
     speed = np.isfinite(blocks.other_change[:, wheel])
     slow = ~turns_one_way(blocks, wheel, slowest)
     lacking = "no power above idle_power, or too slow" if power else "no current or torque"
     counts = {
-        "a gap, less than four samples a minute or a change of mode": total - len(blocks),
+        "a gap, less than four samples a minute or a change of mode": gaps,
+        "a sensor of speed or drive that is stuck": int(np.sum(held)),
         "no speed": int(np.sum(~speed)),
         lacking: int(np.sum(speed & ~drive)),
         f"a speed below {slowest:.3g} rad/s or of both signs": int(np.sum(speed & drive & slow)),

@@ -82,6 +82,7 @@ COLUMNS: dict[str, Column] = {
     "temperature_mean": Column("number", "°C", "mean temperature"),
     "temperature_min": Column("number", "°C", "lowest mean temperature of a block"),
     "temperature_max": Column("number", "°C", "highest mean temperature of a block"),
+    "stuck_blocks": Column("count", "", "blocks left out, as a sensor of speed or drive is stuck"),
     "crossings": Column("count", "", "changes of the sign of the speed"),
     "gap_share": Column("number", "", "share of the window without usable telemetry"),
     "residual_rms": Column("number", "N·m", "robust rms of the fast residual of a block"),
