@@ -8,6 +8,7 @@ import numpy as np
 import pytest
 import scipy.linalg
 
+from gyrostat.codegen.simd import compiler
 from gyrostat.core.jax64 import jnp
 from gyrostat.core.rotations import conjugate, product, to_body
 from gyrostat.monitoring.fleet.attitude_loop import attitude_loop
@@ -175,6 +176,7 @@ def test_compressed_motion_equals_the_simulation(flown):
     assert np.max(np.abs(speed - day.speed[:DURATION])[~near]) < 0.06
 
 
+@pytest.mark.skipif(compiler() is None, reason="needs a C compiler")
 def test_both_engines_fly_alike():
     # slews, thrusters, a seizure and bursts; JAX is what flies where there is no compiler
     faults = (TorqueBursts(wheel=0, day=0.1, size=0.5), Seizure(2, 0.5, 200.0, 0.2))

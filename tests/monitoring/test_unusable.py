@@ -7,9 +7,11 @@ import numpy as np
 import pyarrow
 import pyarrow.parquet
 import pytest
+import scipy.signal
 
 import gyrostat
 from gyrostat.core.errors import InputError
+from gyrostat.monitoring.blocks import Samples
 from gyrostat.monitoring.stream import WheelMonitor
 from tests.monitoring.closed_loop import NOMINAL
 from tests.monitoring.test_stream import WINDOW, flight, folder, known, table_of
@@ -31,7 +33,7 @@ def changed(flight, every=1, **columns):
         (
             1,
             {"drive": lambda i: 0.0 * i + 0.06},
-            "360 with a sensor .* that is stuck$",
+            "needed: 360 with a stuck sensor of cur",
         ),
         (1, {"drive": lambda i: 1e3 * i}, r"torque is 1.*e\+03 times .*: is the unit of current"),
         (1, {"drive": lambda i: 1e-3 * i}, r"torque is 0.001.* times that of the stated friction"),
@@ -103,17 +105,24 @@ def test_kelvin_taken_for_degrees_are_told(folder):
     assert "temperatures of up to 293 °C: is their unit right?" in health.notes
 
 
-def test_a_speed_of_one_value_is_told_and_may_be_held(folder):
+@pytest.mark.parametrize("steady", [True, False])
+def test_a_speed_of_one_value_is_told_and_may_be_held(folder, steady):
     table = pyarrow.parquet.read_table(folder / "one.parquet")
-    name = next(each for each in table.column_names if each.startswith("a_speed"))
-    place = table.column_names.index(name)
-    table = table.set_column(place, name, pyarrow.array(np.full(len(table), 1437.3)))
+    constant = {"a_speed": 1437.3, "a_current": 0.061} if steady else {"a_speed": 1437.3}
+    for start, value in constant.items():
+        name = next(each for each in table.column_names if each.startswith(start))
+        values = np.full(len(table), value)
+        values[::2] += 1e-3 * (start == "a_current")
+        table = table.set_column(table.column_names.index(name), name, pyarrow.array(values))
     pyarrow.parquet.write_table(table, folder / "held.parquet")
     health = gyrostat.monitor(folder / "held.parquet", wheels=folder / "wheels.toml")
-    told = [note for note in health.notes if "has one value" in note]
+    told = [note for note in health.notes if "one value" in note]
     assert len(told) == 1
-    assert told[0].startswith("the speed of a has one value in ")
-    assert told[0].endswith("is it held, or is its sensor stuck?")
+    if steady:
+        assert told[0].startswith("the speed of a has one value in ")
+        assert told[0].endswith("is it held, or is its sensor stuck?")
+    else:  # slews that the speed does not show
+        assert "a sensor of speed or drive of a holds one value for minutes" in told[0]
 
 
 @pytest.mark.parametrize("times", [0.6, 0.8, 1.3, 1.5])
@@ -145,3 +154,40 @@ def test_samples_of_another_shape_are_refused_and_nothing_is_lost(flight, values
         monitor.add(replace(flight.part(slice(6)), speed=np.ones((6, 2))))
     monitor.add(flight.part(slice(20000, None)))
     np.testing.assert_equal(monitor.windows()["coulomb"], table_of(flight)["coulomb"])
+
+
+def test_a_motor_constant_that_falls_by_half_in_flight_is_no_wrong_unit(flight):
+    second = flight.time >= WINDOW
+    weak = replace(flight, drive=np.where(second[:, None], flight.drive / 0.45, flight.drive))
+    right, table = table_of(flight), table_of(weak)
+    assert table["valid"].all()
+    ratio = table["motor_constant"] / right["motor_constant"]
+    assert ratio == pytest.approx([1.0, 0.45, 0.45], rel=2e-3)
+
+
+def test_a_motor_constant_stated_exactly_is_not_used_if_it_is_wrong(flight):
+    wheel = known().wheels[0]
+    exact = replace(wheel, motor_constant=1.25 * wheel.motor_constant)
+    exact = replace(exact, sigma={**wheel.sigma, "motor_constant": 1e-9})
+    monitor = WheelMonitor(replace(known(), wheels=(exact,)), window=WINDOW)
+    monitor.add(flight)
+    table, right = monitor.windows(), table_of(flight)
+    assert np.all(np.abs(table["coulomb"] / right["coulomb"] - 1.0) < 0.03)
+
+
+def test_viscous_friction_that_is_off_leaves_the_motor_constant_as_stated():
+    # without slews, either could be wrong: motor constants vary less than viscous friction
+    random, time = np.random.default_rng(3), np.arange(WINDOW + 3.0)
+    speed = 150.0 + 200.0 * time / WINDOW
+    keep = np.exp(-1.0 / 1200.0)
+    shocks = 0.02 * np.sqrt(1.0 - keep**2) * random.standard_normal(time.size)
+    noise = scipy.signal.lfilter([1.0], [1.0, -keep], shocks)
+    torque = NOMINAL["coulomb"] * (1.0 + noise) + 1.6 * NOMINAL["viscous"] * speed
+    torque += NOMINAL["inertia"] * 200.0 / WINDOW
+    current = np.round(torque / NOMINAL["motor_constant"], 3)
+    row = table_of(Samples(time, speed[:, None], current[:, None]))
+    assert row["valid"][0]
+    for name, factor in {"coulomb": 1.0, "viscous": 1.6, "motor_constant": 1.0}.items():
+        value, sigma = row[name][0], row[f"{name}_sigma"][0]
+        assert value == pytest.approx(factor * NOMINAL[name], abs=3.0 * sigma)
+        assert sigma < 0.2 * NOMINAL[name]

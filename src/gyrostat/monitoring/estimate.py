@@ -29,8 +29,8 @@ from gyrostat.monitoring.noise_search import LEAST, MOST, find_noise, log_prior
 APART = 4.0
 """Difference from what was known beforehand, in its sigma, above which that is not used."""
 CONTRADICTED = 0.7
-"""Variance that is left without what is known beforehand over that with it, below which the noise
-is that without it. Of healthy windows it is above 0.97."""
+"""Variance of the noise without what is known beforehand over that with it, below which something
+known is wrong. In healthy windows this ratio is above 0.97."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -157,14 +157,14 @@ def _contradicted(
     bound = _solved(moments, prior, start, count)
     if start.size > IDLE:  # rows are chosen by the power, which biases what is free
         return bound, prior
-    may = stated(start.size)
-    free = _solved(moments, prior.without(may), start, count)
+    places = stated(start.size)
+    free = _solved(moments, prior.without(places), start, count)
     if not 0.0 < free.scale < CONTRADICTED * bound.scale:
         return bound, prior
-    away = np.abs(free.value - prior.mean)
-    variance = np.diagonal(free.covariance) + 1.0 / np.maximum(prior.precision, 1e-300)
-    wrong = [place for place in may if away[place] > APART * np.sqrt(variance[place])]
-    return free, prior.without(wrong or may)
+    doubted = prior.doubted(places)
+    if np.array_equal(doubted.precision, prior.precision):
+        return free, prior.without(places)
+    return _solved(moments, doubted, free.value, count), doubted
 
 
 def _point(rows: Rows, columns: Matrix, prior: Prior, start: Vector, noise: Noise) -> _Point:

@@ -16,8 +16,8 @@ from gyrostat.monitoring.health import Health
 from gyrostat.monitoring.reading import Telemetry, first_time, read_parts
 from gyrostat.monitoring.state import Progress, load_state, save_state
 from gyrostat.monitoring.stream import DAY, WheelMonitor
+from gyrostat.monitoring.verdict import FEWEST
 from gyrostat.monitoring.wheel_data import KnownWheels
-from gyrostat.monitoring.window import FEWEST
 from gyrostat.telemetry.fault import counted
 
 PART = 200_000

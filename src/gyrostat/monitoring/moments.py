@@ -25,6 +25,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.monitoring.wheel_data import USUAL_SIGMA
 
 MOTOR, COULOMB, VISCOUS, OFFSET, LAG, WARMING, IDLE, RESISTANCE = range(8)
 """Places of the parameters: K, c, b, o, d, b_T, p and r."""
@@ -46,10 +47,26 @@ class Prior:
     mean: Vector
     precision: Vector
 
+    def doubted(self, places: Sequence[int]) -> "Prior":
+        """With usual standard deviations of some parameters, where smaller ones are stated.
+
+        Where motor constant and viscous friction explain a window alike, the latter, which varies
+        more from wheel to wheel and with temperature, is thus the more likely one to be wrong.
+        """
+        sigma = np.zeros_like(self.mean)
+        for place, name in {MOTOR: "motor_constant", VISCOUS: "viscous"}.items():
+            sigma[place] = USUAL_SIGMA[name] * np.abs(self.mean[place])
+        precision, places = self.precision.copy(), list(places)
+        most = 1.0 / np.maximum(sigma[places] ** 2, 1e-300)
+        precision[places] = np.minimum(precision[places], most)
+        return Prior(self.mean, precision)
+
     def without(self, places: Sequence[int]) -> "Prior":
         """Without what is known of some parameters."""
-        precision = self.precision.copy()
-        precision[list(places)] *= UNKNOWN
+        precision, places = self.precision.copy(), list(places)
+        # what is stated exactly has a sigma of its value then
+        most = 1.0 / np.maximum(self.mean[places] ** 2, 1e-300)
+        precision[places] = np.minimum(UNKNOWN * precision[places], most)
         return Prior(self.mean, precision)
 
 

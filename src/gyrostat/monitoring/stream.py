@@ -15,8 +15,9 @@ from gyrostat.monitoring.blocks import Blocks, Samples, blocks_of
 from gyrostat.monitoring.clock import Clock
 from gyrostat.monitoring.exchange import Exchange
 from gyrostat.monitoring.noise import Noise
+from gyrostat.monitoring.verdict import FEWEST
 from gyrostat.monitoring.wheel_data import KnownWheels
-from gyrostat.monitoring.window import FEWEST, window_row
+from gyrostat.monitoring.window import window_row
 from gyrostat.monitoring.windows import Windows
 
 DAY = 86400.0

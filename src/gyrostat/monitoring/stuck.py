@@ -1,63 +1,71 @@
-"""Blocks in which a sensor holds one value although the balance of torques says that it changes."""
+"""Blocks in which a sensor holds one value although the wheel is accelerated and slowed down.
+
+Friction may change while a wheel holds its speed, and a constant current may bring a wheel to any
+speed: one change of the other quantity proves nothing. It must rise and fall, from one block to the
+next, by a large part of the nominal Coulomb torque each time, as in a slew.
+"""
 
 import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks
-from gyrostat.monitoring.rows import nominal_torques
+from gyrostat.monitoring.rows import acceleration_torque, usable
 from gyrostat.monitoring.wheel_data import KnownWheels
 
-FEWEST = 3
-"""Smallest number of blocks, one after the other, that can show a stuck sensor."""
-DRIVE, SPEED = 0.3, 0.5
-"""Change of the motor torque over the nominal Coulomb torque: as nominal friction and acceleration
-need it while the drive holds one value, or as the drive has it while the speed holds one. Friction
-noise and wrong nominal values make less."""
-ROUNDED = 10.0
-"""Such changes over that of one step of the resolution."""
+DRIVE, SPEED = 0.4, 0.6
+"""Rise and fall over the nominal Coulomb torque from block to block that show a stuck drive (of the
+acceleration torque) and a stuck speed (of the motor torque): torque bursts have less."""
+NOISE = 10.0
+"""The same over the standard deviation by noise and rounding."""
 
 
 def stuck(blocks: Blocks, known: KnownWheels, wheel: int) -> NDArray[np.bool_]:
-    """Blocks with a stuck sensor of drive or speed, and those next to them, (B,).
+    """Blocks with a stuck sensor of current or speed, and those next to them, (B,).
 
     Args:
         blocks: Whole blocks of a window.
         known: The wheels.
         wheel: Place of the wheel.
     """
-    found = np.zeros(len(blocks), bool)
-    if not len(blocks):
-        return found
     rotor = known.wheels[wheel]
-    drive, step = blocks.drive[:, wheel], blocks.step[:, wheel]
-    friction, accelerating = nominal_torques(blocks, known, wheel)
-    needed = np.sign(blocks.direction[:, wheel]) * (friction + accelerating)
-    finite = step[np.isfinite(step)]
-    of_drive = rotor.motor_constant * float(finite.min()) if finite.size else 0.0
-    of_speed = rotor.inertia * known.speed_resolution / float(np.median(blocks.length))
-    constant = np.isinf(step) & np.isfinite(drive)
-    limit = max(DRIVE * rotor.coulomb, ROUNDED * of_speed, 2.0 * of_drive)
-    found |= _contradicted(constant, drive, needed, limit)
-    still = (blocks.speed_noise[:, wheel] == 0.0) & (blocks.change[:, wheel] == 0.0)
-    still &= blocks.rest[:, wheel] == 0.0  # dry friction holds a wheel at rest
-    limit = max(SPEED * rotor.coulomb, ROUNDED * of_drive, 2.0 * of_speed)
-    found |= _contradicted(still, blocks.speed[:, wheel], rotor.motor_constant * drive, limit)
+    drive, speed = blocks.drive[:, wheel], blocks.speed[:, wheel]
+    together = np.diff(blocks.start) < 1.5 * blocks.length[:-1]
+    turning = usable(blocks, wheel, rotor.slowest)
+    noise = np.maximum(blocks.speed_noise[:, wheel], known.speed_resolution)
+    noise = 2.0 * rotor.inertia * noise / blocks.length
+    torque = acceleration_torque(blocks, known, wheel)
+    same = turning & np.isinf(blocks.step[:, wheel])
+    limit = np.maximum(DRIVE * rotor.coulomb, NOISE * noise)
+    found = _contradicted(same, drive, together, torque, limit)
+    noise = rotor.motor_constant * blocks.scatter[:, wheel] / np.sqrt(blocks.count)
+    torque = rotor.motor_constant * drive
+    still = (blocks.speed_noise[:, wheel] == 0.0) & (blocks.change[:, wheel] == 0.0) & turning
+    limit = np.maximum(SPEED * rotor.coulomb, NOISE * noise)
+    found |= _contradicted(still, speed, together, torque, limit)
     # a sensor sticks, and comes free, within a block
-    return np.convolve(found, np.ones(3), "same") > 0.0
+    wide = found.copy()
+    wide[1:] |= found[:-1] & together
+    wide[:-1] |= found[1:] & together
+    return wide
 
 
 def _contradicted(
-    constant: NDArray[np.bool_], value: Vector, other: Vector, limit: float
+    constant: NDArray[np.bool_],
+    value: Vector,
+    together: NDArray[np.bool_],
+    torque: Vector,
+    limit: Vector,
 ) -> NDArray[np.bool_]:
-    """Runs of blocks with one value during which another quantity changes by more than a limit."""
+    """Runs of blocks with one value in which a torque rises and falls by more than a limit."""
     found = np.zeros(constant.size, bool)
     close = np.isclose(value[1:], value[:-1], rtol=1e-9, atol=0.0)
-    same = constant[1:] & constant[:-1] & close
-    # a run ends where the next block is not the same
+    same = constant[1:] & constant[:-1] & close & together
+    change = np.diff(torque)
+    least = np.maximum(limit[1:], limit[:-1])
     bounds = np.flatnonzero(np.diff(same, prepend=False, append=False))
     for first, last in bounds.reshape(-1, 2):
-        run = slice(first, last + 1)
-        if last + 1 - first >= FEWEST and np.ptp(other[run]) > limit:
-            found[run] = True
+        run = slice(first, last)
+        if np.any(change[run] > least[run]) and np.any(change[run] < -least[run]):
+            found[first : last + 1] = True
     return found

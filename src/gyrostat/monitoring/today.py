@@ -2,6 +2,7 @@
 
 import numpy as np
 
+from gyrostat.identification.result.stored_fit import STATED
 from gyrostat.monitoring.health import Health, covariance
 from gyrostat.monitoring.wheel_data import KnownWheels
 from gyrostat.wheel.friction import ViscousCoulomb
@@ -34,8 +35,10 @@ def wheel_models(health: Health, known: KnownWheels) -> dict[str, WheelModel]:
             "method": "monitor",
             "window": f"{row['start']:.0f} s to {row['end']:.0f} s of the telemetry",
         }
+        unknown = {*before, *names} - {n for n in names if row[f"{n}_observable"]}
+        origin[STATED] = ", ".join(sorted(unknown))
         if np.isfinite(row["temperature_mean"]):
-            origin["temperature"] = f"{row['temperature_mean']:.4g}"
+            origin["temperature"] = f"{row['temperature_mean']:.4g} °C"
         models[wheel.name] = WheelModel(
             friction=ViscousCoulomb,
             values=before | {name: float(row[name]) for name in names},

@@ -5,7 +5,6 @@ from itertools import combinations
 from typing import Any
 
 import numpy as np
-from numpy.typing import NDArray
 
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.estimate import APART, Estimate, Rows, estimate
@@ -16,38 +15,20 @@ from gyrostat.monitoring.power import doubt_of, shows_torque
 from gyrostat.monitoring.residuals import residual_columns
 from gyrostat.monitoring.rounding import rounding_variance
 from gyrostat.monitoring.rows import (
-    nominal_torques,
     prior_of,
     regression_rows,
-    turns_one_way,
     usable,
 )
 from gyrostat.monitoring.statistics import plain_columns, standstill_columns
 from gyrostat.monitoring.stuck import stuck
-from gyrostat.monitoring.wheel_data import KnownWheel, KnownWheels
+from gyrostat.monitoring.verdict import FEWEST, lack, unit_doubt, verdict
+from gyrostat.monitoring.wheel_data import KnownWheels
 from gyrostat.monitoring.windows import REGRESSED
 
 OBSERVABLE = 0.3
 """Largest standard deviation of an observable parameter, over its value."""
-FEWEST = 30
-"""Smallest number of blocks of an estimate."""
-LARGEST_NOISE = 0.5
-"""Friction noise over Coulomb torque above which the balance of torques does not hold."""
-FAR = 100.0
-"""Motor torque over that of nominal friction and acceleration above which it, or below one over
-which it has probably another unit."""
-CLEARLY = 3.0
-"""Negative Coulomb torque, in its sigma, that is no estimate of a positive one."""
 TOLD = 0.75
 """Share of the variance of what was known beforehand that data must remove to contradict it."""
-IMPLAUSIBLE = 2.0
-"""Motor constant over the stated one, or its inverse, that no fault of a motor explains."""
-_RPM = np.pi / 30.0
-_MISREAD = {
-    ", as if speeds in rad/s were read as rpm": _RPM,
-    ", as if speeds in rpm were read as rad/s": 1.0 / _RPM,
-}
-"""What a wrong unit of the speed makes of the motor constant."""
 _PLACES = {"coulomb": COULOMB, "viscous": VISCOUS, "motor_constant": MOTOR, "offset": OFFSET}
 
 
@@ -76,22 +57,26 @@ def window_row(
         noise: Noise of the previous window, or None.
         exchange: Columns of the exchange of momentum.
     """
-    rotor = known.wheels[wheel]
+    rotor, power = known.wheels[wheel], drive == "power"
+    # a commanded torque has no sensor, and a power is not the current
+    held = stuck(blocks, known, wheel) if drive == "current" else np.zeros(len(blocks), bool)
+    gaps, blocks = total - len(blocks), blocks.part(~held)
     row = {"wheel": rotor.name, "start": window[0], "end": window[1]}
-    row |= plain_columns(blocks, wheel, window)
+    row |= plain_columns(blocks, wheel, window) | {"stuck_blocks": int(np.sum(held))}
     row |= standstill_columns(blocks, known, wheel) | exchange
     if drive == "none":
         reason = "there is no motor current, electrical power or commanded torque"
         return row | _unknown(reason) | {"valid": False, "why": reason}, noise
-    power = drive == "power"
-    held = np.zeros(len(blocks), bool) if power else stuck(blocks, known, wheel)
-    row["stuck_blocks"] = int(np.sum(held))
-    inside = usable(blocks, wheel, rotor.slowest) & ~held
+    inside = usable(blocks, wheel, rotor.slowest)
     steady = blocks.part(inside & shows_torque(blocks, known, wheel) if power else inside)
     if len(steady) < FEWEST:
-        reason = _lack(len(steady), blocks, held, wheel, rotor.slowest, total, power=power)
+        left_out = {
+            "a gap, less than four samples a minute or a change of mode": gaps,
+            "a stuck sensor of current or speed": row["stuck_blocks"],
+        }
+        reason = lack(len(steady), blocks, wheel, rotor.slowest, left_out, power=power)
         return row | _unknown(reason) | {"valid": False, "why": reason}, noise
-    doubt = "" if power else _doubt(steady, known, wheel)
+    doubt = "" if power else unit_doubt(steady, known, wheel)
     if doubt:
         return row | _unknown(doubt) | {"valid": False, "why": doubt}, noise
     rows = regression_rows(steady, known, wheel, window, length, power=power)
@@ -105,73 +90,14 @@ def window_row(
     added = rounding_variance(steady, wheel, value, window, step)
     row |= _values(value, rows, added)
     row |= residual_columns(blocks, steady, known, wheel, value, rows)
-    row |= _verdict(value, rotor, known=value.prior.precision[MOTOR] == prior.precision[MOTOR])
+    known_motor = value.prior.precision[MOTOR] == prior.precision[MOTOR]
+    row |= verdict(value, rotor, first=noise is None, known=known_motor)
     if power and row["valid"]:
         friction = value.mean + value.value[VISCOUS] * speed + 2.0 * np.sqrt(value.mean_variance)
         doubt = doubt_of(steady, known, wheel, float(friction))
         if doubt:
             row |= {"valid": False, "why": doubt}
     return row, value.noise if row["valid"] else noise
-
-
-def _lack(
-    steady: int,
-    blocks: Blocks,
-    held: NDArray[np.bool_],
-    wheel: int,
-    slowest: float,
-    total: int,
-    *,
-    power: bool,
-) -> str:
-    """Why a window has too few usable blocks, with the number of blocks that each reason holds for.
-
-    Args:
-        steady: Number of usable blocks.
-        blocks: Whole blocks of the window.
-        held: Blocks with a stuck sensor.
-        wheel: Place of the wheel.
-        slowest: Speed below which a block is not used, rad/s.
-        total: Number of blocks with those that are not whole.
-        power: Whether the drive comes from the electrical power.
-    """
-    gaps, blocks = total - len(blocks), blocks.part(~held)
-    drive = np.isfinite(blocks.drive[:, wheel])
-    speed = np.isfinite(blocks.other_change[:, wheel])
-    slow = ~turns_one_way(blocks, wheel, slowest)
-    lacking = "no power above idle_power, or too slow" if power else "no current or torque"
-    counts = {
-        "a gap, less than four samples a minute or a change of mode": gaps,
-        "a sensor of speed or drive that is stuck": int(np.sum(held)),
-        "no speed": int(np.sum(~speed)),
-        lacking: int(np.sum(speed & ~drive)),
-        f"a speed below {slowest:.3g} rad/s or of both signs": int(np.sum(speed & drive & slow)),
-    }
-    told = [f"{count} with {name}" for name, count in counts.items() if count]
-    braking = int(np.sum(speed & drive & ~slow)) - steady
-    if braking:
-        told.append(
-            f"{braking} that brake or whose friction is not well above the error of idle_power and "
-            "power_resolution"
-        )
-    needed = f"{steady} of {total} blocks are usable, at least {FEWEST} are needed"
-    return f"{needed}: {', '.join(told)}" if told else needed
-
-
-def _doubt(blocks: Blocks, known: KnownWheels, wheel: int) -> str:
-    """Why the drive is probably stuck, or has another unit; empty if neither is likely."""
-    drive = blocks.drive[:, wheel]
-    if np.all(blocks.step[:, wheel] == np.inf) and np.ptp(drive) < 1e-12:
-        return "the current or torque has one value in the whole window: is its sensor stuck?"
-    friction, accelerating = nominal_torques(blocks, known, wheel)
-    driven = known.wheels[wheel].motor_constant * np.abs(drive)
-    times = float(np.median(driven) / np.median(friction + np.abs(accelerating)))
-    if 1.0 / FAR < times < FAR:
-        return ""
-    return (
-        f"the motor torque is {times:.3g} times that of the stated friction: is the unit of "
-        "current or torque right, and are motor_constant, inertia, coulomb and viscous?"
-    )
 
 
 def _estimated(rows: Rows, prior: Prior, noise: Noise) -> Estimate:
@@ -253,39 +179,6 @@ def _reasons(value: Estimate, rows: Rows, mean_variance: float) -> Mapping[str, 
         name: "" if told[p] < (limit[p] * scale[p]) ** 2 else why[name]
         for name, p in _PLACES.items()
     }
-
-
-def _verdict(value: Estimate, rotor: KnownWheel, *, known: bool) -> dict[str, Any]:
-    """Whether the estimates hold.
-
-    Args:
-        value: Estimate.
-        rotor: The wheel as stated.
-        known: Whether the data agree with the stated motor constant.
-    """
-    why, negative = "", "the Coulomb torque is negative: has the current the sign of its torque?"
-    times = value.value[MOTOR] / rotor.motor_constant
-    sigma = np.sqrt(value.covariance[MOTOR, MOTOR]) / rotor.motor_constant
-    # of a power, the gain of its measurement takes the place of the motor constant
-    told = value.value.size <= IDLE and (abs(times - 1.0) > APART * sigma or not known)
-    if not np.all(np.isfinite(value.value)) or value.value[MOTOR] <= 0.0:
-        why = "the balance of torques has no solution with a positive motor constant"
-    elif told and not 1.0 / IMPLAUSIBLE < times < IMPLAUSIBLE:
-        reads = next((r for r, f in _MISREAD.items() if 0.8 < times / f < 1.25), "")
-        why = (
-            negative
-            if value.mean < 0.0
-            else (
-                f"the motor constant is {times:.3g} times the stated one{reads}: are the units of "
-                "speed and current right, and inertia and motor_constant?"
-            )
-        )
-    elif value.noise_sigma > LARGEST_NOISE * abs(value.mean):
-        share = 100.0 * value.noise_sigma / abs(value.mean)
-        why = f"the balance of torques leaves {share:.0f} % of the Coulomb torque"
-    elif value.mean < -CLEARLY * np.sqrt(value.mean_variance):
-        why = negative
-    return {"valid": not why, "why": why}
 
 
 def _unknown(reason: str) -> dict[str, Any]:

@@ -36,8 +36,11 @@ def by_engine(engine: str, attempt: Callable[[str], Any]) -> Any:
         Result of the function.
 
     Raises:
-        InputError: Raised by the function; with "auto", only by its call for JAX.
+        InputError: Raised by the function; with "auto", only by its call for JAX. Or the engine is
+            unknown.
     """
+    if engine not in ("jax", "native", "auto"):
+        raise InputError(f"engine: found {engine!r}, expected jax, native or auto")
     if engine == "auto":
         try:
             return attempt("native")

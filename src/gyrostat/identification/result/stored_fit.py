@@ -2,6 +2,7 @@
 
 import math
 import os
+import re
 from collections.abc import Iterable, Mapping
 from contextlib import suppress
 from dataclasses import dataclass, field
@@ -72,6 +73,10 @@ class StoredFit(Listed):
     held: Mapping[str, float] = field(default_factory=dict)
 
 
+STATED = "known_beforehand"
+"""Key of [origin] of a model.toml: parameters whose values do not come from its telemetry."""
+
+
 def parse_date(text: str) -> datetime | None:
     """Date and time from text, without time zone; None if it is not an unambiguous date."""
     date = None
@@ -90,7 +95,8 @@ def stored_fit(fit: "Fit | str | os.PathLike[str]", *, force: bool = False) -> S
 
     Args:
         fit: Result of an identification, or path of its fit.json; or path of a model.toml, of which
-            serial, date and temperature are those in [origin].
+            serial, date and temperature are those in [origin]; what is `known_beforehand` there is
+            left out.
         force: Whether to accept a wheel that its identification marked as impossible.
 
     Raises:
@@ -156,18 +162,16 @@ def _parse(name: str, content: Mapping[str, Any]) -> StoredFit:
 
 def _of_model(path: Path, model: WheelModel) -> StoredFit:
     """Parameters with a standard deviation; errors that they share with other files are unknown."""
-    names, covariance = model.covariance()
+    every, matrix = model.covariance()
+    stated = re.split(r",\s*", model.origin.get(STATED, ""))
+    names = tuple(n for n in every if n not in stated)
+    places = [every.index(n) for n in names]
+    covariance = matrix[np.ix_(places, places)]
     values = np.array([model.values.get(n, np.nan) for n in names])
     _check_covariance(str(path), values, covariance)
     temperature = None
-    if "temperature" in model.origin:
-        text = model.origin["temperature"]
-        try:
-            temperature = float(text)
-        except ValueError:
-            temperature = math.nan
-        if not math.isfinite(temperature):
-            raise InputError(f"{path}: key origin.temperature: found {text!r}, expected °C")
+    with suppress(ValueError):
+        temperature = float(model.origin.get("temperature", "").removesuffix("°C"))
     dimensions = model.dimensions()
     return StoredFit(
         name=str(path),
