@@ -26,8 +26,13 @@ BODY = 70.0  # kg·m²
 STEP = 1.0  # s
 
 
-def fly(seed: int, *, slews: bool, days: float = 1.0, noise: float = 0.02) -> tuple[Samples, Truth]:
-    """Telemetry of a flight at 1 Hz, rounded to 0.4 rpm and 1 mA."""
+def fly(
+    seed: int, *, slews: bool, days: float = 1.0, noise: float = 0.02, burst: float = 0.0
+) -> tuple[Samples, Truth]:
+    """Telemetry of a flight at 1 Hz, rounded to 0.4 rpm and 1 mA.
+
+    In five minutes of each hour the friction is larger, by `burst` Coulomb torques.
+    """
     random = np.random.default_rng(seed)
     motor = NOMINAL["motor_constant"] * (1.0 + 0.005 * random.standard_normal())
     coulomb = NOMINAL["coulomb"] * np.exp(0.1 * random.standard_normal())
@@ -49,7 +54,7 @@ def fly(seed: int, *, slews: bool, days: float = 1.0, noise: float = 0.02) -> tu
     speeds, currents, friction = np.zeros(count), np.zeros(count), np.zeros(count)
     for k in range(count):
         slow = keep * slow + shocks[k]
-        friction[k] = coulomb + slow
+        friction[k] = coulomb * (1.0 + burst * (3000.0 <= STEP * k % 3600.0 < 3300.0)) + slow
         drag = friction[k] + viscous * speed
         feedback = stiffness * angle + damping * rate
         nominal = NOMINAL["coulomb"] + NOMINAL["viscous"] * speed

@@ -65,6 +65,8 @@ def grown(growth):
         coasted(np.where(TIME < 3000.0, 0.06, -0.06), 100.0),
         grown(np.where(TIME < 9000.0, 1.0, 2.0)),
         grown(1.0 + 0.5 * np.sin(TIME / 600.0)),
+        grown(1.0 + 0.8 * (TIME % 3600.0 < 300.0)),
+        grown(1.0 + 2.0 * (TIME % 1800.0 < 120.0)),
         grown(1.0 + 1.5 * np.random.default_rng(1).standard_normal(TIME.size)),
     ],
 )

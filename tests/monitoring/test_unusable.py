@@ -13,7 +13,7 @@ import gyrostat
 from gyrostat.core.errors import InputError
 from gyrostat.monitoring.blocks import Samples
 from gyrostat.monitoring.stream import WheelMonitor
-from tests.monitoring.closed_loop import NOMINAL
+from tests.monitoring.closed_loop import NOMINAL, fly
 from tests.monitoring.test_stream import WINDOW, flight, folder, known, table_of
 
 __all__ = ["flight", "folder"]
@@ -191,3 +191,10 @@ def test_viscous_friction_that_is_off_leaves_the_motor_constant_as_stated():
         value, sigma = row[name][0], row[f"{name}_sigma"][0]
         assert value == pytest.approx(factor * NOMINAL[name], abs=3.0 * sigma)
         assert sigma < 0.2 * NOMINAL[name]
+
+
+@pytest.mark.parametrize("height", [0.3, 1.0, 2.0])
+def test_torque_bursts_do_not_overrule_a_motor_constant_known_from_a_bench(height):
+    # without slews, the acceleration is that of the bursts
+    table = table_of(fly(4, slews=False, days=0.5, burst=height)[0])
+    assert table["motor_constant"] == pytest.approx(NOMINAL["motor_constant"], rel=0.02)

@@ -31,6 +31,8 @@ APART = 4.0
 CONTRADICTED = 0.7
 """Variance of the noise without what is known beforehand over that with it, below which something
 known is wrong. In healthy windows this ratio is above 0.97."""
+LITTLE = 0.15
+"""Rms of what a solution leaves over the Coulomb torque, above which it contradicts nothing."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -118,7 +120,7 @@ def estimate(rows: Rows, prior: Prior, start: Vector, noise: Noise) -> Estimate:
         return _point(rows, columns, prior, start, Noise(float(place[0]), float(place[1])))
 
     products, _ = gram(columns, rows.time, rows.white, noise)
-    first, prior = _contradicted(_moments(products, start.size), prior, start, rows.time.size)
+    first, prior = _contradicted(_moments(products, start.size), prior, start, rows)
     left = rows.response - rows.regressors @ first.beta
     speed = rows.regressors[:, [p for p in (VISCOUS, WARMING) if p < start.size]]
     speed = speed[:, speed.any(axis=0)]
@@ -147,19 +149,38 @@ def _solved(moments: Moments, prior: Prior, start: Vector, count: int) -> Soluti
     return solve(moments, prior, start, count, 1e-3 * guess)
 
 
+def explains(rows: Rows, value: Vector, beta: Vector, prior: Prior) -> bool:
+    """Whether a solution is that of a wheel: positive friction that leaves little noise.
+
+    Torque bursts accelerate the wheel, and a free motor constant fits that, with a friction of the
+    wrong sign or much that is left.
+
+    Args:
+        rows: Rows of the regression.
+        value: Parameters, (P,).
+        beta: Coefficients, (P,).
+        prior: What is known of the wheel beforehand.
+    """
+    left = rows.response - rows.regressors @ beta
+    positive = value[COULOMB] > 0.0 and (value[VISCOUS] > 0.0 or prior.mean[VISCOUS] <= 0.0)
+    return bool(positive and np.sqrt(np.mean(left**2)) < LITTLE * beta[COULOMB])
+
+
 def _contradicted(
-    moments: Moments, prior: Prior, start: Vector, count: int
+    moments: Moments, prior: Prior, start: Vector, rows: Rows
 ) -> tuple[Solution, Prior]:
     """Estimate, and the prior without what the data clearly contradict.
 
     A wrong value that is known exactly turns into noise, in which it cannot be told to be wrong.
     """
+    count = rows.time.size
     bound = _solved(moments, prior, start, count)
     if start.size > IDLE:  # rows are chosen by the power, which biases what is free
         return bound, prior
     places = stated(start.size)
     free = _solved(moments, prior.without(places), start, count)
-    if not 0.0 < free.scale < CONTRADICTED * bound.scale:
+    clear = 0.0 < free.scale < CONTRADICTED * bound.scale
+    if not (clear and explains(rows, free.value, free.beta, prior)):
         return bound, prior
     doubted = prior.doubted(places)
     if np.array_equal(doubted.precision, prior.precision):

@@ -1,8 +1,9 @@
 """Blocks in which a sensor holds one value although the wheel is accelerated and slowed down.
 
 Friction may change while a wheel holds its speed, and a constant current may bring a wheel to any
-speed: one change of the other quantity proves nothing. It must rise and fall, from one block to the
-next, by a large part of the nominal Coulomb torque each time, as in a slew.
+speed: one change of the other quantity proves nothing, nor do torque bursts, which only brake. It
+must rise and fall from one block to the next, and lie above and below its median, by a large part
+of the nominal Coulomb torque each time, as in a slew.
 """
 
 import numpy as np
@@ -66,6 +67,9 @@ def _contradicted(
     bounds = np.flatnonzero(np.diff(same, prepend=False, append=False))
     for first, last in bounds.reshape(-1, 2):
         run = slice(first, last)
-        if np.any(change[run] > least[run]) and np.any(change[run] < -least[run]):
+        off = torque[first : last + 1] - np.nanmedian(torque[first : last + 1])
+        limits = limit[first : last + 1]
+        both = np.any(off > limits) and np.any(off < -limits)
+        if both and np.any(change[run] > least[run]) and np.any(change[run] < -least[run]):
             found[first : last + 1] = True
     return found

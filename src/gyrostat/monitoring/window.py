@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 
 from gyrostat.monitoring.blocks import Blocks
-from gyrostat.monitoring.estimate import APART, Estimate, Rows, estimate
+from gyrostat.monitoring.estimate import APART, Estimate, Rows, estimate, explains
 from gyrostat.monitoring.moments import COULOMB, IDLE, MOTOR, OFFSET, VISCOUS, Prior, stated
 from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.noise_search import USUAL
@@ -116,7 +116,8 @@ def _estimated(rows: Rows, prior: Prior, noise: Noise) -> Estimate:
             wrong.append(place)
     if not wrong:
         return value
-    return estimate(rows, prior.without(wrong), value.value, value.noise)
+    other = estimate(rows, prior.without(wrong), value.value, value.noise)
+    return other if explains(rows, other.value, other.beta, prior) else value
 
 
 def _values(value: Estimate, rows: Rows, added: float) -> dict[str, Any]:
