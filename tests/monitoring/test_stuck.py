@@ -74,7 +74,7 @@ def test_ordinary_operation_has_no_stuck_sensor(samples):
     assert not table_of(samples)["stuck_blocks"].any()
 
 
-def test_fleets_have_no_stuck_sensor(flight):
+def test_a_flight_with_slews_has_no_stuck_sensor(flight):
     assert not table_of(flight)["stuck_blocks"].any()
 
 

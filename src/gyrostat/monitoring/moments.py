@@ -21,6 +21,7 @@ before (two-stage generalised least squares; Hausman and Taylor, Handbook of Eco
 
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
 
 import numpy as np
 
@@ -95,6 +96,14 @@ class Moments:
     instruments_response: Vector
     response: float
 
+    @cached_property
+    def projected(self) -> tuple[Matrix, Vector]:
+        """Regressors and response projected on the instruments, (P, P) and (P,)."""
+        size = _sizes(self.instruments)
+        metric = np.linalg.pinv(self.instruments / (size[:, None] * size), 1e-9, hermitian=True)
+        projection = (self.mixed / size[:, None]).T @ metric / size
+        return projection @ self.mixed, projection @ self.instruments_response
+
     def squares(self, beta: Vector) -> float:
         """Sum of squares of the whitened residual for coefficients β."""
         return float(
@@ -147,10 +156,7 @@ def solve(moments: Moments, prior: Prior, start: Vector, blocks: int, scale: flo
         blocks: Number of blocks.
         scale: First guess of the scale of the noise.
     """
-    size = _sizes(moments.instruments)
-    metric = np.linalg.pinv(moments.instruments / (size[:, None] * size), 1e-9, hermitian=True)
-    projected = (moments.mixed / size[:, None]).T @ metric / size
-    gain, aim = projected @ moments.mixed, projected @ moments.instruments_response
+    gain, aim = moments.projected
     value = start.copy()
     beta, slope = coefficients(value)
     for _ in range(6):

@@ -38,12 +38,12 @@ def stuck(blocks: Blocks, known: KnownWheels, wheel: int) -> NDArray[np.bool_]:
     torque = acceleration_torque(blocks, known, wheel)
     same = turning & np.isinf(blocks.step[:, wheel])
     limit = np.maximum(DRIVE * rotor.coulomb, NOISE * noise)
-    found = _contradicted(same, drive, together, torque, limit)
+    found = _rises_and_falls(same, drive, together, torque, limit)
     noise = rotor.motor_constant * blocks.scatter[:, wheel] / np.sqrt(blocks.count)
     torque = rotor.motor_constant * drive
     still = (blocks.speed_noise[:, wheel] == 0.0) & (blocks.change[:, wheel] == 0.0) & turning
     limit = np.maximum(SPEED * rotor.coulomb, NOISE * noise)
-    found |= _contradicted(still, speed, together, torque, limit)
+    found |= _rises_and_falls(still, speed, together, torque, limit)
     # a sensor sticks, and comes free, within a block
     wide = found.copy()
     wide[1:] |= found[:-1] & together
@@ -51,7 +51,7 @@ def stuck(blocks: Blocks, known: KnownWheels, wheel: int) -> NDArray[np.bool_]:
     return wide
 
 
-def _contradicted(
+def _rises_and_falls(
     constant: NDArray[np.bool_],
     value: Vector,
     together: NDArray[np.bool_],
@@ -66,10 +66,10 @@ def _contradicted(
     least = np.maximum(limit[1:], limit[:-1])
     bounds = np.flatnonzero(np.diff(same, prepend=False, append=False))
     for first, last in bounds.reshape(-1, 2):
-        run = slice(first, last)
-        off = torque[first : last + 1] - np.nanmedian(torque[first : last + 1])
-        limits = limit[first : last + 1]
-        both = np.any(off > limits) and np.any(off < -limits)
-        if both and np.any(change[run] > least[run]) and np.any(change[run] < -least[run]):
-            found[first : last + 1] = True
+        run, changes = slice(first, last + 1), slice(first, last)
+        off = torque[run] - np.nanmedian(torque[run])
+        about = np.any(off > limit[run]) and np.any(off < -limit[run])
+        steps = change[changes]
+        if about and np.any(steps > least[changes]) and np.any(steps < -least[changes]):
+            found[run] = True
     return found

@@ -2,11 +2,10 @@
 
 import numpy as np
 
-from gyrostat.identification.result.stored_fit import STATED
 from gyrostat.monitoring.health import Health, covariance
 from gyrostat.monitoring.wheel_data import KnownWheels
 from gyrostat.wheel.friction import ViscousCoulomb
-from gyrostat.wheel.model_file import WheelModel
+from gyrostat.wheel.model_file import KNOWN_BEFOREHAND, WheelModel
 
 _NAMES = ("coulomb", "viscous", "motor_constant")
 
@@ -36,7 +35,7 @@ def wheel_models(health: Health, known: KnownWheels) -> dict[str, WheelModel]:
             "window": f"{row['start']:.0f} s to {row['end']:.0f} s of the telemetry",
         }
         unknown = {*before, *names} - {n for n in names if row[f"{n}_observable"]}
-        origin[STATED] = ", ".join(sorted(unknown))
+        origin[KNOWN_BEFOREHAND] = ", ".join(sorted(unknown))
         if np.isfinite(row["temperature_mean"]):
             origin["temperature"] = f"{row['temperature_mean']:.4g} °C"
         models[wheel.name] = WheelModel(

@@ -100,28 +100,23 @@ def verdict(value: Estimate, rotor: KnownWheel, *, first: bool, known: bool) -> 
     why, negative = "", "the Coulomb torque is negative: has the current the sign of its torque?"
     times = value.value[MOTOR] / rotor.motor_constant
     sigma = np.sqrt(value.covariance[MOTOR, MOTOR]) / rotor.motor_constant
+    certain = abs(times - 1.0) > APART * sigma
     # of a power, the gain of its measurement takes the place of the motor constant
     far = first and value.value.size <= IDLE and not 1.0 / IMPLAUSIBLE < times < IMPLAUSIBLE
     if not np.all(np.isfinite(value.value)) or value.value[MOTOR] <= 0.0:
         why = "the balance of torques has no solution with a positive motor constant"
-    elif far and abs(times - 1.0) > APART * sigma:
+    elif far and value.mean < 0.0 and (certain or not known):
+        why = negative
+    elif far and certain:
         unit = next((text for text, f in _MISREAD.items() if 0.8 < times / f < 1.25), "")
         why = (
-            negative
-            if value.mean < 0.0
-            else (
-                f"the motor constant is {times:.3g} times the stated one{unit}: are the units of "
-                "speed and current right, and inertia and motor_constant?"
-            )
+            f"the motor constant is {times:.3g} times the stated one{unit}: are the units of "
+            "speed and current right, and inertia and motor_constant?"
         )
     elif far and not known:
         why = (
-            negative
-            if value.mean < 0.0
-            else (
-                "the telemetry contradicts the stated inertia, motor_constant and viscous, but "
-                "does not determine them: are the units right?"
-            )
+            "the telemetry contradicts the stated inertia, motor_constant and viscous, but "
+            "does not determine them: are the units right?"
         )
     elif value.noise_sigma > LARGEST_NOISE * abs(value.mean):
         share = 100.0 * value.noise_sigma / abs(value.mean)

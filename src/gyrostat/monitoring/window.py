@@ -14,11 +14,7 @@ from gyrostat.monitoring.noise_search import USUAL
 from gyrostat.monitoring.power import doubt_of, shows_torque
 from gyrostat.monitoring.residuals import residual_columns
 from gyrostat.monitoring.rounding import rounding_variance
-from gyrostat.monitoring.rows import (
-    prior_of,
-    regression_rows,
-    usable,
-)
+from gyrostat.monitoring.rows import prior_of, regression_rows, usable
 from gyrostat.monitoring.statistics import plain_columns, standstill_columns
 from gyrostat.monitoring.stuck import stuck
 from gyrostat.monitoring.verdict import FEWEST, lack, unit_doubt, verdict

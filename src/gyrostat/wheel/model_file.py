@@ -52,6 +52,8 @@ from gyrostat.wheel.friction_laws import Law, digest, law_texts, read_law, stati
 from gyrostat.wheel.wheel import Wheel
 
 _SECTIONS = ("wheel", "friction", "sources", "sigma", "correlation", "validity", "origin")
+KNOWN_BEFOREHAND = "known_beforehand"
+"""Key of [origin]: parameters whose values do not come from the records, with commas between."""
 _WHEEL = {"inertia": "inertia", "motor_constant": "motor_constant"}
 
 

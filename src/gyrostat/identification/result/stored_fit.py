@@ -18,7 +18,7 @@ from gyrostat.core.pictured import Described, Listed
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.units import si_unit
 from gyrostat.identification.result.fit_json import parsed, read_fit
-from gyrostat.wheel.model_file import WheelModel, read_model
+from gyrostat.wheel.model_file import KNOWN_BEFOREHAND, WheelModel, read_model
 
 if TYPE_CHECKING:
     from gyrostat.identification.result.fit import Fit
@@ -71,10 +71,6 @@ class StoredFit(Listed):
     date: datetime | None
     temperature: float | None
     held: Mapping[str, float] = field(default_factory=dict)
-
-
-STATED = "known_beforehand"
-"""Key of [origin] of a model.toml: parameters whose values do not come from its telemetry."""
 
 
 def parse_date(text: str) -> datetime | None:
@@ -163,7 +159,7 @@ def _parse(name: str, content: Mapping[str, Any]) -> StoredFit:
 def _of_model(path: Path, model: WheelModel) -> StoredFit:
     """Parameters with a standard deviation; errors that they share with other files are unknown."""
     every, matrix = model.covariance()
-    stated = re.split(r",\s*", model.origin.get(STATED, ""))
+    stated = re.split(r",\s*", model.origin.get(KNOWN_BEFOREHAND, ""))
     names = tuple(n for n in every if n not in stated)
     places = [every.index(n) for n in names]
     covariance = matrix[np.ix_(places, places)]
