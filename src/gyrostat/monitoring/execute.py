@@ -7,6 +7,7 @@ from pathlib import Path
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from gyrostat.core.errors import InputError
 from gyrostat.monitoring.change.assess import Limit, assess, reference_to
@@ -18,6 +19,7 @@ from gyrostat.monitoring.state import Progress, load_state, save_state
 from gyrostat.monitoring.stream import DAY, WheelMonitor
 from gyrostat.monitoring.verdict import FEWEST
 from gyrostat.monitoring.wheel_data import KnownWheels
+from gyrostat.monitoring.windows import Windows
 from gyrostat.telemetry.fault import counted
 
 PART = 200_000
@@ -221,17 +223,16 @@ def _health(monitor: WheelMonitor, progress: Progress, options: Options) -> Heal
     low, high = windows["speed_min"], windows["speed_max"]
     held = (high != 0.0) & (high - low <= 1e-12 * np.abs(high))
     if held.any():
-        names = ", ".join(dict.fromkeys(windows["wheel"][held].tolist()))
+        names, count = _wheels_and_windows(windows, held)
         notes.append(
-            f"the speed of {names} has one value in {int(held.sum())} windows: is it held, or is "
-            "its sensor stuck?"
+            f"the speed of {names} has one value in {count}: is it held, or is its sensor stuck?"
         )
     stuck = windows["stuck_blocks"] > 0
     if stuck.any():
-        names = ", ".join(dict.fromkeys(windows["wheel"][stuck].tolist()))
+        names, count = _wheels_and_windows(windows, stuck)
         notes.append(
-            f"in {int(stuck.sum())} windows, a sensor of speed or drive of {names} holds one value "
-            "for minutes while the other one changes: these minutes are left out"
+            f"in {count}, a sensor of speed or drive of {names} holds one value for minutes while "
+            "the other one changes: these minutes are left out"
         )
     warmest = np.nanmax(windows["temperature_max"], initial=-np.inf)
     if warmest > HOTTEST:
@@ -262,3 +263,9 @@ def _health(monitor: WheelMonitor, progress: Progress, options: Options) -> Heal
             "body's inertia looks like this"
         )
     return Health(windows, telemetry, tuple(notes), tuple(conditions), settings)
+
+
+def _wheels_and_windows(windows: Windows, rows: NDArray[np.bool_]) -> tuple[str, str]:
+    """Names of the wheels of some rows, and the number of rows in words."""
+    names = ", ".join(dict.fromkeys(windows["wheel"][rows].tolist()))
+    return names, counted(int(rows.sum()), "window")
