@@ -27,11 +27,18 @@ STEP = 1.0  # s
 
 
 def fly(
-    seed: int, *, slews: bool, days: float = 1.0, noise: float = 0.02, burst: float = 0.0
+    seed: int,
+    *,
+    slews: bool,
+    days: float = 1.0,
+    noise: float = 0.02,
+    burst: float = 0.0,
+    bandwidth: float = 0.1,
 ) -> tuple[Samples, Truth]:
     """Telemetry of a flight at 1 Hz, rounded to 0.4 rpm and 1 mA.
 
-    In five minutes of each hour the friction is larger, by `burst` Coulomb torques.
+    In five minutes of each hour the friction is larger, by `burst` Coulomb torques. The attitude
+    loop has a bandwidth in rad/s.
     """
     random = np.random.default_rng(seed)
     motor = NOMINAL["motor_constant"] * (1.0 + 0.005 * random.standard_normal())
@@ -47,15 +54,15 @@ def fly(
         phase = np.arange(count) % 3600.0
         pulse = np.where(phase < 400.0, np.sin(2.0 * np.pi * phase / 400.0), 0.0)
         wanted = 1e-5 * (pulse - np.roll(pulse, 1500))
-    stiffness, damping = BODY * 0.1**2, BODY * 2.0 * 0.7 * 0.1
+    stiffness, damping = BODY * bandwidth**2, BODY * 2.0 * 0.7 * bandwidth
     angle = rate = 0.0
-    speed = 150.0
+    speed, gained = 150.0, 0.0
     inertia = NOMINAL["inertia"]
     speeds, currents, friction = np.zeros(count), np.zeros(count), np.zeros(count)
     for k in range(count):
         slow = keep * slow + shocks[k]
         friction[k] = coulomb * (1.0 + burst * (3000.0 <= STEP * k % 3600.0 < 3300.0)) + slow
-        drag = friction[k] + viscous * speed
+        drag = friction[k] + viscous * (speed + 0.5 * gained)  # of the mean speed of the step
         feedback = stiffness * angle + damping * rate
         nominal = NOMINAL["coulomb"] + NOMINAL["viscous"] * speed
         current = (feedback - BODY * wanted[k] + nominal) / NOMINAL["motor_constant"]
@@ -64,7 +71,8 @@ def fly(
         speeds[k], currents[k] = speed, current
         rate += STEP * acceleration
         angle += STEP * rate
-        speed += STEP * net / inertia
+        gained = STEP * net / inertia
+        speed += gained
     rounding = 0.4 * np.pi / 30.0
     noisy = speeds + 0.2 * rounding * random.standard_normal(count)
     measured = currents + 5e-4 * random.standard_normal(count)

@@ -71,7 +71,7 @@ def test_without_instruments_the_solution_is_generalised_least_squares(random, b
     x, y = slice(0, 4), 4
     same = products[x, x]
     moments = Moments(same, same, same, products[x, y], products[x, y], float(products[y, y]))
-    solution = solve(moments, Prior(value, np.zeros(4)), value, 200, 1e-10)
+    solution = solve(moments, Prior(value, np.zeros(4)), value, 200)
     weight = np.linalg.inv(covariance)
     beta = np.linalg.solve(columns.T @ weight @ columns, columns.T @ weight @ response)
     np.testing.assert_allclose(solution.beta, beta, rtol=1e-6)

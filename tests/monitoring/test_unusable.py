@@ -49,7 +49,7 @@ def test_telemetry_that_cannot_be_used_has_rows_that_say_why(flight, every, colu
     [
         (np.pi / 30.0, "0.10.* stated one, as if speeds in rad/s were read as rpm: are the units"),
         (30.0 / np.pi, "9.* stated one, as if speeds in rpm were read as rad/s: are the units"),
-        (3.0, "3.* times the stated one: are the units"),
+        (3.1, r"3\.[01]\d* times the stated one: are the units"),
     ],
 )
 def test_speeds_in_another_unit_are_told_without_body_rates(flight, times, reason):
@@ -187,10 +187,3 @@ def test_viscous_friction_that_is_off_leaves_the_motor_constant_as_stated():
         value, sigma = row[name][0], row[f"{name}_sigma"][0]
         assert value == pytest.approx(factor * NOMINAL[name], abs=3.0 * sigma)
         assert sigma < 0.2 * NOMINAL[name]
-
-
-@pytest.mark.parametrize("height", [0.3, 1.0, 2.0])
-def test_torque_bursts_do_not_overrule_a_motor_constant_known_from_a_bench(height):
-    # without slews, the acceleration is that of the bursts
-    table = table_of(fly(4, slews=False, days=0.5, burst=height)[0])
-    assert table["motor_constant"] == pytest.approx(NOMINAL["motor_constant"], rel=0.02)

@@ -20,6 +20,7 @@ from gyrostat.monitoring.moments import (
     Moments,
     Prior,
     Solution,
+    coefficients,
     solve,
     stated,
 )
@@ -145,8 +146,7 @@ def _moments(products: Matrix, size: int) -> Moments:
 
 
 def _solved(moments: Moments, prior: Prior, start: Vector, count: int) -> Solution:
-    guess = max(moments.squares(np.zeros(start.size)), 1e-300) / count
-    return solve(moments, prior, start, count, 1e-3 * guess)
+    return solve(moments, prior, start, count)
 
 
 def explains(rows: Rows, value: Vector, beta: Vector, prior: Prior) -> bool:
@@ -180,6 +180,10 @@ def _contradicted(
     places = stated(start.size)
     free = _solved(moments, prior.without(places), start, count)
     clear = 0.0 < free.scale < CONTRADICTED * bound.scale
+    # in the noise that is to be doubted; 1 / K has a normal error where that of K has none
+    spread = np.diagonal(free.slope @ free.covariance @ free.slope.T) * bound.scale / free.scale
+    away = np.abs(free.beta - coefficients(prior.mean)[0])[places]
+    clear = clear and np.any(away > APART * np.sqrt(spread[places]))
     if not (clear and explains(rows, free.value, free.beta, prior)):
         return bound, prior
     doubted = prior.doubted(places)

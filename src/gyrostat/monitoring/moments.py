@@ -32,6 +32,8 @@ MOTOR, COULOMB, VISCOUS, OFFSET, LAG, WARMING, IDLE, RESISTANCE = range(8)
 """Places of the parameters: K, c, b, o, d, b_T, p and r."""
 UNKNOWN = 1e-6
 """Factor of the precision of what is known beforehand that takes it away."""
+ROUNDING = 1e-14
+"""Sum of squares of a residual over that of the response, below which it is rounding."""
 SMALL = 1e-3
 """Last step over the standard deviations, and last relative change of the scale."""
 
@@ -146,7 +148,7 @@ def coefficients(value: Vector) -> tuple[Vector, Matrix]:
     return beta, slope
 
 
-def solve(moments: Moments, prior: Prior, start: Vector, blocks: int, scale: float) -> Solution:
+def solve(moments: Moments, prior: Prior, start: Vector, blocks: int) -> Solution:
     """Estimate the parameters from moments and what was known before.
 
     Args:
@@ -154,11 +156,12 @@ def solve(moments: Moments, prior: Prior, start: Vector, blocks: int, scale: flo
         prior: Knowledge beforehand.
         start: Start values, (P,).
         blocks: Number of blocks.
-        scale: First guess of the scale of the noise.
     """
     gain, aim = moments.projected
     value = start.copy()
     beta, slope = coefficients(value)
+    # too small a scale would lead away from what is known beforehand, and not back
+    scale = _scale(moments, beta, blocks)
     for _ in range(6):
         inform = slope.T @ gain @ slope / scale
         score = slope.T @ (aim - gain @ beta) / scale + prior.precision * (prior.mean - value)
@@ -180,7 +183,8 @@ def solve(moments: Moments, prior: Prior, start: Vector, blocks: int, scale: flo
 
 
 def _scale(moments: Moments, beta: Vector, blocks: int) -> float:
-    return max(moments.squares(beta), 1e-300) / max(blocks - beta.size, 1)
+    squares = max(moments.squares(beta), ROUNDING * moments.response, 1e-300)
+    return squares / max(blocks - beta.size, 1)
 
 
 def _sizes(matrix: Matrix) -> Vector:

@@ -1,10 +1,8 @@
 """Rows of the regression of a wheel from the blocks of a window.
 
 Instruments come from speed samples next to those of the regressors, so that rounding errors of both
-are independent, and only from momentum that the body feels. Friction noise above the bandwidth of
-the attitude loop still moves this momentum from block to block. Therefore the instrument of the
-acceleration is a moving average, plus the single blocks whose torque is far above what friction
-noise can be: slews.
+are independent, and only from momentum that the body feels, without what friction does to it
+(`instruments`).
 """
 
 import numpy as np
@@ -13,6 +11,7 @@ from numpy.typing import NDArray
 from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.estimate import Rows
+from gyrostat.monitoring.instruments import Motion, instruments
 from gyrostat.monitoring.moments import IDLE, Prior
 from gyrostat.monitoring.wheel_data import (
     REFERENCE_TEMPERATURE,
@@ -21,23 +20,10 @@ from gyrostat.monitoring.wheel_data import (
     KnownWheels,
 )
 
-AVERAGED = 21
-"""Number of blocks in a moving average."""
-FAR = 3.0
-"""Torque of a block over the usual change of the residual: above it is no friction noise."""
 SMOOTHED = 15
 """Number of blocks of a local quadratic of the temperature."""
 WARMING = 0.5
 """Range of the temperature above which viscous friction may depend on it, K."""
-
-
-def moving_average(values: Vector, width: int = AVERAGED) -> Vector:
-    """Mean over a window around each value, shorter at the ends, (N,)."""
-    total = np.concatenate([[0.0], np.cumsum(values)])
-    place = np.arange(values.size)
-    low = np.maximum(place - width // 2, 0)
-    high = np.minimum(place + width // 2 + 1, values.size)
-    return (total[high] - total[low]) / (high - low)
 
 
 def acceleration_torque(blocks: Blocks, known: KnownWheels, wheel: int) -> Vector:
@@ -94,33 +80,40 @@ def regression_rows(
     share = known.exchanged()[wheel]
     others = np.where(np.isfinite(blocks.other_change), blocks.other_change, 0.0)
     felt = rotor.inertia * (others @ share) / blocks.length
-    residual = rotor.motor_constant * blocks.drive[:, wheel] - torque
-    usual = 1.4826 * float(np.median(np.abs(np.diff(residual)))) if len(blocks) > 1 else 0.0
-    slow = moving_average(felt)
-    fast = felt - slow
-    felt = slow + np.where(np.abs(fast) > FAR * usual, fast, 0.0)
     speed = blocks.speed[:, wheel]
     exchanged = np.where(np.isfinite(blocks.speed), blocks.speed, 0.0) @ share
+    noise = max(float(np.median(blocks.speed_noise[:, wheel])), known.speed_resolution / 12.0**0.5)
+    motion = Motion(
+        felt=felt,
+        speed=exchanged,
+        sign=sign,
+        viscous=rotor.viscous * speed,
+        drive=blocks.drive[:, wheel],
+        gap=np.diff(blocks.start) > 1.5 * blocks.length[:-1],
+        noise=2.0**0.5 * rotor.inertia * noise / length,
+    )
+    felt, exchanged, jump = instruments(motion, rotor.motor_constant)
     exchanged = exchanged + np.mean(speed - exchanged)
     one = np.ones(speed.size)
     lag = sign * blocks.drive_change[:, wheel] / blocks.length
     regressors = [torque * sign, one, np.abs(speed), sign, lag]
-    instruments = [felt * sign, one, exchanged * sign, sign, lag]
+    # a jump of the friction changes the current
+    instrument = [felt * sign, one, exchanged * sign, sign, np.where(jump, 0.0, lag)]
     warm = warmth(blocks, wheel)
     if warm is not None or power:
         warm = np.zeros(speed.size) if warm is None else warm
         regressors.append(np.abs(speed) * warm)
-        instruments.append(exchanged * sign * warm)
+        instrument.append(exchanged * sign * warm)
     if power:
         measured = blocks.drive[:, wheel] * sign
         regressors += _electrical(torque * sign, np.abs(speed), measured, rotor)
-        instruments += _electrical(felt * sign, exchanged * sign, measured, rotor)
+        instrument += _electrical(felt * sign, exchanged * sign, measured, rotor)
     return Rows(
         blocks.start + 0.5 * blocks.length,
         length / blocks.length,
         blocks.drive[:, wheel] * sign,
         np.column_stack(regressors),
-        np.column_stack(instruments),
+        np.column_stack(instrument),
         *window,
     )
 

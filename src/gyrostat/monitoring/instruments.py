@@ -1,0 +1,154 @@
+"""Accelerations and speeds of a wheel that its friction does not drive.
+
+Friction noise and torque bursts change the speed until the attitude loop has answered them, which
+takes as long as the loop is slow. Instruments must not contain this. They are moving averages of
+the momentum that the body feels, plus the single blocks in which the wheel accelerates by more than
+friction noise and the rounding of speeds make it: slews. Around a jump of the friction, as at the
+ends of a torque burst, both are interpolated.
+"""
+
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.core.types import Vector
+
+AVERAGED = 21
+"""Number of blocks in a moving average."""
+FAR = 4.0
+"""Fast torque in standard deviations of that which friction and rounding cause, above which it is
+that of a slew."""
+SHARE, JUMP = 0.5, 6.0
+"""Change of the friction over the fast torque next to it, and over its usual change, above both of
+which it is a jump: no slew changes friction so much, and no slow noise."""
+LAGS = range(-3, 4)
+"""Changes of the friction, in blocks from that of a torque, that may cause it."""
+AFTER = 5
+"""Number of blocks after a jump in which the attitude loop may still answer it."""
+MAJORITY = 0.5
+"""Share of the fast torques with steady friction that a motor constant needs to be right."""
+
+
+@dataclass(frozen=True, eq=False)
+class Motion:
+    """Motion of a wheel, one row a block.
+
+    Attributes:
+        felt: Accelerating torque that the body feels, (B,), N·m.
+        speed: Speed that the body feels, (B,), rad/s.
+        sign: Sign of the speed, (B,).
+        viscous: Nominal viscous friction with this sign, (B,), N·m.
+        drive: Drive, (B,), A.
+        gap: Whether blocks are missing between a block and the next one, (B - 1,).
+        noise: Standard deviation of `felt` by noise and rounding of the speeds, N·m.
+    """
+
+    felt: Vector
+    speed: Vector
+    sign: Vector
+    viscous: Vector
+    drive: Vector
+    gap: NDArray[np.bool_]
+    noise: float
+
+
+def instruments(motion: Motion, motor: float) -> tuple[Vector, Vector, NDArray[np.bool_]]:
+    """Accelerating torque and speed without what friction causes, and blocks of jumps.
+
+    Args:
+        motion: Motion of the wheel.
+        motor: Motor constant as known beforehand, N·m/A.
+
+    Returns:
+        Torque, (B,), N·m; speed, (B,), rad/s; whether the friction jumps in a block, or has jumped
+        shortly before, (B,).
+    """
+    slew, jump = _slews(motion, motor)
+    slow = moving_average(_without(jump, motion.felt))
+    change = np.where(motion.gap | slew[1:] | slew[:-1], np.diff(motion.speed), 0.0)
+    slewed = np.concatenate([[0.0], np.cumsum(change)])
+    speed = moving_average(_without(jump, motion.speed - slewed)) + slewed
+    return np.where(slew, motion.felt, slow), speed, jump
+
+
+def moving_average(values: Vector, width: int = AVERAGED) -> Vector:
+    """Mean over a window around each value, shorter at the ends, (N,)."""
+    total = np.concatenate([[0.0], np.cumsum(values)])
+    place = np.arange(values.size)
+    low = np.maximum(place - width // 2, 0)
+    high = np.minimum(place + width // 2 + 1, values.size)
+    return (total[high] - total[low]) / (high - low)
+
+
+def _slews(motion: Motion, motor: float) -> tuple[NDArray[np.bool_], NDArray[np.bool_]]:
+    """Blocks of slews, and blocks of jumps of the friction, each (B,).
+
+    A torque burst accelerates the wheel as a slew does, but the Coulomb torque changes by at least
+    as much. Where it changes next to most fast torques, the motor constant with which it would not
+    is tried.
+    """
+    torque, drive = motion.sign * (motion.felt + motion.viscous), motion.sign * motion.drive
+    fast = motion.sign * (motion.felt - moving_average(motion.felt))
+    far, jump, steady = _fast(fast, motor * drive - torque, motion.noise)
+    near = far[1:] | far[:-1]
+    motor = _proportion(np.diff(torque)[near], np.diff(drive)[near])
+    other_far, other_jump, more = _fast(fast, motor * drive - torque, motion.noise)
+    if more > max(steady, MAJORITY * np.sum(other_far)):
+        far, jump = other_far, other_jump
+    return far & ~jump, jump
+
+
+def _fast(
+    fast: Vector, friction: Vector, noise: float
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], int]:
+    """Blocks with a fast torque that friction does not cause, and blocks of jumps, each (B,).
+
+    Args:
+        fast: Accelerating torque away from its moving average, in the sense of the speed, (B,),
+            N·m.
+        friction: Coulomb torque, positive, (B,), N·m.
+        noise: Standard deviation of the torque by noise of the speeds, N·m.
+
+    Returns:
+        These, and the number of the former whose friction is steady.
+    """
+    usual = 1.4826 * float(np.median(np.abs(np.diff(friction)))) if friction.size > 1 else 0.0
+    reach = np.max(_near(np.abs(fast)), axis=1)
+    spread = np.ptp(_near(friction), axis=1)
+    jump = spread > np.maximum(SHARE * reach, JUMP * usual)
+    jump = np.convolve(jump, np.ones(AFTER + 1))[: jump.size] > 0.0
+    calm = ~jump & (np.abs(fast) <= FAR * usual)
+    caused = usual
+    if np.sum(calm) > 2 * len(LAGS):
+        change = np.diff(friction, prepend=friction[0])
+        changes = np.column_stack([np.roll(change, lag) for lag in LAGS])[calm]
+        gain, *_ = np.linalg.lstsq(changes, fast[calm])
+        by_chance = np.std(fast[calm]) * np.sqrt(len(LAGS) / np.sum(calm))
+        caused = min(float(np.std(changes @ gain) + by_chance), usual)
+    # rounding errors of neighbouring samples are alike at a speed that hardly changes
+    far = np.abs(fast) > FAR * max(caused, noise)
+    return far, jump, int(np.sum(far & (spread < SHARE * reach)))
+
+
+def _near(values: NDArray[Any]) -> NDArray[Any]:
+    """Values of each block and of those next to it, (B, 3)."""
+    return np.lib.stride_tricks.sliding_window_view(np.pad(values, 1, mode="edge"), 3)
+
+
+def _without(jump: NDArray[np.bool_], values: Vector) -> Vector:
+    """Values, interpolated over jumps, (B,)."""
+    place = np.arange(values.size)
+    return values if np.all(jump) else np.interp(place, place[~jump], values[~jump])
+
+
+def _proportion(torque: Vector, drive: Vector) -> float:
+    """Factor with the least sum of absolute deviations: a weighted median of ratios."""
+    torque, drive = torque[drive != 0.0], drive[drive != 0.0]
+    if not drive.size:
+        return 0.0
+    order = np.argsort(torque / drive)
+    weight = np.cumsum(np.abs(drive[order]))
+    middle = order[np.searchsorted(weight, 0.5 * weight[-1])]
+    return float(torque[middle] / drive[middle])
