@@ -13,7 +13,7 @@ import gyrostat
 from gyrostat.core.errors import InputError
 from gyrostat.monitoring.blocks import Samples
 from gyrostat.monitoring.stream import WheelMonitor
-from tests.monitoring.closed_loop import NOMINAL, fly
+from tests.monitoring.closed_loop import NOMINAL
 from tests.monitoring.test_stream import WINDOW, flight, folder, known, table_of
 
 __all__ = ["flight", "folder"]
