@@ -13,7 +13,7 @@ import gyrostat
 from gyrostat.core.errors import InputError
 from gyrostat.monitoring.blocks import Samples
 from gyrostat.monitoring.stream import WheelMonitor
-from tests.monitoring.closed_loop import NOMINAL
+from tests.monitoring.closed_loop import NOMINAL, fly
 from tests.monitoring.test_stream import WINDOW, flight, folder, known, table_of
 
 __all__ = ["flight", "folder"]
@@ -187,3 +187,11 @@ def test_viscous_friction_that_is_off_leaves_the_motor_constant_as_stated():
         value, sigma = row[name][0], row[f"{name}_sigma"][0]
         assert value == pytest.approx(factor * NOMINAL[name], abs=3.0 * sigma)
         assert sigma < 0.2 * NOMINAL[name]
+
+
+@pytest.mark.parametrize(("current", "reason"), [(0.0, "is the wheel driven"), (0.06, "sensor st")])
+def test_a_current_of_one_value_is_told_from_none(current, reason):
+    quiet = fly(4, slews=False, days=0.25)[0]
+    table = table_of(replace(quiet, drive=0.0 * quiet.drive + current))
+    assert not table["valid"].any()
+    assert reason in table["why"][0]

@@ -75,6 +75,8 @@ def unit_doubt(blocks: Blocks, known: KnownWheels, wheel: int) -> str:
     """Why the drive is probably stuck, or has another unit; empty if neither is likely."""
     drive = blocks.drive[:, wheel]
     if np.all(blocks.step[:, wheel] == np.inf) and np.ptp(drive) < 1e-12:
+        if not np.any(drive):
+            return "the current or torque is 0 in the whole window: is the wheel driven?"
         return "the current or torque has one value in the whole window: is its sensor stuck?"
     friction, accelerating = nominal_torques(blocks, known, wheel)
     driven = known.wheels[wheel].motor_constant * np.abs(drive)
