@@ -68,7 +68,7 @@ def motion(random, friction, torque):
     drive += 2e-5 * random.standard_normal(torque.size)
     speed = 100.0 + np.cumsum(torque) * 60.0 / NOMINAL["inertia"]
     gap = np.zeros(torque.size - 1, bool)
-    return Motion(noisy, speed, np.ones(torque.size), np.zeros(torque.size), drive, gap, NOISE)
+    return Motion(noisy, speed, np.ones(torque.size), noisy, drive, gap, NOISE)
 
 
 @pytest.mark.parametrize("factor", [1.0, 0.3, 1.6, 9.55])

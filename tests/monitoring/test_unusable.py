@@ -195,3 +195,15 @@ def test_a_current_of_one_value_is_told_from_none(current, reason):
     table = table_of(replace(quiet, drive=0.0 * quiet.drive + current))
     assert not table["valid"].any()
     assert reason in table["why"][0]
+
+
+@pytest.mark.parametrize("slews", [False, True])
+def test_viscous_friction_stated_as_zero_without_a_sigma_is_not_known(slews):
+    samples, truth = fly(4, slews=slews, days=0.25)
+    wheel = replace(known().wheels[0], viscous=0.0, sigma={"motor_constant": 1.35e-4})
+    monitor = WheelMonitor(replace(known(), wheels=(wheel,)), window=WINDOW)
+    monitor.add(samples)
+    table = monitor.windows()
+    assert table["valid"].all()
+    for name, value in {"coulomb": truth.mean, "viscous": truth.viscous}.items():
+        assert np.all(np.abs(table[name] - value) < 3.0 * table[f"{name}_sigma"])

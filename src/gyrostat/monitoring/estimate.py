@@ -145,10 +145,6 @@ def _moments(products: Matrix, size: int) -> Moments:
     )
 
 
-def _solved(moments: Moments, prior: Prior, start: Vector, count: int) -> Solution:
-    return solve(moments, prior, start, count)
-
-
 def explains(rows: Rows, value: Vector, beta: Vector, prior: Prior) -> bool:
     """Whether a solution is that of a wheel: positive friction that leaves little noise.
 
@@ -174,12 +170,12 @@ def _contradicted(
     A wrong value that is known exactly turns into noise, in which it cannot be told to be wrong.
     """
     count = rows.time.size
-    bound = _solved(moments, prior, start, count)
+    bound = solve(moments, prior, start, count)
     if start.size > IDLE:  # rows are chosen by the power, which biases what is free
         return bound, prior
     places = stated(start.size)
-    free = _solved(moments, prior.without(places), start, count)
-    clear = 0.0 < free.scale < CONTRADICTED * bound.scale
+    free = solve(moments, prior.without(places), start, count)
+    clear = free.scale < CONTRADICTED * bound.scale
     # in the noise that is to be doubted; 1 / K has a normal error where that of K has none
     spread = np.diagonal(free.slope @ free.covariance @ free.slope.T) * bound.scale / free.scale
     away = np.abs(free.beta - coefficients(prior.mean)[0])[places]
@@ -189,7 +185,7 @@ def _contradicted(
     doubted = prior.doubted(places)
     if np.array_equal(doubted.precision, prior.precision):
         return free, prior.without(places)
-    return _solved(moments, doubted, free.value, count), doubted
+    return solve(moments, doubted, free.value, count), doubted
 
 
 def _point(rows: Rows, columns: Matrix, prior: Prior, start: Vector, noise: Noise) -> _Point:
@@ -198,7 +194,7 @@ def _point(rows: Rows, columns: Matrix, prior: Prior, start: Vector, noise: Nois
     columns[:, -1] = ratio * window_covariance(rows.time, rows.start, rows.end, correlation_time)
     products, log_det = gram(columns, rows.time, rows.white, noise)
     moments = _moments(products, size)
-    solution = _solved(moments, prior, start, count)
+    solution = solve(moments, prior, start, count)
     k = 2 * size + 1
     weighted = products[k, :size]
     residual = float(products[k, 2 * size] - weighted @ solution.beta)

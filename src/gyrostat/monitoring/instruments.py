@@ -21,14 +21,14 @@ FAR = 4.0
 """Fast torque in standard deviations of that which friction and rounding cause, above which it is
 that of a slew."""
 SHARE, JUMP = 0.5, 6.0
-"""Change of the friction over the fast torque next to it, and over its usual change, above both of
-which it is a jump: no slew changes friction so much, and no slow noise."""
-LAGS = range(-3, 4)
-"""Changes of the friction, in blocks from that of a torque, that may cause it."""
+"""Change of the friction over the fast torque next to it, above which that is no slew, and over its
+usual change, above which it is then a jump."""
+NEIGHBOURS = 3
+"""Number of blocks before and after a torque whose changes of the friction may cause it."""
 AFTER = 5
 """Number of blocks after a jump in which the attitude loop may still answer it."""
 MAJORITY = 0.5
-"""Share of the fast torques with steady friction that a motor constant needs to be right."""
+"""Share of the fast torques that must be slews with a motor constant other than the stated one."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -39,7 +39,7 @@ class Motion:
         felt: Accelerating torque that the body feels, (B,), N·m.
         speed: Speed that the body feels, (B,), rad/s.
         sign: Sign of the speed, (B,).
-        viscous: Nominal viscous friction with this sign, (B,), N·m.
+        explained: Accelerating torque of the wheel plus nominal viscous friction, (B,), N·m.
         drive: Drive, (B,), A.
         gap: Whether blocks are missing between a block and the next one, (B - 1,).
         noise: Standard deviation of `felt` by noise and rounding of the speeds, N·m.
@@ -48,7 +48,7 @@ class Motion:
     felt: Vector
     speed: Vector
     sign: Vector
-    viscous: Vector
+    explained: Vector
     drive: Vector
     gap: NDArray[np.bool_]
     noise: float
@@ -89,52 +89,53 @@ def _slews(motion: Motion, motor: float) -> tuple[NDArray[np.bool_], NDArray[np.
     as much. Where it changes next to most fast torques, the motor constant with which it would not
     is tried.
     """
-    torque, drive = motion.sign * (motion.felt + motion.viscous), motion.sign * motion.drive
+    explained, drive = motion.sign * motion.explained, motion.sign * motion.drive
     fast = motion.sign * (motion.felt - moving_average(motion.felt))
-    far, jump, steady = _fast(fast, motor * drive - torque, motion.noise)
+    slew, jump, far = _fast(fast, motor * drive - explained, motion.noise)
     near = far[1:] | far[:-1]
-    motor = _proportion(np.diff(torque)[near], np.diff(drive)[near])
-    other_far, other_jump, more = _fast(fast, motor * drive - torque, motion.noise)
-    if more > max(steady, MAJORITY * np.sum(other_far)):
-        far, jump = other_far, other_jump
-    return far & ~jump, jump
+    motor = _proportion(np.diff(explained)[near], np.diff(drive)[near])
+    other_slew, other_jump, far = _fast(fast, motor * drive - explained, motion.noise)
+    if np.sum(other_slew) > max(np.sum(slew), MAJORITY * np.sum(far)):
+        return other_slew, other_jump
+    return slew, jump
 
 
 def _fast(
     fast: Vector, friction: Vector, noise: float
-) -> tuple[NDArray[np.bool_], NDArray[np.bool_], int]:
-    """Blocks with a fast torque that friction does not cause, and blocks of jumps, each (B,).
+) -> tuple[NDArray[np.bool_], NDArray[np.bool_], NDArray[np.bool_]]:
+    """Blocks of slews, blocks of jumps, and blocks with a fast torque, each (B,).
 
     Args:
         fast: Accelerating torque away from its moving average, in the sense of the speed, (B,),
             N·m.
         friction: Coulomb torque, positive, (B,), N·m.
         noise: Standard deviation of the torque by noise of the speeds, N·m.
-
-    Returns:
-        These, and the number of the former whose friction is steady.
     """
     usual = 1.4826 * float(np.median(np.abs(np.diff(friction)))) if friction.size > 1 else 0.0
-    reach = np.max(_near(np.abs(fast)), axis=1)
-    spread = np.ptp(_near(friction), axis=1)
-    jump = spread > np.maximum(SHARE * reach, JUMP * usual)
+    reach = np.max(_near(np.abs(fast)), axis=0)
+    spread = np.ptp(_near(friction), axis=0)
+    steady = spread < SHARE * reach
+    jump = ~steady & (spread > JUMP * usual)
     jump = np.convolve(jump, np.ones(AFTER + 1))[: jump.size] > 0.0
     calm = ~jump & (np.abs(fast) <= FAR * usual)
     caused = usual
-    if np.sum(calm) > 2 * len(LAGS):
-        change = np.diff(friction, prepend=friction[0])
-        changes = np.column_stack([np.roll(change, lag) for lag in LAGS])[calm]
-        gain, *_ = np.linalg.lstsq(changes, fast[calm])
-        by_chance = np.std(fast[calm]) * np.sqrt(len(LAGS) / np.sum(calm))
+    width = 2 * NEIGHBOURS + 1
+    if np.sum(calm) > 2 * width:
+        # friction slows the wheel until the attitude loop has answered it
+        change = np.pad(np.diff(friction, prepend=friction[0]), NEIGHBOURS)
+        changes = np.lib.stride_tricks.sliding_window_view(change, width)[calm]
+        gain, *_ = np.linalg.lstsq(changes.T @ changes, changes.T @ fast[calm])
+        by_chance = np.std(fast[calm]) * np.sqrt(width / np.sum(calm))
         caused = min(float(np.std(changes @ gain) + by_chance), usual)
     # rounding errors of neighbouring samples are alike at a speed that hardly changes
     far = np.abs(fast) > FAR * max(caused, noise)
-    return far, jump, int(np.sum(far & (spread < SHARE * reach)))
+    return far & steady & ~jump, jump, far
 
 
 def _near(values: NDArray[Any]) -> NDArray[Any]:
-    """Values of each block and of those next to it, (B, 3)."""
-    return np.lib.stride_tricks.sliding_window_view(np.pad(values, 1, mode="edge"), 3)
+    """Values before, at and after each block, (3, B)."""
+    wide = np.concatenate([values[:1], values, values[-1:]])
+    return np.stack([wide[:-2], wide[1:-1], wide[2:]])
 
 
 def _without(jump: NDArray[np.bool_], values: Vector) -> Vector:

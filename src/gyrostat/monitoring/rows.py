@@ -87,7 +87,7 @@ def regression_rows(
         felt=felt,
         speed=exchanged,
         sign=sign,
-        viscous=rotor.viscous * speed,
+        explained=rotor.inertia * others[:, wheel] / blocks.length + rotor.viscous * speed,
         drive=blocks.drive[:, wheel],
         gap=np.diff(blocks.start) > 1.5 * blocks.length[:-1],
         noise=2.0**0.5 * rotor.inertia * noise / length,

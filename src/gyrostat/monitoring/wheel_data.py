@@ -20,6 +20,9 @@ USUAL_GAIN = 0.1
 """Standard deviation of the relative error of a measured power where none is given."""
 USUAL_OFFSET = 0.02
 """Standard deviation of the offset torque over the nominal Coulomb torque where none is given."""
+VISCOUS_SPEED = 100.0
+"""Speed at which viscous friction of one standard deviation is as large as the nominal Coulomb
+torque, rad/s, where the nominal one is 0."""
 REFERENCE_TEMPERATURE = 20.0
 """Temperature for which the viscous coefficient is known beforehand, °C."""
 
@@ -66,6 +69,8 @@ class KnownWheel(Described):
             return USUAL_OFFSET * self.coulomb
         if name == "power_gain":
             return USUAL_GAIN
+        if name == "viscous" and self.viscous == 0.0:
+            return self.coulomb / VISCOUS_SPEED
         return USUAL_SIGMA[name] * abs(getattr(self, name) or 0.0)
 
 
