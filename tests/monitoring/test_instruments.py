@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
+from gyrostat.monitoring.blocks import Samples
 from gyrostat.monitoring.instruments import AFTER, Motion, instruments, moving_average
 from gyrostat.monitoring.stream import WheelMonitor
+from gyrostat.monitoring.wheel_data import KnownWheels
 from tests.monitoring.closed_loop import NOMINAL, fly
 from tests.monitoring.test_estimate import known
 
@@ -108,3 +110,60 @@ def test_speeds_change_across_gaps(random):
     kept = instruments(replace(wheel, speed=speed, gap=gap), NOMINAL["motor_constant"])[1]
     assert kept == pytest.approx(speed)
     assert moving_average(speed)[95] > 105.0
+
+
+def two_wheels(seed):
+    """Two wheels on one axis, six hours; bursts of the first, and a slow loop of their difference.
+
+    The attitude loop does not oppose the difference of their speeds, which answers a burst for
+    minutes.
+    """
+    random = np.random.default_rng(seed)
+    count, body = 21600, 70.0
+    motor = NOMINAL["motor_constant"] * (1.0 + 0.003 * random.standard_normal(2))
+    viscous = NOMINAL["viscous"] * (1.0 + 0.03 * random.standard_normal(2))
+    keep = np.exp(-1.0 / 1200.0)
+    sigma = 0.02 * NOMINAL["coulomb"]
+    shocks = sigma * np.sqrt(1.0 - keep**2) * random.standard_normal((count, 2))
+    slow = sigma * random.standard_normal(2)
+    angle, rate, gained = 0.0, 0.0, np.zeros(2)
+    wheel = np.array([150.0, 140.0])
+    speed, current, friction = np.zeros((3, count, 2))
+    start = 1000.0 + 2000.0 * random.random()
+    for k in range(count):
+        slow = keep * slow + shocks[k]
+        burst = np.array([0.3 * ((k - start) % 3600.0 < 300.0), 0.0])
+        friction[k] = NOMINAL["coulomb"] * (1.0 + burst) + slow
+        asked = 0.5 * body * 0.1 * (0.1 * angle + 1.4 * rate)
+        null = -NOMINAL["inertia"] / 600.0 * 0.5 * (wheel[0] - wheel[1] - 10.0)
+        nominal = asked + null * np.array([1.0, -1.0]) + NOMINAL["coulomb"]
+        nominal = nominal + NOMINAL["viscous"] * wheel
+        speed[k], current[k] = wheel, nominal / NOMINAL["motor_constant"]
+        net = motor * current[k] - friction[k] - viscous * (wheel + 0.5 * gained)
+        outside = 2e-6 * np.sin(2.0 * np.pi * k / 5700.0)
+        rate += (outside - net.sum()) / body
+        angle += rate
+        gained = net / NOMINAL["inertia"]
+        wheel = wheel + gained
+    rounding = 0.4 * np.pi / 30.0
+    speed = np.round(speed / rounding + 0.2 * random.standard_normal(speed.shape)) * rounding
+    current = np.round(current / 1e-3 + 0.5 * random.standard_normal(speed.shape)) * 1e-3
+    samples = Samples(np.arange(float(count)), speed, current)
+    return samples, (motor, viscous, friction.mean(axis=0))
+
+
+def test_what_bursts_do_to_wheels_without_axes_widens_the_interval():
+    # the data move the motor constant by several of its sigma, and could know nothing of it
+    sigma = {"motor_constant": 0.05 * NOMINAL["motor_constant"], "viscous": 0.3 * 5e-6}
+    errors = []
+    for seed in range(8):
+        samples, right = two_wheels(seed)
+        rotor = replace(known().wheels[0], sigma=sigma)
+        wheels = (rotor, replace(rotor, name="b"))
+        monitor = WheelMonitor(KnownWheels(wheels, speed_resolution=known().speed_resolution))
+        monitor.add(samples)
+        table = monitor.windows()
+        assert table["valid"].all()
+        columns = zip(PARAMETERS, right, strict=True)
+        errors.append([(table[n] - value) / table[f"{n}_sigma"] for n, value in columns])
+    assert np.all(np.sqrt(np.mean(np.square(errors), axis=0)) < 1.7)

@@ -102,7 +102,9 @@ class _Point:
     noise: Noise
 
 
-def estimate(rows: Rows, prior: Prior, start: Vector, noise: Noise) -> Estimate:
+def estimate(
+    rows: Rows, prior: Prior, start: Vector, noise: Noise, *, believe: bool = False
+) -> Estimate:
     """Estimate the parameters of a window.
 
     Args:
@@ -110,6 +112,7 @@ def estimate(rows: Rows, prior: Prior, start: Vector, noise: Noise) -> Estimate:
         prior: What is known of the wheel beforehand.
         start: Start values of the parameters, (P,).
         noise: Noise of the previous window, from which the search starts.
+        believe: Whether to use what is known beforehand even if the data contradict it.
     """
     columns = np.asfortranarray(
         np.column_stack(
@@ -121,7 +124,11 @@ def estimate(rows: Rows, prior: Prior, start: Vector, noise: Noise) -> Estimate:
         return _point(rows, columns, prior, start, Noise(float(place[0]), float(place[1])))
 
     products, _ = gram(columns, rows.time, rows.white, noise)
-    first, prior = _contradicted(_moments(products, start.size), prior, start, rows)
+    moments = _moments(products, start.size)
+    if believe:
+        first = solve(moments, prior, start, rows.time.size)
+    else:
+        first, prior = _contradicted(moments, prior, start, rows)
     left = rows.response - rows.regressors @ first.beta
     speed = rows.regressors[:, [p for p in (VISCOUS, WARMING) if p < start.size]]
     speed = speed[:, speed.any(axis=0)]

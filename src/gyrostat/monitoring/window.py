@@ -1,6 +1,7 @@
 """Row of the window table for one wheel from the blocks of a window."""
 
 from collections.abc import Mapping
+from dataclasses import replace
 from itertools import combinations
 from typing import Any
 
@@ -98,22 +99,61 @@ def window_row(
 
 def _estimated(rows: Rows, prior: Prior, noise: Noise) -> Estimate:
     """Estimate; without what was known beforehand of a parameter where the data contradict."""
-    start = prior.mean.copy()
-    value = estimate(rows, prior, start, noise)
-    prior, wrong = value.prior, []
-    for place in stated(start.size):
+    value = estimate(rows, prior, prior.mean.copy(), noise)
+    prior = value.prior
+    wrong, pulled = _apart(value, prior)
+    if wrong:
+        other = estimate(rows, prior.without(wrong), value.value, value.noise)
+        sigma = np.sqrt(np.diagonal(other.covariance))[wrong]
+        determined = np.all(sigma < OBSERVABLE * np.abs(other.value[wrong]))
+        if determined and explains(rows, other.value, other.beta, prior):
+            return other
+    return _held(rows, value) if wrong or pulled else value
+
+
+def _apart(value: Estimate, prior: Prior) -> tuple[list[int], list[int]]:
+    """Stated parameters that data contradict, and that they move by more than they know of them.
+
+    Args:
+        value: Estimate.
+        prior: What was known beforehand.
+    """
+    wrong, pulled = [], []
+    for place in stated(value.value.size):
         variance, precision = value.covariance[place, place], prior.precision[place]
         away = abs(value.value[place] - prior.mean[place])
         # the variance of the difference between the prior and an estimate that contains it
-        spread = 1.0 / precision - variance
+        spread = max(1.0 / precision - variance, 0.0)
         # weak data may differ by much in their own sigma, by nothing that counts
         told = spread > TOLD / precision and away > APART * np.sqrt(spread)
         if told or away > APART / np.sqrt(precision):
             wrong.append(place)
-    if not wrong:
-        return value
-    other = estimate(rows, prior.without(wrong), value.value, value.noise)
-    return other if explains(rows, other.value, other.beta, prior) else value
+        elif away > max(APART * np.sqrt(spread), 1.0 / np.sqrt(precision)):
+            pulled.append(place)
+    return wrong, pulled
+
+
+def _held(rows: Rows, value: Estimate) -> Estimate:
+    """Estimate with all stated parameters as stated, with the difference this makes as an error.
+
+    Data that move a parameter by more than they can know of it have other noise than assumed.
+
+    Args:
+        rows: Rows of the regression.
+        value: Estimate in which they are not held.
+    """
+    held = value.prior.held(stated(value.value.size))
+    other = estimate(rows, held, held.mean.copy(), value.noise, believe=True)
+    away, mean = value.value - other.value, value.mean - other.mean
+    return replace(
+        other,
+        covariance=value.covariance + np.outer(away, away),
+        scatter=value.scatter + np.outer(away, away),
+        mean_covariance=value.mean_covariance + mean * away,
+        mean_variance=value.mean_variance + mean**2,
+        mean_scatter=value.mean_scatter + mean**2,
+        prior=value.prior,
+    )
 
 
 def _values(value: Estimate, rows: Rows, added: float) -> dict[str, Any]:
