@@ -107,7 +107,7 @@ def test_speeds_change_across_gaps(random):
     speed = np.where(np.arange(200) < 100, 100.0, 130.0)
     wheel = motion(random, np.full(200, 1e-3), np.zeros(200))
     gap = np.arange(199) == 99
-    kept = instruments(replace(wheel, speed=speed, gap=gap), NOMINAL["motor_constant"])[1]
+    kept = instruments(replace(wheel, speed=speed, gaps=gap), NOMINAL["motor_constant"])[1]
     assert kept == pytest.approx(speed)
     assert moving_average(speed)[95] > 105.0
 

@@ -145,6 +145,11 @@ class Blocks:
         """Number of blocks."""
         return self.start.size
 
+    @property
+    def gaps(self) -> NDArray[np.bool_]:
+        """Whether blocks are missing between a block and the next one, (B - 1,)."""
+        return np.diff(self.start) > 1.5 * self.length[:-1]
+
     def part(self, rows: slice | NDArray[np.bool_]) -> "Blocks":
         """Selected blocks."""
         return Blocks(**{each.name: getattr(self, each.name)[rows] for each in fields(self)})

@@ -24,6 +24,7 @@ from numpy.typing import NDArray
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.wheel_data import KnownWheels
+from gyrostat.telemetry.signals import NORMAL_MAD
 
 FEWEST = 30
 """Smallest number of differences of blocks."""
@@ -93,7 +94,7 @@ class Exchange:
         if times > FASTEST:
             return nothing, replace(self, difference=times - 1.0)
         left = np.diff(body @ stated.ravel() + torque, axis=0)
-        noise = (1.4826 * float(np.median(np.abs(left)))) ** 2
+        noise = (NORMAL_MAD * float(np.median(np.abs(left)))) ** 2
         regression = Regression.of(wheels, rounding * known.rotor_inertia**2)
         learnt = self
         inertia, covariance = self.inertia(stated, noise)

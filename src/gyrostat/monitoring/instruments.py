@@ -14,6 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from gyrostat.core.types import Vector
+from gyrostat.telemetry.signals import NORMAL_MAD
 
 AVERAGED = 21
 """Number of blocks in a moving average."""
@@ -41,7 +42,7 @@ class Motion:
         sign: Sign of the speed, (B,).
         explained: Accelerating torque of the wheel plus nominal viscous friction, (B,), N·m.
         drive: Drive, (B,), A.
-        gap: Whether blocks are missing between a block and the next one, (B - 1,).
+        gaps: Whether blocks are missing between a block and the next one, (B - 1,).
         noise: Standard deviation of `felt` by noise and rounding of the speeds, N·m.
     """
 
@@ -50,7 +51,7 @@ class Motion:
     sign: Vector
     explained: Vector
     drive: Vector
-    gap: NDArray[np.bool_]
+    gaps: NDArray[np.bool_]
     noise: float
 
 
@@ -67,7 +68,7 @@ def instruments(motion: Motion, motor: float) -> tuple[Vector, Vector, NDArray[n
     """
     slew, jump = _slews(motion, motor)
     slow = moving_average(_without(jump, motion.felt))
-    change = np.where(motion.gap | slew[1:] | slew[:-1], np.diff(motion.speed), 0.0)
+    change = np.where(motion.gaps | slew[1:] | slew[:-1], np.diff(motion.speed), 0.0)
     slewed = np.concatenate([[0.0], np.cumsum(change)])
     speed = moving_average(_without(jump, motion.speed - slewed)) + slewed
     return np.where(slew, motion.felt, slow), speed, jump
@@ -92,6 +93,8 @@ def _slews(motion: Motion, motor: float) -> tuple[NDArray[np.bool_], NDArray[np.
     explained, drive = motion.sign * motion.explained, motion.sign * motion.drive
     fast = motion.sign * (motion.felt - moving_average(motion.felt))
     slew, jump, far = _fast(fast, motor * drive - explained, motion.noise)
+    if not np.any(far):
+        return slew, jump
     near = far[1:] | far[:-1]
     motor = _proportion(np.diff(explained)[near], np.diff(drive)[near])
     other_slew, other_jump, far = _fast(fast, motor * drive - explained, motion.noise)
@@ -111,7 +114,7 @@ def _fast(
         friction: Coulomb torque, positive, (B,), N·m.
         noise: Standard deviation of the torque by noise of the speeds, N·m.
     """
-    usual = 1.4826 * float(np.median(np.abs(np.diff(friction)))) if friction.size > 1 else 0.0
+    usual = NORMAL_MAD * float(np.median(np.abs(np.diff(friction)))) if friction.size > 1 else 0.0
     reach = np.max(_near(np.abs(fast)), axis=0)
     spread = np.ptp(_near(friction), axis=0)
     steady = spread < SHARE * reach

@@ -11,6 +11,7 @@ from gyrostat.monitoring.instruments import moving_average
 from gyrostat.monitoring.moments import COULOMB, MOTOR, OFFSET, VISCOUS
 from gyrostat.monitoring.rows import acceleration_torque, usable
 from gyrostat.monitoring.wheel_data import KnownWheels
+from gyrostat.telemetry.signals import NORMAL_MAD
 
 _TEN_MINUTES = 10
 """Number of blocks in the means of `residual_excess`."""
@@ -69,7 +70,7 @@ def _beyond(blocks: Blocks, known: KnownWheels, wheel: int, value: Estimate) -> 
 
 def _robust(values: Vector) -> float:
     """Standard deviation from the median of absolute deviations."""
-    return float(1.4826 * np.median(np.abs(values - np.median(values))))
+    return float(NORMAL_MAD * np.median(np.abs(values - np.median(values))))
 
 
 def _kurtosis(values: Vector) -> float:

@@ -89,7 +89,7 @@ def regression_rows(
         sign=sign,
         explained=rotor.inertia * others[:, wheel] / blocks.length + rotor.viscous * speed,
         drive=blocks.drive[:, wheel],
-        gap=np.diff(blocks.start) > 1.5 * blocks.length[:-1],
+        gaps=blocks.gaps,
         noise=2.0**0.5 * rotor.inertia * noise / length,
     )
     felt, exchanged, jump = instruments(motion, rotor.motor_constant)

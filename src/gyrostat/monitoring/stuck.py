@@ -31,7 +31,7 @@ def stuck(blocks: Blocks, known: KnownWheels, wheel: int) -> NDArray[np.bool_]:
     """
     rotor = known.wheels[wheel]
     drive, speed = blocks.drive[:, wheel], blocks.speed[:, wheel]
-    together = np.diff(blocks.start) < 1.5 * blocks.length[:-1]
+    together = ~blocks.gaps
     turning = usable(blocks, wheel, rotor.slowest)
     noise = np.maximum(blocks.speed_noise[:, wheel], known.speed_resolution)
     noise = 2.0 * rotor.inertia * noise / blocks.length

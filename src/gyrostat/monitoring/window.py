@@ -111,14 +111,14 @@ def _estimated(rows: Rows, prior: Prior, noise: Noise) -> Estimate:
     return _held(rows, value) if wrong or pulled else value
 
 
-def _apart(value: Estimate, prior: Prior) -> tuple[list[int], list[int]]:
-    """Stated parameters that data contradict, and that they move by more than they know of them.
+def _apart(value: Estimate, prior: Prior) -> tuple[list[int], bool]:
+    """Stated parameters that data contradict; whether others move by more than data know of them.
 
     Args:
         value: Estimate.
         prior: What was known beforehand.
     """
-    wrong, pulled = [], []
+    wrong, pulled = [], False
     for place in stated(value.value.size):
         variance, precision = value.covariance[place, place], prior.precision[place]
         away = abs(value.value[place] - prior.mean[place])
@@ -129,7 +129,7 @@ def _apart(value: Estimate, prior: Prior) -> tuple[list[int], list[int]]:
         if told or away > APART / np.sqrt(precision):
             wrong.append(place)
         elif away > max(APART * np.sqrt(spread), 1.0 / np.sqrt(precision)):
-            pulled.append(place)
+            pulled = True
     return wrong, pulled
 
 
