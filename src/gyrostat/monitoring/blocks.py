@@ -110,6 +110,7 @@ class Blocks:
             (B, wheels), rad/s²; negative if the wheel accelerates throughout.
         speed_noise: Rms of the noise of a speed sample, from second differences, (B, wheels),
             rad/s.
+        drive_noise: The same of the drive, (B, wheels), A; steps of the drive count as noise.
         slow_drive: Largest drive without sign while the wheel rests, (B, wheels), A; 0 if never.
         rest: Share of samples at rest, (B, wheels).
         step: Least difference of neighbouring values of the drive that is not 0, (B, wheels), A:
@@ -133,6 +134,7 @@ class Blocks:
     slowest: Matrix
     deceleration: Matrix
     speed_noise: Matrix
+    drive_noise: Matrix
     slow_drive: Matrix
     rest: Matrix
     step: Matrix
@@ -247,6 +249,7 @@ def _blocks(
         slowest=np.minimum.reduceat(magnitude, first, axis=0),
         deceleration=_deceleration(time[:end], np.abs(speed[:end]), first, last),
         speed_noise=_noise(speed[: end + 1], first, last),
+        drive_noise=_noise(drive[: end + 1], first, last),
         slow_drive=np.maximum.reduceat(np.where(slow, np.abs(drive[inside]), 0.0), first, axis=0),
         rest=total(slow.astype(float)) / count[:, None],
         step=finest,
@@ -276,9 +279,9 @@ def _deceleration(
     return largest
 
 
-def _noise(speed: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]) -> Matrix:
+def _noise(values: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]) -> Matrix:
     """Noise of a sample of each block: white noise makes second differences √6 times as large."""
-    bend = np.diff(speed, n=2, axis=0)
+    bend = np.diff(values, n=2, axis=0)
     bend *= bend
     return np.sqrt(np.add.reduceat(bend, first, axis=0) / (6.0 * (last - first))[:, None])
 

@@ -14,6 +14,7 @@ from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.moments import (
     COULOMB,
     IDLE,
+    LAG,
     MOTOR,
     VISCOUS,
     WARMING,
@@ -46,6 +47,8 @@ class Rows:
         response: Drive, (N,), A.
         regressors: (N, P).
         instruments: (N, P).
+        lag_noise: Noise with the variance of that of the regressor of the lag, and of that of its
+            instrument, (N, 2).
         start: Start of the window, s.
         end: End of the window, s.
     """
@@ -55,6 +58,7 @@ class Rows:
     response: Vector
     regressors: Matrix
     instruments: Matrix
+    lag_noise: Matrix
     start: float
     end: float
 
@@ -116,7 +120,10 @@ def estimate(
     """
     columns = np.asfortranarray(
         np.column_stack(
-            [rows.regressors, rows.instruments, rows.response, np.zeros(rows.time.size)]
+            [
+                *(rows.regressors, rows.instruments, rows.response),
+                *(rows.lag_noise, np.zeros(rows.time.size)),
+            ]
         )
     )
 
@@ -142,9 +149,12 @@ def estimate(
 def _moments(products: Matrix, size: int) -> Moments:
     """Moments of regressors, instruments and response, from the products of all columns."""
     x, z, y = slice(0, size), slice(size, 2 * size), 2 * size
+    mixed = products[z, x].copy()
+    # a drive that changes by less than its stated steps has less noise than assumed
+    mixed[LAG, LAG] = max(mixed[LAG, LAG] - products[y + 1, y + 2], 0.0)
     return Moments(
         products[x, x],
-        products[z, x],
+        mixed,
         products[z, z],
         products[x, y],
         products[z, y],
@@ -202,7 +212,7 @@ def _point(rows: Rows, columns: Matrix, prior: Prior, start: Vector, noise: Nois
     products, log_det = gram(columns, rows.time, rows.white, noise)
     moments = _moments(products, size)
     solution = solve(moments, prior, start, count)
-    k = 2 * size + 1
+    k = 2 * size + 3
     weighted = products[k, :size]
     residual = float(products[k, 2 * size] - weighted @ solution.beta)
     motor = solution.value[MOTOR]

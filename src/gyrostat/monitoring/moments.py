@@ -90,7 +90,8 @@ class Moments:
 
     Attributes:
         regressors: Xᵀ V⁻¹ X, (P, P).
-        mixed: Zᵀ V⁻¹ X, (P, P).
+        mixed: Zᵀ V⁻¹ X, (P, P), without the noise that is the same in an instrument and its
+            regressor.
         instruments: Zᵀ V⁻¹ Z, (P, P).
         regressors_response: Xᵀ V⁻¹ y, (P,).
         instruments_response: Zᵀ V⁻¹ y, (P,).

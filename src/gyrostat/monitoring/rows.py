@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks
+from gyrostat.monitoring.drive_samples import lag_noise, step_variance
 from gyrostat.monitoring.estimate import Rows
 from gyrostat.monitoring.instruments import Motion, instruments
 from gyrostat.monitoring.moments import IDLE, Prior
@@ -108,12 +109,14 @@ def regression_rows(
         measured = blocks.drive[:, wheel] * sign
         regressors += _electrical(torque * sign, np.abs(speed), measured, rotor)
         instrument += _electrical(felt * sign, exchanged * sign, measured, rotor)
+    noise = sign * lag_noise(blocks, wheel)
     return Rows(
         blocks.start + 0.5 * blocks.length,
-        length / blocks.length,
+        length / blocks.length * step_variance(blocks, wheel, motion.noise / rotor.motor_constant),
         blocks.drive[:, wheel] * sign,
         np.column_stack(regressors),
         np.column_stack(instrument),
+        np.column_stack([noise, np.where(jump, 0.0, noise)]),
         *window,
     )
 
