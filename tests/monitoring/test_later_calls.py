@@ -7,6 +7,7 @@ import pytest
 
 import gyrostat
 from gyrostat.core.errors import InputError
+from gyrostat.monitoring import state as monitor_state
 from tests.monitoring.test_stream import assert_same, flight, folder
 
 __all__ = ["flight", "folder"]
@@ -93,3 +94,13 @@ def test_a_damaged_state_is_refused_in_one_line(folder, size):
     with pytest.raises(InputError, match=r"found a damaged or other file, .*restart") as caught:
         gyrostat.monitor(folder / "one.parquet", **options(folder, "out"))
     assert "\n" not in str(caught.value)
+
+
+def test_a_state_without_a_column_of_today_is_that_of_another_version(folder, monkeypatch):
+    before = [name for name in monitor_state._FORMAT if name != "drive_noise"]
+    assert len(before) < len(monitor_state._FORMAT)
+    with monkeypatch.context() as patch:
+        patch.setattr(monitor_state, "_FORMAT", before)
+        gyrostat.monitor(folder / "one.parquet", **options(folder, "out"))
+    with pytest.raises(InputError, match=r"found the state of a call of another version, "):
+        gyrostat.monitor(folder / "one.parquet", **options(folder, "out"))

@@ -23,7 +23,11 @@ from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.windows import COLUMNS, DTYPES, Windows
 
-_FORMAT = 10
+_FORMAT = [
+    *("10", *COLUMNS),
+    *(each.name for table in (Samples, Blocks, Exchange) for each in fields(table)),
+]
+"""Version and columns: a state with others is that of another version."""
 START = 65_536
 """Number of bytes at the start of a file that tell it from others of its name."""
 
