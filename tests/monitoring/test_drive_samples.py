@@ -18,10 +18,11 @@ RPM = np.pi / 30.0
 SHEET = {"motor_constant": 0.05 * 0.027, "viscous": 0.3 * 5e-6}
 
 
-def turned(torque, seed, *, period=1, noise=0.005, mixed=0.0):
+def turned(torque, seed, *, period=1, noise=0.005, mixed=0.0, fallen=1.0):
     """Telemetry of a wheel with an acceleration torque at each second, in N·m, and friction noise.
 
-    `mixed` of a sample of the current is that of the second before.
+    `mixed` of a sample of the current is that of the second before; the viscous coefficient is
+    that at 20 °C times `fallen`.
     """
     random = np.random.default_rng(seed)
     draws = random.standard_normal(3)
@@ -35,7 +36,7 @@ def turned(torque, seed, *, period=1, noise=0.005, mixed=0.0):
         friction[k] = coulomb + keep * (friction[k - 1] - coulomb) + shocks[k]
     change = torque / NOMINAL["inertia"]
     speed = 200.0 + np.concatenate([[0.0], np.cumsum(change)[:-1]])
-    current = (torque + friction + viscous * (speed + 0.5 * change)) / motor
+    current = (torque + friction + viscous * fallen * (speed + 0.5 * change)) / motor
     current[1:] = (1.0 - mixed) * current[1:] + mixed * current[:-1]
     noisy = random.standard_normal((2, DURATION))
     speed = np.round(speed / (0.4 * RPM) + 0.2 * noisy[0]) * 0.4 * RPM

@@ -118,14 +118,7 @@ def estimate(
         noise: Noise of the previous window, from which the search starts.
         believe: Whether to use what is known beforehand even if the data contradict it.
     """
-    columns = np.asfortranarray(
-        np.column_stack(
-            [
-                *(rows.regressors, rows.instruments, rows.response),
-                *(rows.lag_noise, np.zeros(rows.time.size)),
-            ]
-        )
-    )
+    columns = _columns(rows)
 
     def at(place: Vector) -> _Point:
         return _point(rows, columns, prior, start, Noise(float(place[0]), float(place[1])))
@@ -144,6 +137,19 @@ def estimate(
     points = [at(place) for place in _nodes(centre, curvature)]
     best = max(points, key=lambda point: point.log_density)
     return _average(points, _weights(points), best, prior)
+
+
+def quick_look(rows: Rows, prior: Prior, noise: Noise) -> Solution:
+    """Estimate for a given noise, with what is known beforehand."""
+    products, _ = gram(_columns(rows), rows.time, rows.white, noise)
+    moments = _moments(products, prior.mean.size)
+    return solve(moments, prior, prior.mean.copy(), rows.time.size)
+
+
+def _columns(rows: Rows) -> Matrix:
+    """Regressors, instruments, response, noise of the lag, and a free column."""
+    given = (rows.regressors, rows.instruments, rows.response, rows.lag_noise)
+    return np.asfortranarray(np.column_stack([*given, np.zeros(rows.time.size)]))
 
 
 def _moments(products: Matrix, size: int) -> Moments:

@@ -7,6 +7,7 @@ from typing import Any
 
 import numpy as np
 
+from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.estimate import APART, Estimate, Rows, estimate, explains
 from gyrostat.monitoring.moments import COULOMB, IDLE, MOTOR, OFFSET, VISCOUS, Prior, stated
@@ -19,6 +20,7 @@ from gyrostat.monitoring.rows import prior_of, regression_rows, usable
 from gyrostat.monitoring.statistics import plain_columns, standstill_columns
 from gyrostat.monitoring.stuck import stuck
 from gyrostat.monitoring.verdict import FEWEST, lack, unit_doubt, verdict
+from gyrostat.monitoring.warming import about_its_share
 from gyrostat.monitoring.wheel_data import KnownWheels
 from gyrostat.monitoring.windows import REGRESSED
 
@@ -80,12 +82,14 @@ def window_row(
     interval = float(np.median(steady.length / steady.count))
     warm = float(row.get("temperature_mean", np.nan))
     prior = prior_of(rotor, rows.regressors.shape[1], interval, warm)
+    rows, prior = about_its_share(rows, prior, noise or USUAL)
     value = _estimated(rows, prior, noise or USUAL)
-    step, speed = None, float(np.median(np.abs(steady.speed[:, wheel])))
+    speeds = np.abs(steady.speed[:, wheel])
+    step, speed = None, float(np.median(speeds))
     if power:
         step = known.power_resolution / (rotor.motor_constant * speed)
     added = rounding_variance(steady, wheel, value, window, step)
-    row |= _values(value, rows, added)
+    row |= _values(value, rows, added, speeds)
     row |= residual_columns(blocks, steady, known, wheel, value, rows)
     known_motor = value.prior.precision[MOTOR] == prior.precision[MOTOR]
     row |= verdict(value, rotor, first=noise is None, known=known_motor)
@@ -156,7 +160,7 @@ def _held(rows: Rows, value: Estimate) -> Estimate:
     )
 
 
-def _values(value: Estimate, rows: Rows, added: float) -> dict[str, Any]:
+def _values(value: Estimate, rows: Rows, added: float, speeds: Vector) -> dict[str, Any]:
     """Columns of the parameters."""
     row: dict[str, Any] = {}
     mean_variance = value.mean_variance + added
@@ -180,13 +184,15 @@ def _values(value: Estimate, rows: Rows, added: float) -> dict[str, Any]:
         a, b = _PLACES[first], _PLACES[second]
         covariance = value.mean_covariance[b] if first == "coulomb" else value.covariance[a, b]
         row[f"cov_{first}_{second}"] = float(covariance)
-    for name, reason in _reasons(value, rows, mean_variance).items():
+    for name, reason in _reasons(value, rows, mean_variance, speeds).items():
         row[f"{name}_observable"] = not reason
         row[f"{name}_reason"] = reason
     return row
 
 
-def _reasons(value: Estimate, rows: Rows, mean_variance: float) -> Mapping[str, str]:
+def _reasons(
+    value: Estimate, rows: Rows, mean_variance: float, speeds: Vector
+) -> Mapping[str, str]:
     """Why each parameter is not observable; empty if it is.
 
     A parameter counts by what the window says of it, without what was known of it beforehand.
@@ -197,7 +203,6 @@ def _reasons(value: Estimate, rows: Rows, mean_variance: float) -> Mapping[str, 
     scale = np.abs(value.value)
     scale[COULOMB] = scale[OFFSET] = abs(value.mean)
     limit = np.full(variance.size, OBSERVABLE)
-    speeds = np.abs(rows.regressors[:, VISCOUS])
     within = f"the speed stays within {speeds.min():.4g} and {speeds.max():.4g} rad/s"
     one_sign = bool(np.ptp(rows.regressors[:, OFFSET]) == 0.0)
     known = "motor constant and viscous friction"
