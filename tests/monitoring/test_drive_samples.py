@@ -7,7 +7,13 @@ import numpy as np
 import pytest
 
 from gyrostat.monitoring.blocks import Samples, blocks_of
-from gyrostat.monitoring.drive_samples import lag_noise, sample_noise, step_variance
+from gyrostat.monitoring.differences import calm_noise
+from gyrostat.monitoring.drive_samples import (
+    lag_noise,
+    sample_noise,
+    step_variance,
+    stepping,
+)
 from gyrostat.monitoring.estimate import _moments
 from gyrostat.monitoring.moments import LAG
 from tests.monitoring.closed_loop import NOMINAL
@@ -82,19 +88,50 @@ def test_a_step_between_samples_tells_the_variance_of_the_mean():
     at = random.uniform(5.0, 55.0, count)  # of a block of a step of height 1
     drive = (np.arange(60) >= at[:, None]).astype(float)
     drive = np.column_stack([drive, np.ones((count, 59)), 0.5 * np.ones(count)]).ravel()
+    drive += 1e-6 * random.standard_normal(drive.size)
     blocks = drawn(drive)
     steps = blocks.part(np.arange(len(blocks)) % 2 == 0)
     error = steps.drive[:, 0] - (60.0 - at[: len(steps)]) / 60.0
-    found = steps.drive_noise[:, 0] ** 2 / (4.0 * steps.count)
-    assert np.median(found) == pytest.approx(np.var(error), rel=0.05)
-    # a block with other errors of 1e-3 A: their variance is the unit
-    other = replace(
-        steps, drive_noise=np.concatenate([np.zeros((count, 1)), steps.drive_noise[:1]])
+    height = steps.drive_steps[:, 0]
+    np.testing.assert_allclose(height, 1.0, atol=1e-3)
+    assert np.mean((height / 60.0) ** 2) / 12.0 == pytest.approx(np.var(error), rel=0.05)
+    # the balance of a block has other errors of 1e-3 A
+    expected = 1.0 + 1e6 / (12.0 * 60.0**2)
+    np.testing.assert_allclose(step_variance(steps, 0, 1e-3), expected, rtol=0.06)
+    assert stepping(steps, 0).all()
+    back = replace(steps, drive_change=0.0 * steps.drive_change)
+    np.testing.assert_allclose(step_variance(back, 0, 1e-3), 2.0 * expected - 1.0, rtol=0.06)
+
+
+def test_noise_has_no_steps_and_steps_hardly_make_noise():
+    random = np.random.default_rng(7)
+    noise = np.repeat([1.0, 40.0, 1.0], 60000) * random.standard_normal(180000)
+    assert not stepping(drawn(noise), 0).any()
+    noise[3030:3060] += 100.0  # a step up at 3030, down at 3060, in the next block
+    assert np.flatnonzero(stepping(drawn(noise), 0)).tolist() == [50]
+    calm = drawn(random.standard_normal(60000))
+    pulses = drawn(random.standard_normal(60000) + 200.0 * (np.arange(60000) % 97 == 0))
+    assert sample_noise(calm, 0) == pytest.approx(1.0, rel=0.05)
+    assert sample_noise(pulses, 0) == pytest.approx(1.0, rel=0.25)
+
+
+def test_slow_motion_is_no_noise():
+    slow = drawn(np.sin(2.0 * np.pi * np.arange(60000) / 20.0))
+    assert slow.drive_noise.max() < 2e-3
+    assert not stepping(slow, 0).any()
+
+
+@pytest.mark.parametrize("count", [4, 6, 12, 60, 600])
+def test_a_quarter_of_the_blocks_shows_the_noise(count):
+    random = np.random.default_rng(count)
+    values = random.standard_normal((3000 * count + 2, 1))
+    first = np.arange(3000) * count
+    found = calm_noise(values, first, first + count)
+    assert np.mean(found) == pytest.approx(1.0, rel=0.8 / count)
+    blocks = SimpleNamespace(
+        drive_noise=found, count=np.full(3000, count), step=np.full((3000, 1), np.inf)
     )
-    other = replace(other, count=np.full(count + 1, 60), step=np.full((count + 1, 1), np.inf))
-    ratio = step_variance(other.part(slice(0, count + 1)), 0, 1e-3)
-    assert ratio[-1] == pytest.approx(1.0 + found[0] / 1e-6)
-    assert ratio[0] == 1.0
+    assert sample_noise(blocks, 0) == pytest.approx(1.0, rel=0.08)
 
 
 @pytest.mark.parametrize("noise", [0.1, 3.0])
@@ -114,9 +151,58 @@ def test_the_noise_of_the_lag_has_the_variance_of_the_samples(noise):
 
 
 def test_noise_that_is_larger_than_the_change_of_the_drive_leaves_no_information():
-    products = np.zeros((14, 14))
-    products[5 + LAG, LAG] = 1.0
-    products[11, 12] = 3.0
-    assert _moments(products, 5).mixed[LAG, LAG] == 0.0
-    products[11, 12] = 0.25
-    assert _moments(products, 5).mixed[LAG, LAG] == 0.75
+    products = np.zeros((16, 16))
+    products[6 + LAG, LAG] = 1.0
+    products[13, 14] = 3.0
+    assert _moments(products, 6).mixed[LAG, LAG] == 0.0
+    products[13, 14] = 0.25
+    assert _moments(products, 6).mixed[LAG, LAG] == 0.75
+
+
+def test_blocks_next_to_missing_values_have_no_noise_of_their_own():
+    random = np.random.default_rng(8)
+    drive = random.standard_normal(6000)
+    drive[601:661] = np.nan
+    blocks = drawn(drive)
+    present = blocks.part(np.isfinite(blocks.drive[:, 0]))
+    assert np.isnan(present.drive_noise).any()
+    assert np.isfinite(lag_noise(present, 0)).all()
+    assert np.isfinite(step_variance(present, 0, 1.0)).all()
+
+
+def test_a_current_later_than_half_a_period_is_told():
+    time = np.arange(DURATION)
+    pulse = np.where(time % 3000 < 400, np.sin(2.0 * np.pi * (time % 3000) / 400.0), 0.0)
+    found = []
+    for seed in range(12):
+        samples, truth = turned(6e-4 * (pulse - np.roll(pulse, 1500)), seed)
+        late = replace(samples, drive=np.roll(samples.drive, 3, axis=0))
+        found.append(scores((late, truth), SHEET, float(DURATION))[:, 0])
+    assert np.sqrt(np.mean(np.square(found), axis=0)) == pytest.approx(0.0, abs=1.5)
+
+
+def test_a_rough_bearing_with_chatter_loses_no_weight():
+    """Friction is larger while the current is noisy; that noise has no steps."""
+    time = np.arange(DURATION)
+    pulse = np.where(time % 3000 < 400, np.sin(2.0 * np.pi * (time % 3000) / 400.0), 0.0)
+    rough = time % 5700 < 2000
+    more = 0.1 * NOMINAL["coulomb"]
+    found = []
+    for seed in range(8):
+        samples, truth = turned(6e-4 * (pulse - np.roll(pulse, 1500)), seed)
+        noise = 0.02 * np.random.default_rng(seed).standard_normal(DURATION)
+        drive = samples.drive + np.where(rough, more / truth.motor_constant + noise, 0.0)[:, None]
+        truth.mean += more * np.mean(rough)
+        samples = replace(samples, drive=np.round(drive, 3))
+        found.append(scores((samples, truth), SHEET, float(DURATION))[:, 0])
+    assert np.sqrt(np.mean(np.square(found), axis=0)) == pytest.approx(0.0, abs=1.5)
+
+
+@pytest.mark.parametrize("late", [1, 9])
+def test_steps_at_one_phase_of_the_telemetry_are_no_lag_of_other_minutes(late):
+    phase = (np.arange(DURATION) - late) % 700
+    torque = 2.6e-4 * np.where(phase < 350, 1.0, -1.0)
+    found = [
+        scores(turned(torque, seed, period=10), SHEET, float(DURATION))[:, 0] for seed in range(8)
+    ]
+    assert np.sqrt(np.mean(np.square(found), axis=0)) == pytest.approx(0.0, abs=2.0)

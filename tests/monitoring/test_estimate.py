@@ -89,11 +89,11 @@ def test_the_predicted_mean_is_that_of_the_conditional_distribution(random):
     response = torque / motor + coulomb / motor + drawn
     response += np.sqrt(scale) * random.standard_normal(300)
     columns = np.column_stack([torque, np.ones(300), np.full(300, 100.0), np.ones(300)])
-    columns = np.column_stack([columns, np.zeros(300)])
-    # motor and viscous friction known, no offset, no lag
-    prior = Prior(np.array([motor, *[0.0] * 4]), np.array([1e16, 0.0, 1e24, 1e20, 1e20]))
+    columns = np.column_stack([columns, np.zeros((300, 2))])
+    # motor and viscous friction known, no offset, no lags
+    prior = Prior(np.array([motor, *[0.0] * 5]), np.array([1e16, 0.0, 1e24, *[1e20] * 3]))
     rows = Rows(time, white, response, columns, columns, np.zeros((300, 2)), 0.0, 18000.0)
-    found = estimate(rows, prior, np.array([motor, coulomb, *[0.0] * 3]), USUAL)
+    found = estimate(rows, prior, np.array([motor, coulomb, *[0.0] * 4]), USUAL)
     total = slow + scale * np.eye(300)
     weights = np.linalg.solve(total, np.ones(300))
     level = weights @ (response - torque / motor) / weights.sum()

@@ -42,7 +42,7 @@ def rows(share, random):
     warm = 12.0 * np.sin(np.arange(600) / 15.0)
     speed = 150.0 + 40.0 * random.standard_normal(600)
     torque, current_rate = 1e-4 * random.standard_normal((2, 600))
-    columns = [torque, np.ones(600), speed, np.ones(600), current_rate, speed * warm]
+    columns = [torque, np.ones(600), speed, np.ones(600), current_rate, np.zeros(600), speed * warm]
     response = (torque + 9e-4 + 5e-6 * np.exp(-share * warm) * speed) / 0.027
     columns = np.column_stack(columns)
     return Rows(
@@ -61,7 +61,7 @@ def rows(share, random):
 def test_the_columns_are_about_the_true_share(share, random):
     given = rows(share, random)
     prior = Prior(
-        np.array([0.027, 9e-4, 5e-6, *[0.0] * 3]), np.array([1e12, 0, 1e11, 1e20, 1e5, 1e13])
+        np.array([0.027, 9e-4, 5e-6, *[0.0] * 4]), np.array([1e12, 0, 1e11, 1e20, 1e5, 1e5, 1e13])
     )
     prior = replace(prior, precision=0.01 * prior.precision)
     found, about = about_its_share(given, prior, Noise(0.0, np.log(1200.0)))
@@ -79,7 +79,7 @@ def random():
 
 def test_rows_without_temperature_stay_as_they_are(random):
     given = rows(0.0, random)
-    for columns in (given.regressors[:, :WARMING], given.regressors * (np.arange(6) != WARMING)):
+    for columns in (given.regressors[:, :WARMING], given.regressors * (np.arange(7) != WARMING)):
         other = replace(given, regressors=columns, instruments=columns)
         prior = Prior(np.ones(columns.shape[1]), np.ones(columns.shape[1]))
         assert about_its_share(other, prior, Noise(0.0, 7.0)) == (other, prior)

@@ -16,6 +16,7 @@ from numpy.typing import NDArray
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
+from gyrostat.monitoring.differences import calm_noise, noise, steps
 
 SLOW = 1e-9
 """Speed below which a wheel rests, rad/s, beside the rounding of its tachometer."""
@@ -110,7 +111,9 @@ class Blocks:
             (B, wheels), rad/s²; negative if the wheel accelerates throughout.
         speed_noise: Rms of the noise of a speed sample, from second differences, (B, wheels),
             rad/s.
-        drive_noise: The same of the drive, (B, wheels), A; steps of the drive count as noise.
+        drive_noise: Rms of the noise of a drive sample, from fourth differences, (B, wheels), A.
+        drive_steps: Largest step of the drive between two samples, or what looks like one in its
+            noise, (B, wheels), A.
         slow_drive: Largest drive without sign while the wheel rests, (B, wheels), A; 0 if never.
         rest: Share of samples at rest, (B, wheels).
         step: Least difference of neighbouring values of the drive that is not 0, (B, wheels), A:
@@ -135,6 +138,7 @@ class Blocks:
     deceleration: Matrix
     speed_noise: Matrix
     drive_noise: Matrix
+    drive_steps: Matrix
     slow_drive: Matrix
     rest: Matrix
     step: Matrix
@@ -248,8 +252,9 @@ def _blocks(
         speed=mean(speed),
         slowest=np.minimum.reduceat(magnitude, first, axis=0),
         deceleration=_deceleration(time[:end], np.abs(speed[:end]), first, last),
-        speed_noise=_noise(speed[: end + 1], first, last),
-        drive_noise=_noise(drive[: end + 1], first, last),
+        speed_noise=noise(speed[: end + 1], first, last),
+        drive_noise=calm_noise(drive[: end + 1], first, last),
+        drive_steps=steps(drive[: end + 1], first, last),
         slow_drive=np.maximum.reduceat(np.where(slow, np.abs(drive[inside]), 0.0), first, axis=0),
         rest=total(slow.astype(float)) / count[:, None],
         step=finest,
@@ -277,13 +282,6 @@ def _deceleration(
         bounds = np.column_stack([first[blocks], last[blocks] - lag + 1]).ravel()
         largest[blocks] = np.maximum.reduceat(slowed, bounds, axis=0)[::2]
     return largest
-
-
-def _noise(values: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]) -> Matrix:
-    """Noise of a sample of each block: white noise makes second differences √6 times as large."""
-    bend = np.diff(values, n=2, axis=0)
-    bend *= bend
-    return np.sqrt(np.add.reduceat(bend, first, axis=0) / (6.0 * (last - first))[:, None])
 
 
 def _no_blocks(wheels: int) -> Blocks:

@@ -3,12 +3,15 @@
 The axial balance of a rotor, averaged over a block, times the sign s of its speed and over the
 motor constant K, with the measured current on the left:
 
-    s i = (s x + c + |w| b + s o + s i' d + |w| (T - T0) b_T + g (p + i² r) + n) / K + e,
+    s i = (s x + c + |w| b + s o + s i' d + s i'_s d_s + |w| (T - T0) b_T + g (p + i² r) + n) / K
+        + e,
     x = J (dw + a . dW) / dt
 
 The fifth term, with the rate i' of the current, is a lag of the current's samples behind those of
 the speed, such as that of a command held between two samples: d / K is the lag. Left out, it passes
-for viscous friction in slews, whose speeds are like sines. The last, only where i comes from the
+for viscous friction in slews, whose speeds are like sines. Blocks in which the current steps
+between two samples have a lag of their own, d_s, as steps may come at one phase of the telemetry;
+i' is 0 there, and i'_s elsewhere. The last, only where i comes from the
 electrical power, are errors p of the idle power and r of the resistance R, with
 g about K / (K |w| + 2 R |i|) (`gyrostat.monitoring.power`, `rows`).
 
@@ -28,8 +31,8 @@ import numpy as np
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.wheel_data import USUAL_SIGMA
 
-MOTOR, COULOMB, VISCOUS, OFFSET, LAG, WARMING, IDLE, RESISTANCE = range(8)
-"""Places of the parameters: K, c, b, o, d, b_T, p and r."""
+MOTOR, COULOMB, VISCOUS, OFFSET, LAG, STEP, WARMING, IDLE, RESISTANCE = range(9)
+"""Places of the parameters: K, c, b, o, d, d_s, b_T, p and r."""
 UNKNOWN = 1e-6
 """Factor of the precision of what is known beforehand that takes it away."""
 ROUNDING = 1e-14

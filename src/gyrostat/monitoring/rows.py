@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks
-from gyrostat.monitoring.drive_samples import lag_noise, step_variance
+from gyrostat.monitoring.drive_samples import lag_noise, step_variance, stepping
 from gyrostat.monitoring.estimate import Rows
 from gyrostat.monitoring.instruments import Motion, instruments
 from gyrostat.monitoring.moments import IDLE, Prior
@@ -97,9 +97,12 @@ def regression_rows(
     exchanged = exchanged + np.mean(speed - exchanged)
     one = np.ones(speed.size)
     lag = sign * blocks.drive_change[:, wheel] / blocks.length
-    regressors = [torque * sign, one, np.abs(speed), sign, lag]
+    steps = stepping(blocks, wheel)
+    lags = [np.where(steps, 0.0, lag), np.where(steps, lag, 0.0)]
+    regressors = [torque * sign, one, np.abs(speed), sign, *lags]
     # a jump of the friction changes the current
-    instrument = [felt * sign, one, exchanged * sign, sign, np.where(jump, 0.0, lag)]
+    lags = [np.where(jump, 0.0, each) for each in lags]
+    instrument = [felt * sign, one, exchanged * sign, sign, *lags]
     warm = warmth(blocks, wheel)
     if warm is not None or power:
         warm = np.zeros(speed.size) if warm is None else warm
@@ -109,7 +112,7 @@ def regression_rows(
         measured = blocks.drive[:, wheel] * sign
         regressors += _electrical(torque * sign, np.abs(speed), measured, rotor)
         instrument += _electrical(felt * sign, exchanged * sign, measured, rotor)
-    noise = sign * lag_noise(blocks, wheel)
+    noise = np.where(steps, 0.0, sign * lag_noise(blocks, wheel))
     return Rows(
         blocks.start + 0.5 * blocks.length,
         length / blocks.length * step_variance(blocks, wheel, motion.noise / rotor.motor_constant),
@@ -171,12 +174,12 @@ def prior_of(wheel: KnownWheel, count: int, interval: float, temperature: float)
 
     Args:
         wheel: The wheel.
-        count: Number of parameters: 5; 6 with the effect of the temperature; 8 if the drive comes
+        count: Number of parameters: 6; 7 with the effect of the temperature; 9 if the drive comes
             from the electrical power, with the errors of idle power and resistance.
         interval: Usual time between samples, s.
         temperature: Mean temperature, °C; NaN if it is not known.
     """
-    mean = np.array([wheel.motor_constant, wheel.coulomb, wheel.viscous, wheel.offset, *[0.0] * 4])
+    mean = np.array([wheel.motor_constant, wheel.coulomb, wheel.viscous, wheel.offset, *[0.0] * 5])
     # of a power, the motor constant estimated is that of its measurement
     gain = wheel.sigma_of("power_gain") * wheel.motor_constant
     warming = wheel.sigma_of("viscous") if wheel.viscous == 0.0 else abs(wheel.viscous)
@@ -188,12 +191,14 @@ def prior_of(wheel: KnownWheel, count: int, interval: float, temperature: float)
             np.inf,
             np.hypot(wheel.sigma_of("viscous"), warming * away),
             wheel.sigma_of("offset"),
-            0.5 * interval * wheel.motor_constant,
+            *[0.5 * interval * wheel.motor_constant] * 2,
             warming,
             wheel.sigma_of("idle_power"),
             wheel.sigma_of("resistance"),
         ]
     )
     slight = mean[1] / 100.0
-    least = 1e-6 * np.array([mean[0], mean[1], slight, mean[1], mean[0], slight, mean[1], 1.0])
+    least = 1e-6 * np.array(
+        [mean[0], mean[1], slight, mean[1], mean[0], mean[0], slight, mean[1], 1.0]
+    )
     return Prior(mean[:count], 1.0 / np.maximum(sigma, np.abs(least))[:count] ** 2)

@@ -10,7 +10,7 @@ import numpy as np
 from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.estimate import APART, Estimate, Rows, estimate, explains
-from gyrostat.monitoring.moments import COULOMB, IDLE, MOTOR, OFFSET, VISCOUS, Prior, stated
+from gyrostat.monitoring.moments import COULOMB, IDLE, LAG, MOTOR, OFFSET, VISCOUS, Prior, stated
 from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.noise_search import USUAL
 from gyrostat.monitoring.power import doubt_of, shows_torque
@@ -28,6 +28,8 @@ OBSERVABLE = 0.3
 """Largest standard deviation of an observable parameter, over its value."""
 TOLD = 0.75
 """Share of the variance of what was known beforehand that data must remove to contradict it."""
+LATE = 2.0
+"""Lag of the current, in its sigma beforehand, above which telemetry alone tells it."""
 _PLACES = {"coulomb": COULOMB, "viscous": VISCOUS, "motor_constant": MOTOR, "offset": OFFSET}
 
 
@@ -134,6 +136,8 @@ def _apart(value: Estimate, prior: Prior) -> tuple[list[int], bool]:
             wrong.append(place)
         elif away > max(APART * np.sqrt(spread), 1.0 / np.sqrt(precision)):
             pulled = True
+    if abs(value.value[LAG]) > LATE / np.sqrt(prior.precision[LAG]):
+        wrong.append(LAG)
     return wrong, pulled
 
 

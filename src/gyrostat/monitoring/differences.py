@@ -1,0 +1,62 @@
+"""Noise and steps of evenly sampled values, from their second and fourth differences.
+
+A step of height a between the samples j and j + 1 has the second differences a and -a at j - 1 and
+j. White noise has second differences √6 times as large, and fourth ones √70 times; slow motion
+hardly has fourth ones.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from gyrostat.core.types import Matrix
+
+ROOT = 0.8222
+"""Mean square root of the absolute value of a standard normal variable."""
+LARGE = 0.7
+"""Product of two second differences over the square of one, above which both are of one step."""
+
+
+def noise(values: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]) -> Matrix:
+    """Standard deviation of the noise of a sample of each block; steps count as noise.
+
+    Args:
+        values: Values of the samples, up to the one after the last of `last`, (N, M).
+        first: Places of the first samples of the blocks, (B,).
+        last: Places of the first samples of the next blocks, (B,).
+    """
+    bend = np.diff(values, n=2, axis=0)
+    bend *= bend
+    return np.sqrt(np.add.reduceat(bend, first, axis=0) / (6.0 * (last - first))[:, None])
+
+
+def calm_noise(values: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]) -> Matrix:
+    """The same, to which a few steps and slow motion add little; 0 of less than three samples."""
+    wild = np.zeros((values.shape[0] - 2, values.shape[1]))
+    wild[2:] = np.sqrt(np.abs(np.diff(values, n=4, axis=0)))
+    # a block is the same whatever was given before it
+    for early in (first, np.minimum(first + 1, last - 1)):
+        wild[early] = 0.0
+    mean = np.add.reduceat(wild, first, axis=0) / np.maximum(last - first - 2, 1)[:, None]
+    return (mean / ROOT) ** 2 / np.sqrt(70.0)
+
+
+def steps(values: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]) -> Matrix:
+    """Height of the largest step of each block.
+
+    A step with a sample on its way has second differences of half its height, two samples apart.
+    """
+    bend = np.diff(values, n=2, axis=0)
+    square = np.zeros_like(bend)
+    square[1:] = np.maximum(-bend[1:] * bend[:-1], 0.0)
+    square[2:] = np.maximum(-bend[2:] * bend[:-2], square[2:])
+    # the samples before those of a step at the start of a block are not there
+    early = np.stack([first, np.minimum(first + 1, last - 1)])
+    begins = bend[early] ** 2
+    pair = np.zeros_like(begins)
+    for away in (1, 2):
+        later = np.minimum(early + away, bend.shape[0] - 1)
+        pair = np.maximum(pair, -bend[early] * bend[later])
+    square[first] = 0.0
+    square[early[1]] = np.maximum(-bend[early[1]] * bend[first], 0.0)
+    square[early] = np.where(pair < LARGE * begins, begins, square[early])
+    return np.sqrt(np.maximum.reduceat(square, first, axis=0))
