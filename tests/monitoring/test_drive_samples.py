@@ -115,6 +115,28 @@ def test_noise_has_no_steps_and_steps_hardly_make_noise():
     assert sample_noise(pulses, 0) == pytest.approx(1.0, rel=0.25)
 
 
+def test_a_few_noisy_minutes_have_no_steps():
+    random = np.random.default_rng(9)
+    noise = random.standard_normal(30000)
+    noise[6000:6300] *= 40.0
+    # the block before them ends at their first sample
+    assert np.flatnonzero(stepping(drawn(noise), 0)).tolist() in ([], [99])
+
+
+def test_a_step_with_a_sample_on_its_way_is_one():
+    random = np.random.default_rng(10)
+    drive = random.standard_normal(60000)
+    for at in range(900, 60000, 907):
+        drive[at] += 30.0
+        drive[at + 1 :] += 60.0
+    blocks = drawn(drive)
+    expected = np.unique((np.arange(900, 60000, 907) - 1) // 60)
+    found = np.flatnonzero(stepping(blocks, 0))
+    # on its way at the edge of a block, it may be in either
+    assert np.min(np.abs(found[:, None] - expected), axis=0).max() <= 1
+    np.testing.assert_allclose(blocks.drive_steps[found, 0], 30.0, atol=8.0)
+
+
 def test_slow_motion_is_no_noise():
     slow = drawn(np.sin(2.0 * np.pi * np.arange(60000) / 20.0))
     assert slow.drive_noise.max() < 2e-3

@@ -25,9 +25,8 @@ CALM = 0.25
 CHANCE = 0.9
 """A share `CALM` of blocks of N samples of white noise shows less than 1 - CHANCE / √N of its
 standard deviation, within 8 % for N from 4 to 600."""
-
-STEPPED = 12.0
-"""A step of height a in a block of N samples makes noise of STEPPED a / N² at most."""
+MANY = 40
+"""Number of samples of a block whose noise a step hardly changes: by 0.4 % of its height."""
 
 
 def sample_noise(blocks: Blocks, wheel: int) -> float:
@@ -41,7 +40,7 @@ def sample_noise(blocks: Blocks, wheel: int) -> float:
 def stepping(blocks: Blocks, wheel: int) -> NDArray[np.bool_]:
     """Blocks in which the drive steps between two samples, (B,).
 
-    A block with noise of its own has no steps.
+    A block of many samples with noise of its own has no steps.
     """
     own, height = np.nan_to_num(blocks.drive_noise[:, wheel]), blocks.drive_steps[:, wheel]
     near = np.pad(own, ABOUT - 1, mode="symmetric")
@@ -49,9 +48,8 @@ def stepping(blocks: Blocks, wheel: int) -> NDArray[np.bool_]:
     calm = np.partition(near, int(CALM * ABOUT), axis=1)[:, int(CALM * ABOUT)]
     calm /= _chance(blocks)
     about = np.maximum(calm[: len(blocks)], calm[ABOUT - 1 :])
-    made = STEPPED * height / blocks.count**2
-    own = np.maximum(np.sqrt(own) - np.sqrt(made), 0.0) ** 2
-    least = np.maximum(np.maximum(about, own), _rounding(blocks, wheel))
+    about = np.maximum(about, np.where(blocks.count >= MANY, own, 0.0))
+    least = np.maximum(about, _rounding(blocks, wheel))
     return height > FAR * least
 
 
