@@ -121,13 +121,18 @@ def scores(flights, known, period=1):
     return np.array(found).reshape(-1, 3)
 
 
+def asked(description, first):
+    """Numbers of the flights that the command line asks for."""
+    parser = argparse.ArgumentParser(description=description.splitlines()[0])
+    parser.add_argument("--flights", type=int, default=100)
+    parser.add_argument("--first", type=int, default=first)
+    arguments = parser.parse_args()
+    return range(arguments.first, arguments.first + arguments.flights)
+
+
 def main():
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--flights", type=int, default=100)
-    parser.add_argument("--first", type=int, default=1000)
-    arguments = parser.parse_args()
-    numbers = range(arguments.first, arguments.first + arguments.flights)
+    numbers = asked(__doc__, 1000)
     print("| pointing | bursts | known from | valid | inside 95 %, rms score:", *PARAMETERS)
     for pointing, wanted in {"quiet": np.zeros(DURATION), "slews": slews()}.items():
         for bursts in (False, True):

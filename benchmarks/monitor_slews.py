@@ -8,10 +8,8 @@ a mean of two seconds, with a weight drawn for each. Prints valid windows, share
 that hold the true value and rms of the error over sigma.
 """
 
-import argparse
-
 import numpy as np
-from monitor_bursts import BODY, DURATION, INERTIA, PARAMETERS, fly, judged, scores
+from monitor_bursts import BODY, DURATION, INERTIA, PARAMETERS, asked, fly, judged, scores
 
 RISE = 30.0
 """Largest change of the speed of the wheel from its mean, rad/s."""
@@ -46,13 +44,9 @@ SHAPES = {
 
 def main():
     """Print the table."""
-    parser = argparse.ArgumentParser(description=__doc__.splitlines()[0])
-    parser.add_argument("--flights", type=int, default=100)
-    parser.add_argument("--first", type=int, default=2000)
-    arguments = parser.parse_args()
-    numbers = range(arguments.first, arguments.first + arguments.flights)
+    numbers = asked(__doc__, 2000)
     print("| slews | telemetry | valid | inside 95 %, rms score:", *PARAMETERS)
-    weights = np.random.default_rng(arguments.first).uniform(-1.0, 1.0, arguments.flights).clip(0)
+    weights = np.random.default_rng(numbers.start).uniform(-1.0, 1.0, len(numbers)).clip(0)
     for shape, change in SHAPES.items():
         wanted = change * INERTIA / BODY
         flights = fly(numbers, "sheet", bursts=False, wanted=wanted, mixed=weights)

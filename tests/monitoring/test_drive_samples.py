@@ -52,6 +52,13 @@ def turned(torque, seed, *, period=1, noise=0.005, mixed=0.0, fallen=1.0):
     return Samples(time, speed[::period, None], current[::period, None]), truth
 
 
+def smooth_slews():
+    """Torque of slews like sines, with pauses, at each second, N·m."""
+    phase = np.arange(DURATION) % 3000
+    pulse = np.where(phase < 400, np.sin(2.0 * np.pi * phase / 400.0), 0.0)
+    return 6e-4 * (pulse - np.roll(pulse, 1500))
+
+
 def test_noise_of_the_current_does_not_hide_its_lag():
     # sines of five minutes: a lag looks like viscous friction
     time = np.arange(DURATION)
@@ -82,6 +89,11 @@ def drawn(drive):
     return blocks_of(Samples(time, 0.0 * drive[:, None], drive[:, None]), 60.0, 0.0)[0]
 
 
+def told(blocks):
+    """Blocks, place of their wheel, their steps and the noise of their samples."""
+    return blocks, 0, stepping(blocks, 0), sample_noise(blocks, 0)
+
+
 def test_a_step_between_samples_tells_the_variance_of_the_mean():
     random = np.random.default_rng(3)
     count = 4000
@@ -97,10 +109,10 @@ def test_a_step_between_samples_tells_the_variance_of_the_mean():
     assert np.mean((height / 60.0) ** 2) / 12.0 == pytest.approx(np.var(error), rel=0.05)
     # the balance of a block has other errors of 1e-3 A
     expected = 1.0 + 1e6 / (12.0 * 60.0**2)
-    np.testing.assert_allclose(step_variance(steps, 0, 1e-3), expected, rtol=0.06)
+    np.testing.assert_allclose(step_variance(*told(steps), 1e-3), expected, rtol=0.06)
     assert stepping(steps, 0).all()
     back = replace(steps, drive_change=0.0 * steps.drive_change)
-    np.testing.assert_allclose(step_variance(back, 0, 1e-3), 2.0 * expected - 1.0, rtol=0.06)
+    np.testing.assert_allclose(step_variance(*told(back), 1e-3), 2.0 * expected - 1.0, rtol=0.06)
 
 
 def test_noise_has_no_steps_and_steps_hardly_make_noise():
@@ -148,7 +160,7 @@ def test_a_quarter_of_the_blocks_shows_the_noise(count):
     random = np.random.default_rng(count)
     values = random.standard_normal((3000 * count + 2, 1))
     first = np.arange(3000) * count
-    found = calm_noise(values, first, first + count)
+    found = calm_noise(np.diff(values, n=2, axis=0), first, first + count)
     assert np.mean(found) == pytest.approx(1.0, rel=0.8 / count)
     blocks = SimpleNamespace(
         drive_noise=found, count=np.full(3000, count), step=np.full((3000, 1), np.inf)
@@ -165,7 +177,7 @@ def test_the_noise_of_the_lag_has_the_variance_of_the_samples(noise):
     blocks = drawn(drive)
     total = np.hypot(noise, 1.0 / 12.0**0.5)
     assert sample_noise(blocks, 0) == pytest.approx(total, rel=0.1)
-    made = lag_noise(blocks, 0)
+    made = lag_noise(blocks, sample_noise(blocks, 0))
     true = np.diff((drive - slow)[::60])[: made.size] / 60.0
     assert np.mean(made**2) == pytest.approx(np.mean(true**2), rel=0.15)
     # neighbours share a sample
@@ -188,16 +200,14 @@ def test_blocks_next_to_missing_values_have_no_noise_of_their_own():
     blocks = drawn(drive)
     present = blocks.part(np.isfinite(blocks.drive[:, 0]))
     assert np.isnan(present.drive_noise).any()
-    assert np.isfinite(lag_noise(present, 0)).all()
-    assert np.isfinite(step_variance(present, 0, 1.0)).all()
+    assert np.isfinite(lag_noise(present, sample_noise(present, 0))).all()
+    assert np.isfinite(step_variance(*told(present), 1.0)).all()
 
 
 def test_a_current_later_than_half_a_period_is_told():
-    time = np.arange(DURATION)
-    pulse = np.where(time % 3000 < 400, np.sin(2.0 * np.pi * (time % 3000) / 400.0), 0.0)
     found = []
     for seed in range(12):
-        samples, truth = turned(6e-4 * (pulse - np.roll(pulse, 1500)), seed)
+        samples, truth = turned(smooth_slews(), seed)
         late = replace(samples, drive=np.roll(samples.drive, 3, axis=0))
         found.append(scores((late, truth), SHEET, float(DURATION))[:, 0])
     assert np.sqrt(np.mean(np.square(found), axis=0)) == pytest.approx(0.0, abs=1.5)
@@ -205,13 +215,11 @@ def test_a_current_later_than_half_a_period_is_told():
 
 def test_a_rough_bearing_with_chatter_loses_no_weight():
     """Friction is larger while the current is noisy; that noise has no steps."""
-    time = np.arange(DURATION)
-    pulse = np.where(time % 3000 < 400, np.sin(2.0 * np.pi * (time % 3000) / 400.0), 0.0)
-    rough = time % 5700 < 2000
+    rough = np.arange(DURATION) % 5700 < 2000
     more = 0.1 * NOMINAL["coulomb"]
     found = []
     for seed in range(8):
-        samples, truth = turned(6e-4 * (pulse - np.roll(pulse, 1500)), seed)
+        samples, truth = turned(smooth_slews(), seed)
         noise = 0.02 * np.random.default_rng(seed).standard_normal(DURATION)
         drive = samples.drive + np.where(rough, more / truth.motor_constant + noise, 0.0)[:, None]
         truth.mean += more * np.mean(rough)

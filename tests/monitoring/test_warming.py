@@ -9,10 +9,8 @@ from gyrostat.monitoring.estimate import Rows
 from gyrostat.monitoring.moments import VISCOUS, WARMING, Prior
 from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.warming import about_its_share
-from tests.monitoring.test_drive_samples import DURATION, turned
+from tests.monitoring.test_drive_samples import DURATION, SHEET, smooth_slews, turned
 from tests.monitoring.test_instruments import scores
-
-SHEET = {"motor_constant": 0.05 * 0.027, "viscous": 0.3 * 5e-6}
 
 
 def orbits(swing):
@@ -24,13 +22,10 @@ def orbits(swing):
     ("share", "swing"), [(0.0, 10.0), (0.02, 10.0), (0.045, 5.0), (0.045, 25.0)]
 )
 def test_large_swings_of_the_temperature_bias_nothing(share, swing):
-    phase = np.arange(DURATION) % 3000
-    pulse = np.where(phase < 400, np.sin(2.0 * np.pi * phase / 400.0), 0.0)
-    torque = 6e-4 * (pulse - np.roll(pulse, 1500))
     warm = orbits(swing)
     found = []
     for seed in range(8):
-        samples, truth = turned(torque, seed, fallen=np.exp(-share * warm))
+        samples, truth = turned(smooth_slews(), seed, fallen=np.exp(-share * warm))
         samples = replace(samples, temperature=20.0 + np.round(warm[:, None], 1))
         truth.viscous *= np.exp(-share * np.mean(warm))
         found.append(scores((samples, truth), SHEET, float(DURATION))[:, 0])

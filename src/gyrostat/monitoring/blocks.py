@@ -225,6 +225,7 @@ def _blocks(
     jump = np.abs(np.diff(drive[:end], axis=0))
     finest = np.minimum.reduceat(np.where(jump > 0.0, jump, np.inf), first, axis=0)
     jump *= jump
+    bend = np.diff(drive[: end + 1], n=2, axis=0)
     wheels = speed.shape[1]
     turn = rate = np.full((first.size, 3), np.nan)
     if samples.rate is not None:
@@ -252,9 +253,9 @@ def _blocks(
         speed=mean(speed),
         slowest=np.minimum.reduceat(magnitude, first, axis=0),
         deceleration=_deceleration(time[:end], np.abs(speed[:end]), first, last),
-        speed_noise=noise(speed[: end + 1], first, last),
-        drive_noise=calm_noise(drive[: end + 1], first, last),
-        drive_steps=steps(drive[: end + 1], first, last),
+        speed_noise=noise(np.diff(speed[: end + 1], n=2, axis=0), first, last),
+        drive_noise=calm_noise(bend, first, last),
+        drive_steps=steps(bend, first, last),
         slow_drive=np.maximum.reduceat(np.where(slow, np.abs(drive[inside]), 0.0), first, axis=0),
         rest=total(slow.astype(float)) / count[:, None],
         step=finest,

@@ -16,23 +16,21 @@ LARGE = 0.7
 """Product of two second differences over the square of one, above which both are of one step."""
 
 
-def noise(values: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]) -> Matrix:
+def noise(bend: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]) -> Matrix:
     """Standard deviation of the noise of a sample of each block; steps count as noise.
 
     Args:
-        values: Values of the samples, up to the one after the last of `last`, (N, M).
+        bend: Second differences of the samples, up to the one after the last of `last`, (N, M).
         first: Places of the first samples of the blocks, (B,).
         last: Places of the first samples of the next blocks, (B,).
     """
-    bend = np.diff(values, n=2, axis=0)
-    bend *= bend
-    return np.sqrt(np.add.reduceat(bend, first, axis=0) / (6.0 * (last - first))[:, None])
+    return np.sqrt(np.add.reduceat(bend * bend, first, axis=0) / (6.0 * (last - first))[:, None])
 
 
-def calm_noise(values: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]) -> Matrix:
+def calm_noise(bend: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]) -> Matrix:
     """The same, to which a few steps and slow motion add little; 0 of less than three samples."""
-    wild = np.zeros((values.shape[0] - 2, values.shape[1]))
-    wild[2:] = np.sqrt(np.abs(np.diff(values, n=4, axis=0)))
+    wild = np.zeros_like(bend)
+    wild[2:] = np.sqrt(np.abs(np.diff(bend, n=2, axis=0)))
     # a block is the same whatever was given before it
     for early in (first, np.minimum(first + 1, last - 1)):
         wild[early] = 0.0
@@ -40,12 +38,11 @@ def calm_noise(values: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]
     return (mean / ROOT) ** 2 / np.sqrt(70.0)
 
 
-def steps(values: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]) -> Matrix:
+def steps(bend: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]) -> Matrix:
     """Height of the largest step of each block.
 
     A step with a sample on its way has second differences of half its height, two samples apart.
     """
-    bend = np.diff(values, n=2, axis=0)
     square = np.zeros_like(bend)
     square[1:] = np.maximum(-bend[1:] * bend[:-1], 0.0)
     square[2:] = np.maximum(-bend[2:] * bend[:-2], square[2:])

@@ -53,31 +53,35 @@ def stepping(blocks: Blocks, wheel: int) -> NDArray[np.bool_]:
     return height > FAR * least
 
 
-def step_variance(blocks: Blocks, wheel: int, other: float) -> Vector:
+def step_variance(
+    blocks: Blocks, wheel: int, steps: NDArray[np.bool_], noise: float, other: float
+) -> Vector:
     """Variance of the mean of the drive with its steps over that without them, (B,).
 
     Args:
         blocks: Blocks of the window.
         wheel: Place of the wheel.
+        steps: Those that are `stepping`, (B,).
+        noise: Their `sample_noise`, A.
         other: Standard deviation that the balance of a block has for other reasons, A.
     """
-    usual = sample_noise(blocks, wheel) ** 2 / blocks.count + other**2
-    height = np.where(stepping(blocks, wheel), blocks.drive_steps[:, wheel], 0.0)
+    usual = noise**2 / blocks.count + other**2
+    height = np.where(steps, blocks.drive_steps[:, wheel], 0.0)
     # a drive that has come back has stepped twice
     twice = np.where(np.abs(blocks.drive_change[:, wheel]) < 0.5 * height, 2.0, 1.0)
     return 1.0 + twice * height**2 / (12.0 * blocks.count**2 * np.maximum(usual, 1e-300))
 
 
-def lag_noise(blocks: Blocks, wheel: int) -> Vector:
-    """A noise with the variance of that of the rate of the drive over a block, (B,), A/s.
+def lag_noise(blocks: Blocks, noise: float) -> Vector:
+    """A noise with the variance of that of the rate of a drive over a block, (B,), A/s.
 
-    Neighbouring blocks share a sample.
+    Neighbouring blocks share a sample, whose noise is given in A.
     """
     random = np.random.default_rng(0)
     start, other = random.choice([-1.0, 1.0], (2, len(blocks)))
     end = other.copy()
     end[:-1] = np.where(blocks.gaps, other[:-1], start[1:])
-    return sample_noise(blocks, wheel) * (end - start) / blocks.length
+    return noise * (end - start) / blocks.length
 
 
 def _chance(blocks: Blocks) -> float:

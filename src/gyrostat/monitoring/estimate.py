@@ -218,7 +218,7 @@ def _point(rows: Rows, columns: Matrix, prior: Prior, start: Vector, noise: Nois
     products, log_det = gram(columns, rows.time, rows.white, noise)
     moments = _moments(products, size)
     solution = solve(moments, prior, start, count)
-    k = 2 * size + 3
+    k = columns.shape[1] - 1
     weighted = products[k, :size]
     residual = float(products[k, 2 * size] - weighted @ solution.beta)
     motor = solution.value[MOTOR]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks
-from gyrostat.monitoring.drive_samples import lag_noise, step_variance, stepping
+from gyrostat.monitoring.drive_samples import lag_noise, sample_noise, step_variance, stepping
 from gyrostat.monitoring.estimate import Rows
 from gyrostat.monitoring.instruments import Motion, instruments
 from gyrostat.monitoring.moments import IDLE, Prior
@@ -112,10 +112,12 @@ def regression_rows(
         measured = blocks.drive[:, wheel] * sign
         regressors += _electrical(torque * sign, np.abs(speed), measured, rotor)
         instrument += _electrical(felt * sign, exchanged * sign, measured, rotor)
-    noise = np.where(steps, 0.0, sign * lag_noise(blocks, wheel))
+    sampled = sample_noise(blocks, wheel)
+    other = motion.noise / rotor.motor_constant
+    noise = np.where(steps, 0.0, sign * lag_noise(blocks, sampled))
     return Rows(
         blocks.start + 0.5 * blocks.length,
-        length / blocks.length * step_variance(blocks, wheel, motion.noise / rotor.motor_constant),
+        length / blocks.length * step_variance(blocks, wheel, steps, sampled, other),
         blocks.drive[:, wheel] * sign,
         np.column_stack(regressors),
         np.column_stack(instrument),

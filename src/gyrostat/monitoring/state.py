@@ -24,7 +24,8 @@ from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.windows import COLUMNS, DTYPES, Windows
 
 _FORMAT = [
-    *("10", *COLUMNS),
+    "10",
+    *COLUMNS,
     *(each.name for table in (Samples, Blocks, Exchange) for each in fields(table)),
 ]
 """Version and columns: a state with others is that of another version."""
