@@ -14,7 +14,7 @@ from gyrostat.monitoring.drive_samples import (
     step_variance,
     stepping,
 )
-from gyrostat.monitoring.estimate import _moments
+from gyrostat.monitoring.estimate import moments_of
 from gyrostat.monitoring.moments import LAG
 from tests.monitoring.closed_loop import NOMINAL
 from tests.monitoring.test_instruments import scores
@@ -24,11 +24,11 @@ RPM = np.pi / 30.0
 SHEET = {"motor_constant": 0.05 * 0.027, "viscous": 0.3 * 5e-6}
 
 
-def turned(torque, seed, *, period=1, noise=0.005, mixed=0.0, fallen=1.0):
+def turned(torque, seed, *, period=1, noise=0.005, mixed=0.0, fallen=1.0, step=1e-3, dither=0.5):
     """Telemetry of a wheel with an acceleration torque at each second, in N·m, and friction noise.
 
     `mixed` of a sample of the current is that of the second before; the viscous coefficient is
-    that at 20 °C times `fallen`.
+    that at 20 °C times `fallen`. Currents are rounded to a step in A, with noise of a share of it.
     """
     random = np.random.default_rng(seed)
     draws = random.standard_normal(3)
@@ -46,7 +46,7 @@ def turned(torque, seed, *, period=1, noise=0.005, mixed=0.0, fallen=1.0):
     current[1:] = (1.0 - mixed) * current[1:] + mixed * current[:-1]
     noisy = random.standard_normal((2, DURATION))
     speed = np.round(speed / (0.4 * RPM) + 0.2 * noisy[0]) * 0.4 * RPM
-    current = np.round(current / 1e-3 + 0.5 * noisy[1]) * 1e-3
+    current = np.round(current / step + dither * noisy[1]) * step
     truth = SimpleNamespace(motor_constant=motor, viscous=viscous, mean=friction.mean())
     time = np.arange(0.0, DURATION, period)
     return Samples(time, speed[::period, None], current[::period, None]), truth
@@ -188,9 +188,9 @@ def test_noise_that_is_larger_than_the_change_of_the_drive_leaves_no_information
     products = np.zeros((16, 16))
     products[6 + LAG, LAG] = 1.0
     products[13, 14] = 3.0
-    assert _moments(products, 6).mixed[LAG, LAG] == 0.0
+    assert moments_of(products, 6).mixed[LAG, LAG] == 0.0
     products[13, 14] = 0.25
-    assert _moments(products, 6).mixed[LAG, LAG] == 0.75
+    assert moments_of(products, 6).mixed[LAG, LAG] == 0.75
 
 
 def test_blocks_next_to_missing_values_have_no_noise_of_their_own():

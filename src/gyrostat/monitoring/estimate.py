@@ -118,13 +118,13 @@ def estimate(
         noise: Noise of the previous window, from which the search starts.
         believe: Whether to use what is known beforehand even if the data contradict it.
     """
-    columns = _columns(rows)
+    columns = all_columns(rows, noise)
 
     def at(place: Vector) -> _Point:
         return _point(rows, columns, prior, start, Noise(float(place[0]), float(place[1])))
 
     products, _ = gram(columns, rows.time, rows.white, noise)
-    moments = _moments(products, start.size)
+    moments = moments_of(products, start.size)
     if believe:
         first = solve(moments, prior, start, rows.time.size)
     else:
@@ -141,18 +141,24 @@ def estimate(
 
 def quick_look(rows: Rows, prior: Prior, noise: Noise) -> Solution:
     """Estimate for a given noise, with what is known beforehand."""
-    products, _ = gram(_columns(rows), rows.time, rows.white, noise)
-    moments = _moments(products, prior.mean.size)
+    products, _ = gram(all_columns(rows, noise), rows.time, rows.white, noise)
+    moments = moments_of(products, prior.mean.size)
     return solve(moments, prior, prior.mean.copy(), rows.time.size)
 
 
-def _columns(rows: Rows) -> Matrix:
-    """Regressors, instruments, response, noise of the lag, and a free column."""
+def all_columns(rows: Rows, noise: Noise) -> Matrix:
+    """Regressors, instruments, response, noise of the lag, and covariance with the mean noise."""
     given = (rows.regressors, rows.instruments, rows.response, rows.lag_noise)
-    return np.asfortranarray(np.column_stack([*given, np.zeros(rows.time.size)]))
+    return np.asfortranarray(np.column_stack([*given, _with_mean(rows, noise)]))
 
 
-def _moments(products: Matrix, size: int) -> Moments:
+def _with_mean(rows: Rows, noise: Noise) -> Vector:
+    """Covariance of the slow noise with its mean over the window, (N,)."""
+    along = window_covariance(rows.time, rows.start, rows.end, float(np.exp(noise.log_time)))
+    return np.exp(noise.log_ratio) * along
+
+
+def moments_of(products: Matrix, size: int) -> Moments:
     """Moments of regressors, instruments and response, from the products of all columns."""
     x, z, y = slice(0, size), slice(size, 2 * size), 2 * size
     mixed = products[z, x].copy()
@@ -214,9 +220,9 @@ def _contradicted(
 def _point(rows: Rows, columns: Matrix, prior: Prior, start: Vector, noise: Noise) -> _Point:
     count, size = rows.time.size, rows.regressors.shape[1]
     ratio, correlation_time = np.exp(noise.log_ratio), np.exp(noise.log_time)
-    columns[:, -1] = ratio * window_covariance(rows.time, rows.start, rows.end, correlation_time)
+    columns[:, -1] = _with_mean(rows, noise)
     products, log_det = gram(columns, rows.time, rows.white, noise)
-    moments = _moments(products, size)
+    moments = moments_of(products, size)
     solution = solve(moments, prior, start, count)
     k = columns.shape[1] - 1
     weighted = products[k, :size]

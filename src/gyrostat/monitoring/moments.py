@@ -109,12 +109,16 @@ class Moments:
     response: float
 
     @cached_property
-    def projected(self) -> tuple[Matrix, Vector]:
-        """Regressors and response projected on the instruments, (P, P) and (P,)."""
+    def projection(self) -> Matrix:
+        """Products of the instruments with a column to its products with the regressors, (P, P)."""
         size = _sizes(self.instruments)
         metric = np.linalg.pinv(self.instruments / (size[:, None] * size), 1e-9, hermitian=True)
-        projection = (self.mixed / size[:, None]).T @ metric / size
-        return projection @ self.mixed, projection @ self.instruments_response
+        return (self.mixed / size[:, None]).T @ metric / size
+
+    @cached_property
+    def projected(self) -> tuple[Matrix, Vector]:
+        """Regressors and response projected on the instruments, (P, P) and (P,)."""
+        return self.projection @ self.mixed, self.projection @ self.instruments_response
 
     def squares(self, beta: Vector) -> float:
         """Sum of squares of the whitened residual for coefficients β."""

@@ -1,37 +1,116 @@
-"""Error of a mean from a rounded motor current.
+"""Errors of a rounded motor current, and what they do to the estimate of a window.
 
-Noise of standard deviation d before rounding to steps q leaves a mean error of variance
-q² / (2 π²) exp(-4 π² d² / q²) (Widrow and Kollár, Quantization Noise, 2008, ch. 4): none to
-speak of for d above q / 2. What is left changes as the slow friction noise wanders through
-the steps.
+The error of rounding a current y to steps q is a sawtooth of y, the sum over h of
+q / (π h) sin(2 π h y / q + phase). Noise of standard deviation d before rounding leaves
+exp(-2 π² h² d² / q²) of each term: none to speak of for d above q / 2 (Widrow and Kollár,
+Quantization Noise, 2008, ch. 4). Where little noise is there, blocks with the same current have the
+same error. It is then no noise: slews between two speeds turn it into viscous friction. The phase
+is that of a current which is less well known than a step, hence uniform. Slow friction noise makes
+the current wander through the steps, which also leaves less of a term; that part of the error
+is in the noise that the estimate finds.
 """
+
+from dataclasses import replace
 
 import numpy as np
 
+from gyrostat.core.types import Matrix
 from gyrostat.monitoring.blocks import Blocks
-from gyrostat.monitoring.estimate import Estimate
-from gyrostat.monitoring.moments import MOTOR
+from gyrostat.monitoring.estimate import Estimate, Rows, all_columns, moments_of
+from gyrostat.monitoring.moments import COULOMB, MOTOR, VISCOUS, Prior, coefficients
+from gyrostat.monitoring.noise import gram, window_variance
+
+HARMONICS = 8
+"""Terms of the sawtooth: they contain 93 % of its variance."""
+NOTHING = 1e-3
+"""Sum of squares of an error over the variance of the noise of a block, below which it is left out:
+it moves no parameter by more than 0.03 sigma."""
 
 
-def rounding_variance(
-    blocks: Blocks, wheel: int, value: Estimate, window: tuple[float, float], step: float | None
-) -> float:
-    """Variance that rounding adds to the mean Coulomb torque of a window, (N·m)².
+def rounding_errors(
+    blocks: Blocks, wheel: int, rows: Rows, prior: Prior, value: Estimate, *, step: float | None
+) -> Matrix:
+    """Independent errors of the response by its rounding, of variance 1 each, (N, M), A.
 
     Args:
         blocks: Blocks of the window.
         wheel: Place of the wheel.
+        rows: Their rows.
+        prior: What is known of the wheel beforehand.
         value: Estimate of the window.
-        window: Start and end, s.
         step: Resolution of the current, A; None: as its values show.
     """
+    none = np.zeros((rows.time.size, 0))
     if step is None:
         step = float(np.min(blocks.step[:, wheel]))
     if not 0.0 < step < np.inf:
-        return 0.0
+        return none
     dither = np.maximum(blocks.scatter[:, wheel] ** 2 - step**2 / 12.0, 0.0)
-    left = step**2 / (2.0 * np.pi**2) * np.exp(-4.0 * np.pi**2 * dither / step**2)
-    wander = max(value.noise_sigma / value.value[MOTOR], 1e-12)
-    kept = np.exp(value.noise.log_time) * (step / (2.0 * np.pi * wander)) ** 2
-    share = min(1.0, 2.0 * kept / (window[1] - window[0]))
-    return float(value.value[MOTOR] ** 2 * np.mean(left) * share)
+    order = np.arange(1, HARMONICS + 1)
+
+    def left(variance: Matrix) -> Matrix:
+        decay = np.exp(-4.0 * np.pi**2 * order**2 * variance[:, None] / step**2)
+        return step**2 / (2.0 * np.pi**2 * order**2) * decay
+
+    # the noise that was found contains what rounding adds
+    varies = 1.0 - window_variance(rows.start, rows.end, np.exp(value.noise.log_time))
+    wander = varies * (value.noise_sigma / value.value[MOTOR]) ** 2
+    wander = max(wander - float(np.mean(np.sum(left(dither), axis=1))), 0.0)
+    size = np.sqrt(left(dither + wander))
+    size = size[:, np.sum(size**2, axis=0) > NOTHING * value.white_sigma**2]
+    if not size.shape[1]:
+        return none
+    levels = _levels(rows, prior, value, step)
+    turns = 2.0 * np.pi / step * order[: size.shape[1], None] * levels[:, None, None, :]
+    both = np.concatenate([np.cos(turns), np.sin(turns)]) / np.sqrt(len(levels))
+    return (both * size.T).reshape(-1, rows.time.size).T
+
+
+def _levels(rows: Rows, prior: Prior, value: Estimate, step: float) -> Matrix:
+    """Currents of the blocks that are equally likely, (4, N), A.
+
+    The coefficients found are themselves wrong by the rounding: where all currents round to one
+    value, the viscous friction found is 0. Their means, weighted with what is known beforehand, and
+    points of the rule of degree 3 (Stroud, Approximate Calculation of Multiple Integrals, 1971)
+    about them for the errors of motor constant and viscous friction.
+    """
+    known, slope = coefficients(prior.mean)
+    precision = prior.precision / np.diagonal(slope) ** 2
+    found = 12.0 * np.ptp(rows.regressors, axis=0) ** 2 / step**2
+    both = np.maximum(precision + found, 1e-300)
+    level = rows.regressors @ (known + found / both * (value.beta - known))
+    places = [MOTOR, VISCOUS]
+    off = np.sqrt(2.0 / both[places])[:, None] * rows.regressors[:, places].T
+    return np.concatenate([level + off, level - off])
+
+
+def widened(rows: Rows, value: Estimate, errors: Matrix) -> Estimate:
+    """Estimate whose covariances contain those that errors of the response cause.
+
+    Args:
+        rows: Rows of the window.
+        value: Estimate from them.
+        errors: Independent errors of variance 1 each, (N, M), A.
+    """
+    if not errors.shape[1]:
+        return value
+    columns = all_columns(rows, value.noise)
+    size, mean = value.value.size, columns.shape[1] - 1
+    products, _ = gram(np.column_stack([columns, errors]), rows.time, rows.white, value.noise)
+    moments = moments_of(products, size)
+    _, slope = coefficients(value.value)
+    passed = products[size : 2 * size, mean + 1 :]
+    scale = value.white_sigma**2
+    moved = value.covariance @ slope.T @ moments.projection @ passed / scale
+    # the mean follows the parameters, and what they leave of the response
+    motor, weighted = value.value[MOTOR], products[mean, :size]
+    mean_moved = motor * (products[mean, mean + 1 :] - weighted @ slope @ moved) + moved[COULOMB]
+    added = moved @ moved.T
+    return replace(
+        value,
+        covariance=value.covariance + added,
+        scatter=value.scatter + added,
+        mean_covariance=value.mean_covariance + moved @ mean_moved,
+        mean_variance=value.mean_variance + float(mean_moved @ mean_moved),
+        mean_scatter=value.mean_scatter + float(mean_moved @ mean_moved),
+    )

@@ -1,13 +1,14 @@
 """Row of the window table for one wheel from the blocks of a window."""
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import replace
+from functools import partial
 from itertools import combinations
 from typing import Any
 
 import numpy as np
 
-from gyrostat.core.types import Vector
+from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.estimate import APART, Estimate, Rows, estimate, explains
 from gyrostat.monitoring.moments import COULOMB, IDLE, LAG, MOTOR, OFFSET, VISCOUS, Prior, stated
@@ -15,7 +16,7 @@ from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.noise_search import USUAL
 from gyrostat.monitoring.power import doubt_of, shows_torque
 from gyrostat.monitoring.residuals import residual_columns
-from gyrostat.monitoring.rounding import rounding_variance
+from gyrostat.monitoring.rounding import rounding_errors, widened
 from gyrostat.monitoring.rows import prior_of, regression_rows, usable
 from gyrostat.monitoring.statistics import plain_columns, standstill_columns
 from gyrostat.monitoring.stuck import stuck
@@ -85,13 +86,13 @@ def window_row(
     warm = float(row.get("temperature_mean", np.nan))
     prior = prior_of(rotor, rows.regressors.shape[1], interval, warm)
     rows, prior = about_its_share(rows, prior, noise or USUAL)
-    value = _estimated(rows, prior, noise or USUAL)
     speeds = np.abs(steady.speed[:, wheel])
     step, speed = None, float(np.median(speeds))
     if power:
         step = known.power_resolution / (rotor.motor_constant * speed)
-    added = rounding_variance(steady, wheel, value, window, step)
-    row |= _values(value, rows, added, speeds)
+    errors = partial(rounding_errors, steady, wheel, rows, prior, step=step)
+    value = _estimated(rows, prior, noise or USUAL, errors)
+    row |= _values(value, rows, speeds)
     row |= residual_columns(blocks, steady, known, wheel, value, rows)
     known_motor = value.prior.precision[MOTOR] == prior.precision[MOTOR]
     row |= verdict(value, rotor, first=noise is None, known=known_motor)
@@ -103,13 +104,24 @@ def window_row(
     return row, value.noise if row["valid"] else noise
 
 
-def _estimated(rows: Rows, prior: Prior, noise: Noise) -> Estimate:
-    """Estimate; without what was known beforehand of a parameter where the data contradict."""
+def _estimated(
+    rows: Rows, prior: Prior, noise: Noise, errors_of: Callable[[Estimate], Matrix]
+) -> Estimate:
+    """Estimate; without what was known beforehand of a parameter where the data contradict.
+
+    Args:
+        rows: Rows of the regression.
+        prior: What is known beforehand.
+        noise: Noise from which the search starts.
+        errors_of: Errors of the response for an estimate, as `widened` takes them.
+    """
     value = estimate(rows, prior, prior.mean.copy(), noise)
+    value = widened(rows, value, errors_of(value))
     prior = value.prior
     wrong, pulled = _apart(value, prior)
     if wrong:
         other = estimate(rows, prior.without(wrong), value.value, value.noise)
+        other = widened(rows, other, errors_of(other))
         sigma = np.sqrt(np.diagonal(other.covariance))[wrong]
         determined = np.all(sigma < OBSERVABLE * np.abs(other.value[wrong]))
         if determined and explains(rows, other.value, other.beta, prior):
@@ -164,23 +176,21 @@ def _held(rows: Rows, value: Estimate) -> Estimate:
     )
 
 
-def _values(value: Estimate, rows: Rows, added: float, speeds: Vector) -> dict[str, Any]:
+def _values(value: Estimate, rows: Rows, speeds: Vector) -> dict[str, Any]:
     """Columns of the parameters."""
     row: dict[str, Any] = {}
-    mean_variance = value.mean_variance + added
     for name, place in _PLACES.items():
         row[name] = float(value.value[place])
         row[f"{name}_sigma"] = float(np.sqrt(value.covariance[place, place]))
         row[f"{name}_scatter"] = float(np.sqrt(max(value.scatter[place, place], 0.0)))
         if name in REGRESSED[1:]:
             row[f"{name}_known"] = float(value.prior.precision[place] ** -0.5)
-    level_variance = value.covariance[COULOMB, COULOMB] + added
     row |= {
         "coulomb": value.mean,
-        "coulomb_sigma": float(np.sqrt(mean_variance)),
-        "coulomb_scatter": float(np.sqrt(max(value.mean_scatter, 0.0) + added)),
+        "coulomb_sigma": float(np.sqrt(value.mean_variance)),
+        "coulomb_scatter": float(np.sqrt(max(value.mean_scatter, 0.0))),
         "coulomb_level": float(value.value[COULOMB]),
-        "coulomb_level_sigma": float(np.sqrt(level_variance)),
+        "coulomb_level_sigma": float(np.sqrt(value.covariance[COULOMB, COULOMB])),
         "noise_sigma": value.noise_sigma,
         "noise_time": float(np.exp(value.noise.log_time)),
     }
@@ -188,21 +198,19 @@ def _values(value: Estimate, rows: Rows, added: float, speeds: Vector) -> dict[s
         a, b = _PLACES[first], _PLACES[second]
         covariance = value.mean_covariance[b] if first == "coulomb" else value.covariance[a, b]
         row[f"cov_{first}_{second}"] = float(covariance)
-    for name, reason in _reasons(value, rows, mean_variance, speeds).items():
+    for name, reason in _reasons(value, rows, speeds).items():
         row[f"{name}_observable"] = not reason
         row[f"{name}_reason"] = reason
     return row
 
 
-def _reasons(
-    value: Estimate, rows: Rows, mean_variance: float, speeds: Vector
-) -> Mapping[str, str]:
+def _reasons(value: Estimate, rows: Rows, speeds: Vector) -> Mapping[str, str]:
     """Why each parameter is not observable; empty if it is.
 
     A parameter counts by what the window says of it, without what was known of it beforehand.
     """
     variance = np.diagonal(value.covariance).copy()
-    variance[COULOMB] = mean_variance
+    variance[COULOMB] = value.mean_variance
     told = 1.0 / np.maximum(1.0 / variance - value.prior.precision[: variance.size], 1e-300)
     scale = np.abs(value.value)
     scale[COULOMB] = scale[OFFSET] = abs(value.mean)
