@@ -43,11 +43,12 @@ def slews():
     return 1e-5 * (pulse - np.roll(pulse, 1500))
 
 
-def fly(numbers, known, *, bursts, wanted, mixed=0.0):
+def fly(numbers, known, *, bursts, wanted, mixed=0.0, rounded=(1e-3, 0.5)):
     """Fly some numbers.
 
     `wanted` are angular accelerations of slews, (samples,). A sample of the current contains that
-    of the second before with the weight `mixed`.
+    of the second before with the weight `mixed`. `rounded` are the step of the current, A, and the
+    noise before rounding, a share of it.
     """
     count = len(numbers)
     sigma_motor, sigma_viscous = KNOWN[known]
@@ -85,7 +86,8 @@ def fly(numbers, known, *, bursts, wanted, mixed=0.0):
     current[1:] = (1.0 - mixed) * current[1:] + mixed * current[:-1]
     noises = np.array([r.standard_normal((2, DURATION)) for r in random]).transpose(1, 2, 0)
     speed = np.round(speed / (0.4 * RPM) + 0.2 * noises[0]) * 0.4 * RPM
-    current = np.round(current / 1e-3 + 0.5 * noises[1]) * 1e-3
+    step, dither = rounded
+    current = np.round(current / step + dither * noises[1]) * step
     return Flights(speed, current, (motor, viscous, friction.mean(axis=0)))
 
 

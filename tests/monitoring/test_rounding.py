@@ -34,6 +34,14 @@ def test_a_current_rounded_with_little_noise_biases_nothing(step, dither, slews)
     assert np.sqrt(np.mean(values**2, axis=0)) == pytest.approx(0.0, abs=1.7)
 
 
+def test_the_resolution_is_found_below_errors_of_arithmetic():
+    samples, truth = turned(short_slews(), 300, step=5e-3, dither=0.0)
+    tiny = 1e-9 * np.random.default_rng(0).standard_normal(samples.drive.shape)
+    values = scores((replace(samples, drive=samples.drive + tiny), truth), SHEET, float(DURATION))
+    exact = scores((samples, truth), SHEET, float(DURATION))
+    assert values == pytest.approx(exact, rel=1e-3)
+
+
 @pytest.mark.parametrize("noise", [0.0, 0.1, 0.3])
 def test_rounding_errors_of_two_currents_are_those_of_a_sawtooth_of_any_phase(noise):
     step = 3.0
@@ -56,7 +64,7 @@ def wheel_at(levels, step, noise):
     blocks = SimpleNamespace(step=np.full((count, 1), step), scatter=np.full((count, 1), scatter))
     regressors = np.zeros((count, 6))
     regressors[:, MOTOR] = levels
-    rows = SimpleNamespace(time=np.arange(count), regressors=regressors, start=0.0, end=1e3)
+    rows = SimpleNamespace(time=np.arange(count), regressors=regressors, start=0.0, end=1e6)
     known = np.array([1.0, *np.zeros(5)])
     value = SimpleNamespace(
         value=known, beta=known, noise=Noise(0.0, 1.0), noise_sigma=0.0, white_sigma=1e-3
@@ -67,9 +75,10 @@ def wheel_at(levels, step, noise):
 def test_friction_noise_that_wanders_through_the_steps_leaves_less():
     levels, step = np.linspace(10.0, 14.0, 8), 3.0
     arguments = wheel_at(levels, step, 0.0)
-    # of a correlation time far below the window; what is found contains what rounding adds
+    # of a correlation time far below the window; what is found contains what rounding adds, of a
+    # few levels up to three times its mean
     calm = np.sqrt(np.sum(rounding_errors(*arguments, step=None)[0] ** 2))
-    arguments[-1].noise_sigma = np.sqrt((0.3 * step) ** 2 + calm**2)
+    arguments[-1].noise_sigma = np.sqrt((0.3 * step) ** 2 + 3.0 * calm**2)
     left = np.sum(rounding_errors(*arguments, step=None)[0] ** 2)
     alone = step**2 / (2.0 * np.pi**2) * np.exp(-4.0 * np.pi**2 * 0.3**2)
     assert left == pytest.approx(alone, rel=0.05)
@@ -82,17 +91,24 @@ def test_currents_that_all_round_to_one_value_leave_the_viscous_friction_open():
     value.white_sigma = 0.01
     open_ = Prior(value.beta, np.array([1e12, 0.0, 0.5, 1e12, 1e12, 1e12]))
     errors = rounding_errors(blocks, wheel, rows, open_, value, step=None)
-    apart = np.sum((errors[-1] - errors[0]) ** 2)
-    assert 0.5 < apart / (2.0 * np.sum(errors[0] ** 2)) < 1.0
+    # what is known, and what a rounded range of 1 tells; with the motor constant, two dimensions
+    spread = np.sqrt(2.0 / (0.5 + 12.0 / step**2))
+    order = np.arange(1, 9)
+    alike = 0.5 + 0.5 * np.sum(np.cos(2.0 * np.pi / step * order * spread) / order**2) / np.sum(
+        1.0 / order**2
+    )
+    assert errors[-1] @ errors[0] == pytest.approx(alike * errors[0] @ errors[0], rel=1e-3)
     sure = Prior(value.beta, np.full(6, 1e12))
     same = rounding_errors(blocks, wheel, rows, sure, value, step=None)
-    assert same[-1] == pytest.approx(same[0], abs=1e-6)
+    assert same[-1] == pytest.approx(same[0], abs=1e-5)
 
 
 def test_enough_noise_leaves_no_error_and_an_estimate_as_it_is():
     levels = np.linspace(10.0, 14.0, 8)
     blocks, wheel, rows, prior, value = wheel_at(levels, 3.0, 0.6)
-    value.white_sigma = 1.0
+    value.white_sigma = 0.003
+    assert rounding_errors(blocks, wheel, rows, prior, value, step=None).shape == (8, 8)
+    value.white_sigma = 0.3
     assert rounding_errors(blocks, wheel, rows, prior, value, step=None).shape == (8, 0)
     blocks.step[:] = np.inf  # of a current that does not change
     assert rounding_errors(blocks, wheel, rows, prior, value, step=None).shape == (8, 0)
@@ -126,6 +142,9 @@ def test_an_error_of_the_response_moves_an_estimate_as_its_covariance_says():
     change = (high - low) / 2e-6
     added = np.diagonal(wide.covariance - value.covariance)
     assert np.sqrt(added[:3]) == pytest.approx(np.abs(moved[:3]), rel=0.03)
+    scatter = wide.scatter - value.scatter
+    assert scatter == pytest.approx(wide.covariance - value.covariance, rel=1e-6)
+    assert wide.mean_scatter - value.mean_scatter == pytest.approx(change**2, rel=0.06)
     assert np.sqrt(wide.mean_variance - value.mean_variance) == pytest.approx(abs(change), rel=0.03)
     towards = (wide.mean_covariance - value.mean_covariance)[:3]
     assert towards == pytest.approx(moved[:3] * change, rel=0.05)

@@ -20,6 +20,9 @@ from gyrostat.monitoring.differences import calm_noise, noise, steps
 
 SLOW = 1e-9
 """Speed below which a wheel rests, rad/s, beside the rounding of its tachometer."""
+NO_STEP = 1e-6
+"""Difference of two values of the drive, over the larger one, below which it is no resolution but
+an error of their arithmetic."""
 BRAKING = 5.0
 """Least time over which a deceleration is a mean, s: the smallest number of samples that has it."""
 
@@ -116,7 +119,7 @@ class Blocks:
             noise, (B, wheels), A.
         slow_drive: Largest drive without sign while the wheel rests, (B, wheels), A; 0 if never.
         rest: Share of samples at rest, (B, wheels).
-        step: Least difference of neighbouring values of the drive that is not 0, (B, wheels), A:
+        step: Least difference of neighbouring values of the drive above `NO_STEP`, (B, wheels), A:
             its resolution if it is rounded; infinite if the drive does not change.
         turn: Change of the body rate, (B, 3), rad/s; NaN without rates.
         rate: Mean body rate, (B, 3), rad/s; NaN without rates.
@@ -223,7 +226,8 @@ def _blocks(
     magnitude = np.abs(speed[inside])
     slow = magnitude <= max(SLOW, 0.51 * resolution)
     jump = np.abs(np.diff(drive[:end], axis=0))
-    finest = np.minimum.reduceat(np.where(jump > 0.0, jump, np.inf), first, axis=0)
+    floor = NO_STEP * np.maximum(np.abs(drive[1:end]), np.abs(drive[: end - 1]))
+    finest = np.minimum.reduceat(np.where(jump > floor, jump, np.inf), first, axis=0)
     jump *= jump
     bend = np.diff(drive[: end + 1], n=2, axis=0)
     wheels = speed.shape[1]

@@ -14,7 +14,7 @@ from dataclasses import replace
 
 import numpy as np
 
-from gyrostat.core.types import Matrix
+from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.estimate import Estimate, Rows, all_columns, moments_of
 from gyrostat.monitoring.moments import COULOMB, MOTOR, VISCOUS, Prior, coefficients
@@ -46,16 +46,16 @@ def rounding_errors(
     if not 0.0 < step < np.inf:
         return none
     dither = np.maximum(blocks.scatter[:, wheel] ** 2 - step**2 / 12.0, 0.0)
-    order = np.arange(1, HARMONICS + 1)
+    order = np.arange(1.0, HARMONICS + 1.0)
 
-    def left(variance: Matrix) -> Matrix:
+    def left(variance: Vector) -> Matrix:
         decay = np.exp(-4.0 * np.pi**2 * order**2 * variance[:, None] / step**2)
         return step**2 / (2.0 * np.pi**2 * order**2) * decay
 
-    # the noise that was found contains what rounding adds
+    # the noise that was found contains what rounding adds, of a few levels up to a quarter step²
     varies = 1.0 - window_variance(rows.start, rows.end, np.exp(value.noise.log_time))
     wander = varies * (value.noise_sigma / value.value[MOTOR]) ** 2
-    wander = max(wander - float(np.mean(np.sum(left(dither), axis=1))), 0.0)
+    wander = max(wander - 3.0 * float(np.mean(np.sum(left(dither), axis=1))), 0.0)
     size = np.sqrt(left(dither + wander))
     size = size[:, np.sum(size**2, axis=0) > NOTHING * value.white_sigma**2]
     if not size.shape[1]:
@@ -105,6 +105,7 @@ def widened(rows: Rows, value: Estimate, errors: Matrix) -> Estimate:
     # the mean follows the parameters, and what they leave of the response
     motor, weighted = value.value[MOTOR], products[mean, :size]
     mean_moved = motor * (products[mean, mean + 1 :] - weighted @ slope @ moved) + moved[COULOMB]
+    mean_moved += (value.mean - value.value[COULOMB]) / motor * moved[MOTOR]
     added = moved @ moved.T
     return replace(
         value,

@@ -144,7 +144,8 @@ def _apart(value: Estimate, prior: Prior) -> tuple[list[int], bool]:
         spread = max(1.0 / precision - variance, 0.0)
         # weak data may differ by much in their own sigma, by nothing that counts
         told = spread > TOLD / precision and away > APART * np.sqrt(spread)
-        if told or away > APART / np.sqrt(precision):
+        # by rounding, they may know less than what was known
+        if told or away > APART * np.sqrt(max(1.0 / precision, variance)):
             wrong.append(place)
         elif away > max(APART * np.sqrt(spread), 1.0 / np.sqrt(precision)):
             pulled = True
