@@ -16,15 +16,19 @@ from numpy.typing import NDArray
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.monitoring.differences import calm_noise, noise, steps
+from gyrostat.monitoring.differences import (
+    calm_noise,
+    deceleration,
+    noise,
+    smooth_change,
+    steps,
+)
 
 SLOW = 1e-9
 """Speed below which a wheel rests, rad/s, beside the rounding of its tachometer."""
 NO_STEP = 1e-6
 """Difference of two values of the drive, over the larger one, below which it is no resolution but
 an error of their arithmetic."""
-BRAKING = 5.0
-"""Least time over which a deceleration is a mean, s: the smallest number of samples that has it."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -218,8 +222,10 @@ def _blocks(
         pair *= step.reshape(-1, *(1,) * (values.ndim - 1))
         # the first correction of Gregory's rule: trapezoids of 10 s make the current of a slew too
         # small by half a percent
-        bend = step[last - 1, None] * (values[last] - values[last - 1])
-        bend -= step[first, None] * (values[first + 1] - values[first])
+        ahead = np.minimum(first + 2, last), np.minimum(first + 1, last)
+        behind = last - 1, np.maximum(last - 2, first)
+        bend = step[last - 1, None] * smooth_change(values, (last, last - 1), behind)
+        bend -= step[first, None] * smooth_change(values, (first + 1, first), ahead)
         return (total(pair) - bend / 12.0) / span.reshape(-1, *(1,) * (values.ndim - 1))
 
     inside = slice(0, end - 1)
@@ -256,7 +262,7 @@ def _blocks(
         direction=mean(np.sign(speed)),
         speed=mean(speed),
         slowest=np.minimum.reduceat(magnitude, first, axis=0),
-        deceleration=_deceleration(time[:end], np.abs(speed[:end]), first, last),
+        deceleration=deceleration(time[:end], np.abs(speed[:end]), first, last),
         speed_noise=noise(np.diff(speed[: end + 1], n=2, axis=0), first, last),
         drive_noise=calm_noise(bend, first, last),
         drive_steps=steps(bend, first, last),
@@ -268,25 +274,6 @@ def _blocks(
         temperature=warm,
         whole=whole,
     )
-
-
-def _deceleration(
-    time: Vector, magnitude: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]
-) -> Matrix:
-    """Largest deceleration between two samples of each block that are `BRAKING` apart."""
-    period = (time[last] - time[first]) / (last - first)
-    # a little jitter of the samples does not take one more
-    lags = np.minimum(np.ceil(0.99 * BRAKING / period).astype(np.int64), last - first)
-    largest = np.empty((first.size, magnitude.shape[1]))
-    for lag in np.unique(lags):
-        blocks = lags == lag
-        slowed = magnitude[:-lag] - magnitude[lag:]
-        slowed /= (time[lag:] - time[:-lag])[:, None]
-        # each block up to the pair that ends with its last sample
-        slowed = np.concatenate([slowed, slowed[-1:]])
-        bounds = np.column_stack([first[blocks], last[blocks] - lag + 1]).ravel()
-        largest[blocks] = np.maximum.reduceat(slowed, bounds, axis=0)[::2]
-    return largest
 
 
 def _no_blocks(wheels: int) -> Blocks:

@@ -17,7 +17,8 @@ from numpy.typing import NDArray
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
-from gyrostat.monitoring.blocks import BRAKING, Blocks
+from gyrostat.monitoring.blocks import Blocks
+from gyrostat.monitoring.differences import BRAKING
 from gyrostat.monitoring.rows import nominal_torques
 from gyrostat.monitoring.wheel_data import KnownWheels
 
