@@ -1,6 +1,6 @@
 """Intervals of the monitor with a current that is rounded with little noise.
 
-    python benchmarks/monitor_rounding.py [--flights 50] [--first 5000]
+    python benchmarks/monitor_rounding.py [--flights 100] [--first 5000]
 
 Flights of `monitor_bursts.py` without bursts, known from a data sheet, with slews that move the
 speed of the wheel by up to 30 rad/s. Prints valid windows, share of 95 % intervals that hold the

@@ -59,6 +59,12 @@ def smooth_slews():
     return 6e-4 * (pulse - np.roll(pulse, 1500))
 
 
+def short_slews():
+    """Torque of 20 s of acceleration, one way and the other, each 15 minutes, N·m."""
+    phase, way = np.arange(DURATION) % 900, np.arange(DURATION) // 900 % 2
+    return 1.5 * NOMINAL["inertia"] * np.where(way == 0, 1.0, -1.0) * (phase < 20)
+
+
 def test_noise_of_the_current_does_not_hide_its_lag():
     # sines of five minutes: a lag looks like viscous friction
     time = np.arange(DURATION)
@@ -242,8 +248,6 @@ def test_steps_at_one_phase_of_the_telemetry_are_no_lag_of_other_minutes(late):
 def test_slews_at_full_minutes_bias_nothing(late):
     # the step stood at the edge of a block, where a correction of the integral took it for smooth:
     # a second after a full minute, the motor constant was 2.8 sigma off by rms
-    phase, way = np.arange(DURATION) % 900, np.arange(DURATION) // 900 % 2
-    slews = 1.5 * NOMINAL["inertia"] * np.where(way == 0, 1.0, -1.0) * (phase < 20)
-    flights = [turned(np.roll(slews, late), seed) for seed in range(500, 512)]
+    flights = [turned(np.roll(short_slews(), late), seed) for seed in range(500, 512)]
     values = np.array([scores(each, SHEET, float(DURATION))[0] for each in flights])
     assert np.sqrt(np.mean(values**2, axis=0)) == pytest.approx(0.0, abs=1.6)

@@ -15,14 +15,15 @@ from gyrostat.monitoring.rounding import rounding_errors, widened
 from gyrostat.monitoring.rows import prior_of, regression_rows
 from gyrostat.monitoring.wheel_data import KnownWheel, KnownWheels
 from tests.monitoring.closed_loop import NOMINAL
-from tests.monitoring.test_drive_samples import DURATION, RPM, SHEET, smooth_slews, turned
+from tests.monitoring.test_drive_samples import (
+    DURATION,
+    RPM,
+    SHEET,
+    short_slews,
+    smooth_slews,
+    turned,
+)
 from tests.monitoring.test_instruments import scores
-
-
-def short_slews():
-    """Torque of 20 s of acceleration, one way and the other, each 15 minutes, N·m."""
-    phase, way = np.arange(DURATION) % 900, np.arange(DURATION) // 900 % 2
-    return 1.5 * NOMINAL["inertia"] * np.where(way == 0, 1.0, -1.0) * (phase < 20)
 
 
 @pytest.mark.parametrize(("step", "dither"), [(5e-3, 0.0), (5e-3, 0.2), (1e-3, 0.0)])

@@ -18,9 +18,9 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.differences import (
     calm_noise,
+    change_inwards,
     deceleration,
     noise,
-    smooth_change,
     steps,
 )
 
@@ -222,11 +222,9 @@ def _blocks(
         pair *= step.reshape(-1, *(1,) * (values.ndim - 1))
         # the first correction of Gregory's rule: trapezoids of 10 s make the current of a slew too
         # small by half a percent
-        ahead = np.minimum(first + 2, last), np.minimum(first + 1, last)
-        behind = last - 1, np.maximum(last - 2, first)
-        bend = step[last - 1, None] * smooth_change(values, (last, last - 1), behind)
-        bend -= step[first, None] * smooth_change(values, (first + 1, first), ahead)
-        return (total(pair) - bend / 12.0) / span.reshape(-1, *(1,) * (values.ndim - 1))
+        slopes = step[first, None] * change_inwards(values, first, last)
+        slopes += step[last - 1, None] * change_inwards(values, last, first)
+        return (total(pair) + slopes / 12.0) / span.reshape(-1, *(1,) * (values.ndim - 1))
 
     inside = slice(0, end - 1)
     magnitude = np.abs(speed[inside])

@@ -63,24 +63,22 @@ def steps(bend: Matrix, first: NDArray[np.int64], last: NDArray[np.int64]) -> Ma
     return np.sqrt(np.maximum.reduceat(square, first, axis=0))
 
 
-def smooth_change(
-    values: Matrix,
-    edge: tuple[NDArray[np.int64], NDArray[np.int64]],
-    beside: tuple[NDArray[np.int64], NDArray[np.int64]],
-) -> Matrix:
-    """Difference of two samples; 0 if it is a step, far above that of the two beside them.
+def change_inwards(values: Matrix, edge: NDArray[np.int64], far: NDArray[np.int64]) -> Matrix:
+    """Change from the edge of each block to the next sample inside; 0 if it is a step, (B, M).
 
     Gregory's rule holds for what is smooth: a step would count for a twelfth of a sample, which
     changed the current of a slew of 20 samples by 0.4 %.
 
     Args:
         values: Samples, (N, M).
-        edge: Places of the later and the earlier sample for each block, each (B,).
-        beside: The same of two samples within the block.
+        edge: Place of the first or the last sample of each block, (B,).
+        far: Place of the other one, (B,).
     """
-    change = values[edge[0]] - values[edge[1]]
-    other = values[beside[0]] - values[beside[1]]
-    return np.where(np.abs(change) > STEP * np.abs(other), 0.0, change)
+    way = np.sign(far - edge)
+    near = edge + way
+    change = values[near] - values[edge]
+    beside = values[np.where(near == far, near, near + way)] - values[near]
+    return np.where(np.abs(change) > STEP * np.abs(beside), 0.0, change)
 
 
 def deceleration(

@@ -115,13 +115,16 @@ def _estimated(
         noise: Noise from which the search starts.
         errors_of: Errors of the response for an estimate, as `widened` takes them.
     """
-    value = estimate(rows, prior, prior.mean.copy(), noise)
-    value = widened(rows, value, errors_of(value))
+
+    def found(known: Prior, start: Vector, noise: Noise) -> Estimate:
+        value = estimate(rows, known, start, noise)
+        return widened(rows, value, errors_of(value))
+
+    value = found(prior, prior.mean.copy(), noise)
     prior = value.prior
     wrong, pulled = _apart(value, prior)
     if wrong:
-        other = estimate(rows, prior.without(wrong), value.value, value.noise)
-        other = widened(rows, other, errors_of(other))
+        other = found(prior.without(wrong), value.value, value.noise)
         sigma = np.sqrt(np.diagonal(other.covariance))[wrong]
         determined = np.all(sigma < OBSERVABLE * np.abs(other.value[wrong]))
         if determined and explains(rows, other.value, other.beta, prior):
