@@ -15,7 +15,9 @@ ROOT = 0.8222
 LARGE = 0.7
 """Product of two second differences over the square of one, above which both are of one step."""
 STEP = 3.0
-"""Difference of two samples over that of the next two, above which it is a step."""
+"""Difference of two samples over the largest of the next ones, above which it is a step."""
+BESIDE = 3
+"""Number of these: the difference of two samples of a smooth current may be 0, but not of three."""
 BRAKING = 5.0
 """Least time over which a deceleration is a mean, s: the smallest number of samples that has it."""
 
@@ -74,11 +76,10 @@ def change_inwards(values: Matrix, edge: NDArray[np.int64], far: NDArray[np.int6
         edge: Place of the first or the last sample of each block, (B,).
         far: Place of the other one, (B,).
     """
-    way = np.sign(far - edge)
-    near = edge + way
-    change = values[near] - values[edge]
-    beside = values[np.where(near == far, near, near + way)] - values[near]
-    return np.where(np.abs(change) > STEP * np.abs(beside), 0.0, change)
+    inwards = np.minimum(np.arange(BESIDE + 2)[:, None], np.abs(far - edge))
+    change = np.diff(values[edge + np.sign(far - edge) * inwards], axis=0)
+    size = np.abs(change)
+    return np.where(size[0] > STEP * np.max(size[1:], axis=0), 0.0, change[0])
 
 
 def deceleration(
