@@ -173,6 +173,7 @@ LISTS = st.lists(st.text(max_size=6) | st.sampled_from(WORDS), max_size=8, uniqu
 
 
 @given(LISTS)
+@example(["L:0"])
 @example(["_", "__", "\0", " ", "\u0301", "e\u0301", "é", "ﬁ", "\ud800", "𝜔", "ω"])
 def test_any_names_become_different_identifiers(names):
     found = member_names(names)
