@@ -40,10 +40,14 @@ def blocks(random):
 def test_products_are_those_of_dense_algebra(random, blocks):
     time, white = blocks
     columns, noise = random.standard_normal((200, 5)), Noise(np.log(20.0), np.log(900.0))
-    products, log_det = gram(columns, time, white, noise)
-    covariance = dense(time, white, noise)
-    np.testing.assert_allclose(products, columns.T @ np.linalg.solve(covariance, columns), 1e-9)
-    assert log_det == pytest.approx(np.linalg.slogdet(covariance)[1], abs=1e-9)
+    noises = [noise, Noise(np.log(0.5), np.log(100.0))]
+    own = random.standard_normal((2, 200))
+    products, log_det = gram(columns, time, white, noises, own)
+    for each, column, found, log in zip(noises, own, products, log_det, strict=True):
+        covariance = dense(time, white, each)
+        both = np.column_stack([columns, column])
+        np.testing.assert_allclose(found, both.T @ np.linalg.solve(covariance, both), 1e-9)
+        assert log == pytest.approx(np.linalg.slogdet(covariance)[1], abs=1e-9)
 
 
 def test_the_mean_of_the_noise_has_the_covariance_of_a_fine_sum():
@@ -67,10 +71,10 @@ def test_without_instruments_the_solution_is_generalised_least_squares(random, b
     covariance = 1e-10 * dense(time, white, noise)
     response = columns @ coefficients(value)[0]
     response += np.linalg.cholesky(covariance) @ random.standard_normal(200)
-    products, _ = gram(np.column_stack([columns, response]), time, white, noise)
+    products = gram(np.column_stack([columns, response]), time, white, [noise])[0][0]
     x, y = slice(0, 4), 4
     same = products[x, x]
-    moments = Moments(same, same, same, products[x, y], products[x, y], float(products[y, y]))
+    moments = Moments(same, same, same, products[x, y], products[x, y], products[y, y])
     solution = solve(moments, Prior(value, np.zeros(4)), value, 200)
     weight = np.linalg.inv(covariance)
     beta = np.linalg.solve(columns.T @ weight @ columns, columns.T @ weight @ response)

@@ -8,7 +8,7 @@ import pytest
 from scipy.special import ndtri
 
 from gyrostat.monitoring.blocks import blocks_of
-from gyrostat.monitoring.estimate import _point, all_columns, estimate
+from gyrostat.monitoring.estimate import _points, all_columns, estimate
 from gyrostat.monitoring.moments import MOTOR, Prior
 from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.rounding import rounding_errors, widened
@@ -130,15 +130,14 @@ def test_an_error_of_the_response_moves_an_estimate_as_its_covariance_says():
 
     def solved(size):
         moved = replace(rows, response=rows.response + size * shape)
-        columns = all_columns(moved, value.noise)
-        point = _point(moved, columns, prior, value.value, value.noise)
-        return point.solution, point.prediction[0]
+        points = _points(moved, all_columns(moved), prior, value.value, [value.noise])
+        return points.solution, points.mean[0]
 
     (up, high), (down, low) = solved(1e-6), solved(-1e-6)
-    moved = (up.value - down.value) / 2e-6
+    moved = (up.value - down.value)[0] / 2e-6
     middle, mean = solved(0.0)
-    value = replace(value, covariance=middle.covariance, white_sigma=np.sqrt(middle.scale))
-    value = replace(value, value=middle.value, beta=middle.beta, mean=mean)
+    value = replace(value, covariance=middle.covariance[0], white_sigma=np.sqrt(middle.scale[0]))
+    value = replace(value, value=middle.value[0], beta=middle.beta[0], mean=mean)
     wide = widened(rows, value, shape[:, None])
     change = (high - low) / 2e-6
     added = np.diagonal(wide.covariance - value.covariance)

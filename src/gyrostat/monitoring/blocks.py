@@ -165,6 +165,8 @@ class Blocks:
 
     def part(self, rows: slice | NDArray[np.bool_]) -> "Blocks":
         """Selected blocks."""
+        if isinstance(rows, np.ndarray) and rows.all():
+            return self
         return Blocks(**{each.name: getattr(self, each.name)[rows] for each in fields(self)})
 
     @staticmethod

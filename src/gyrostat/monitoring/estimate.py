@@ -21,12 +21,14 @@ from gyrostat.monitoring.moments import (
     Moments,
     Prior,
     Solution,
+    Stack,
     coefficients,
     solve,
     stated,
+    times,
 )
 from gyrostat.monitoring.noise import Noise, gram, window_covariance, window_variance
-from gyrostat.monitoring.noise_search import LEAST, MOST, find_noise, log_prior
+from gyrostat.monitoring.noise_search import find_noise, log_prior, nodes
 
 APART = 4.0
 """Difference from what was known beforehand, in its sigma, above which that is not used."""
@@ -97,13 +99,22 @@ class Estimate:
 
 
 @dataclass(frozen=True, eq=False)
-class _Point:
-    """Estimate at one point of the noise, with its log posterior density."""
+class _Points:
+    """Estimates at K points of the noise.
 
-    log_density: float
+    Attributes:
+        log_density: Log posterior density of the noise, (K,).
+        solution: Parameters at each.
+        mean: Realised mean of the Coulomb torque, (K,), N·m.
+        mean_slope: Its derivative by the parameters, (K, P).
+        mean_left: Its variance for known parameters, (K,).
+    """
+
+    log_density: Vector
     solution: Solution
-    prediction: tuple[float, Vector, float]
-    noise: Noise
+    mean: Vector
+    mean_slope: Matrix
+    mean_left: Vector
 
 
 def estimate(
@@ -118,13 +129,9 @@ def estimate(
         noise: Noise of the previous window, from which the search starts.
         believe: Whether to use what is known beforehand even if the data contradict it.
     """
-    columns = all_columns(rows, noise)
-
-    def at(place: Vector) -> _Point:
-        return _point(rows, columns, prior, start, Noise(float(place[0]), float(place[1])))
-
-    products, _ = gram(columns, rows.time, rows.white, noise)
-    moments = moments_of(products, start.size)
+    columns = all_columns(rows)
+    products, _ = gram(columns, rows.time, rows.white, [noise])
+    moments = moments_of(products[0], start.size)
     if believe:
         first = solve(moments, prior, start, rows.time.size)
     else:
@@ -133,44 +140,42 @@ def estimate(
     speed = rows.regressors[:, [p for p in (VISCOUS, WARMING) if p < start.size]]
     speed = speed[:, speed.any(axis=0)]
     centre, curvature = find_noise(left, speed, rows.time, rows.white, noise)
-    start = first.value
-    points = [at(place) for place in _nodes(centre, curvature)]
-    best = max(points, key=lambda point: point.log_density)
-    return _average(points, _weights(points), best, prior)
+    noises = nodes(centre, curvature)
+    return _average(_points(rows, columns, prior, first.value, noises), noises, prior)
 
 
 def quick_look(rows: Rows, prior: Prior, noise: Noise) -> Solution:
     """Estimate for a given noise, with what is known beforehand."""
-    products, _ = gram(all_columns(rows, noise), rows.time, rows.white, noise)
-    moments = moments_of(products, prior.mean.size)
+    products, _ = gram(all_columns(rows), rows.time, rows.white, [noise])
+    moments = moments_of(products[0], prior.mean.size)
     return solve(moments, prior, prior.mean.copy(), rows.time.size)
 
 
-def all_columns(rows: Rows, noise: Noise) -> Matrix:
-    """Regressors, instruments, response, noise of the lag, and covariance with the mean noise."""
-    given = (rows.regressors, rows.instruments, rows.response, rows.lag_noise)
-    return np.asfortranarray(np.column_stack([*given, _with_mean(rows, noise)]))
+def all_columns(rows: Rows) -> Matrix:
+    """Regressors, instruments, response and noise of the lag."""
+    return np.column_stack([rows.regressors, rows.instruments, rows.response, rows.lag_noise])
 
 
-def _with_mean(rows: Rows, noise: Noise) -> Vector:
+def with_mean(rows: Rows, noise: Noise) -> Vector:
     """Covariance of the slow noise with its mean over the window, (N,)."""
     along = window_covariance(rows.time, rows.start, rows.end, float(np.exp(noise.log_time)))
     return np.exp(noise.log_ratio) * along
 
 
-def moments_of(products: Matrix, size: int) -> Moments:
+def moments_of(products: Stack, size: int) -> Moments:
     """Moments of regressors, instruments and response, from the products of all columns."""
     x, z, y = slice(0, size), slice(size, 2 * size), 2 * size
-    mixed = products[z, x].copy()
+    mixed = products[..., z, x].copy()
     # a drive that changes by less than its stated steps has less noise than assumed
-    mixed[LAG, LAG] = max(mixed[LAG, LAG] - products[y + 1, y + 2], 0.0)
+    least = mixed[..., LAG, LAG] - products[..., y + 1, y + 2]
+    mixed[..., LAG, LAG] = np.maximum(least, 0.0)
     return Moments(
-        products[x, x],
+        products[..., x, x],
         mixed,
-        products[z, z],
-        products[x, y],
-        products[z, y],
-        float(products[y, y]),
+        products[..., z, z],
+        products[..., x, y],
+        products[..., z, y],
+        products[..., y, y],
     )
 
 
@@ -217,81 +222,73 @@ def _contradicted(
     return solve(moments, doubted, free.value, count), doubted
 
 
-def _point(rows: Rows, columns: Matrix, prior: Prior, start: Vector, noise: Noise) -> _Point:
+def _points(
+    rows: Rows, columns: Matrix, prior: Prior, start: Vector, noises: list[Noise]
+) -> _Points:
     count, size = rows.time.size, rows.regressors.shape[1]
-    ratio, correlation_time = np.exp(noise.log_ratio), np.exp(noise.log_time)
-    columns[:, -1] = _with_mean(rows, noise)
-    products, log_det = gram(columns, rows.time, rows.white, noise)
+    own = np.array([with_mean(rows, noise) for noise in noises])
+    products, log_det = gram(columns, rows.time, rows.white, noises, own)
     moments = moments_of(products, size)
     solution = solve(moments, prior, start, count)
-    k = columns.shape[1] - 1
-    weighted = products[k, :size]
-    residual = float(products[k, 2 * size] - weighted @ solution.beta)
-    motor = solution.value[MOTOR]
-    slope = -motor * (weighted @ solution.slope)
-    slope[COULOMB] += 1.0
-    slope[MOTOR] += residual
-    left = ratio * window_variance(rows.start, rows.end, correlation_time) - products[k, k]
-    prediction = (
-        float(solution.value[COULOMB] + motor * residual),
+    weighted = products[:, -1, :size]
+    residual = products[:, -1, 2 * size] - np.sum(weighted * solution.beta, axis=1)
+    motor = solution.value[:, MOTOR]
+    slope = -motor[:, None] * times(solution.slope.swapaxes(1, 2), weighted)
+    slope[:, COULOMB] += 1.0
+    slope[:, MOTOR] += residual
+    variance = [
+        np.exp(each.log_ratio) * window_variance(rows.start, rows.end, np.exp(each.log_time))
+        for each in noises
+    ]
+    left = np.maximum(np.array(variance) - products[:, -1, -1], 0.0)
+    known = solution.scale[:, None, None] * _in_coefficients(prior, solution)
+    log_regressors = np.linalg.slogdet(moments.regressors + known).logabsdet
+    log_density = -0.5 * (log_det + log_regressors + (count - size) * np.log(solution.scale))
+    log_density += [log_prior(noise) for noise in noises]
+    return _Points(
+        log_density,
+        solution,
+        solution.value[:, COULOMB] + motor * residual,
         slope,
-        float(motor**2 * solution.scale * max(left, 0.0)),
+        motor**2 * solution.scale * left,
     )
-    _, log_regressors = np.linalg.slogdet(
-        moments.regressors + solution.scale * _in_coefficients(prior, solution)
-    )
-    log_density = -0.5 * (
-        log_det + log_regressors + (count - size) * np.log(solution.scale)
-    ) + log_prior(noise)
-    return _Point(float(log_density), solution, prediction, noise)
 
 
-def _in_coefficients(prior: Prior, solution: Solution) -> Matrix:
+def _in_coefficients(prior: Prior, solution: Solution) -> Stack:
     """Precision of what is known beforehand, for the coefficients."""
     back = np.linalg.inv(solution.slope)
-    return back.T @ (prior.precision[:, None] * back)
+    return back.swapaxes(-1, -2) @ (prior.precision[:, None] * back)
 
 
-def _nodes(centre: Vector, curvature: Matrix) -> list[Vector]:
-    """Centre and four points of the rule of degree 3 for a Gaussian in the plane."""
-    values, vectors = np.linalg.eigh(curvature)
-    arms = vectors * np.sqrt(3.0 / values)
-    away = [np.zeros(2), arms[:, 0], -arms[:, 0], arms[:, 1], -arms[:, 1]]
-    return [np.clip(centre + each, LEAST, MOST) for each in away]
-
-
-def _weights(points: list[_Point]) -> Vector:
+def _weights(log_density: Vector) -> Vector:
     """Weights of the points: those of the rule, times density over the Gaussian."""
-    rule = np.array([2.0, 1.0, 1.0, 1.0, 1.0])
-    log = np.array([point.log_density for point in points])
+    log = log_density - log_density[0]
     log[1:] += 1.5
-    weights = rule * np.exp(np.clip(log - log[0], -50.0, 3.0))
+    weights = np.array([2.0, 1.0, 1.0, 1.0, 1.0]) * np.exp(np.clip(log, -50.0, 3.0))
     return weights / weights.sum()
 
 
-def _average(points: list[_Point], weights: Vector, best: _Point, prior: Prior) -> Estimate:
+def _average(points: _Points, noises: list[Noise], prior: Prior) -> Estimate:
     """Mean and covariance over the points of the noise."""
-    value = weights @ np.array([point.solution.value for point in points])
-    mean = float(weights @ np.array([point.prediction[0] for point in points]))
-    count = value.size
-    covariance, scatter = np.zeros((count, count)), np.zeros((count, count))
-    mean_covariance = np.zeros(count)
-    mean_variance = mean_scatter = 0.0
-    for weight, point in zip(weights, points, strict=True):
-        away = point.solution.value - value
-        off, slope, left = point.prediction
-        between = np.outer(away, away)
-        covariance += weight * (point.solution.covariance + between)
-        scatter += weight * (point.solution.scatter + between)
-        mean_covariance += weight * (point.solution.covariance @ slope + (off - mean) * away)
-        mean_variance += weight * (
-            slope @ point.solution.covariance @ slope + left + (off - mean) ** 2
-        )
-        mean_scatter += weight * (slope @ point.solution.scatter @ slope + left + (off - mean) ** 2)
-    scale = best.solution.scale
+    weights, best = _weights(points.log_density), int(np.argmax(points.log_density))
+    solution, slope = points.solution, points.mean_slope
+    value, mean = weights @ solution.value, float(weights @ points.mean)
+    away, off = solution.value - value, points.mean - mean
+    between = (weights[:, None] * away).T @ away
+    to_mean = times(solution.covariance, slope)
+    apart = points.mean_left + off**2
+    scale = solution.scale[best]
     return Estimate(
-        value, covariance, scatter, mean, mean_covariance, float(mean_variance),
-        float(mean_scatter), best.noise,
-        float(abs(value[MOTOR]) * np.sqrt(scale * np.exp(best.noise.log_ratio))),
-        float(np.sqrt(scale)), best.solution.beta, prior,
-    )  # fmt: skip
+        value,
+        np.tensordot(weights, solution.covariance, 1) + between,
+        np.tensordot(weights, solution.scatter, 1) + between,
+        mean,
+        weights @ (to_mean + off[:, None] * away),
+        float(weights @ (np.sum(slope * to_mean, axis=1) + apart)),
+        float(weights @ (np.sum(slope * times(solution.scatter, slope), axis=1) + apart)),
+        noises[best],
+        float(abs(value[MOTOR]) * np.sqrt(scale * np.exp(noises[best].log_ratio))),
+        float(np.sqrt(scale)),
+        solution.beta[best],
+        prior,
+    )

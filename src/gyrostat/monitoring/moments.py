@@ -27,10 +27,13 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
+from numpy.typing import NDArray
 
-from gyrostat.core.types import Matrix, Vector
+from gyrostat.core.types import Vector
 from gyrostat.monitoring.wheel_data import USUAL_SIGMA
 
+Stack = NDArray[np.float64]
+"""Array with a first axis for several noises, or without it for one."""
 MOTOR, COULOMB, VISCOUS, OFFSET, LAG, STEP, WARMING, IDLE, RESISTANCE = range(9)
 """Places of the parameters: K, c, b, o, d, d_s, b_T, p and r."""
 UNKNOWN = 1e-6
@@ -92,73 +95,79 @@ class Moments:
     """Products of the columns with the inverse covariance, for the scale 1 of the noise.
 
     Attributes:
-        regressors: Xᵀ V⁻¹ X, (P, P).
-        mixed: Zᵀ V⁻¹ X, (P, P), without the noise that is the same in an instrument and its
+        regressors: Xᵀ V⁻¹ X, (..., P, P).
+        mixed: Zᵀ V⁻¹ X, (..., P, P), without the noise that is the same in an instrument and its
             regressor.
-        instruments: Zᵀ V⁻¹ Z, (P, P).
-        regressors_response: Xᵀ V⁻¹ y, (P,).
-        instruments_response: Zᵀ V⁻¹ y, (P,).
-        response: yᵀ V⁻¹ y.
+        instruments: Zᵀ V⁻¹ Z, (..., P, P).
+        regressors_response: Xᵀ V⁻¹ y, (..., P).
+        instruments_response: Zᵀ V⁻¹ y, (..., P).
+        response: yᵀ V⁻¹ y, (...).
     """
 
-    regressors: Matrix
-    mixed: Matrix
-    instruments: Matrix
-    regressors_response: Vector
-    instruments_response: Vector
-    response: float
+    regressors: Stack
+    mixed: Stack
+    instruments: Stack
+    regressors_response: Stack
+    instruments_response: Stack
+    response: Stack
 
     @cached_property
-    def projection(self) -> Matrix:
-        """Products of the instruments with a column to its products with the regressors, (P, P)."""
-        size = _sizes(self.instruments)
-        metric = np.linalg.pinv(self.instruments / (size[:, None] * size), 1e-9, hermitian=True)
-        return (self.mixed / size[:, None]).T @ metric / size
+    def projection(self) -> Stack:
+        """From products of instruments with a column to those of regressors, (..., P, P)."""
+        size = _sizes(self.instruments)[..., None]
+        across = size.swapaxes(-1, -2)
+        metric = np.linalg.pinv(self.instruments / (size * across), 1e-9, hermitian=True)
+        return (self.mixed / size).swapaxes(-1, -2) @ metric / across
 
     @cached_property
-    def projected(self) -> tuple[Matrix, Vector]:
-        """Regressors and response projected on the instruments, (P, P) and (P,)."""
-        return self.projection @ self.mixed, self.projection @ self.instruments_response
+    def projected(self) -> tuple[Stack, Stack]:
+        """Regressors and response projected on the instruments, (..., P, P) and (..., P)."""
+        projection = self.projection
+        return projection @ self.mixed, times(projection, self.instruments_response)
 
-    def squares(self, beta: Vector) -> float:
-        """Sum of squares of the whitened residual for coefficients β."""
-        return float(
-            self.response - 2.0 * beta @ self.regressors_response + beta @ self.regressors @ beta
-        )
+    def squares(self, beta: Stack) -> Stack:
+        """Sums of squares of the whitened residual for coefficients β, (...)."""
+        away = times(self.regressors, beta) - 2.0 * self.regressors_response
+        return self.response + np.sum(beta * away, axis=-1)
 
 
 @dataclass(frozen=True, eq=False)
 class Solution:
-    """Estimate for a given noise.
+    """Estimate for a given noise, or for several.
 
     Attributes:
-        value: Parameters, (P,).
-        covariance: (P, P).
-        scatter: Part of the covariance that differs from window to window, (P, P).
-        beta: Coefficients β, (P,).
-        slope: dβ / dparameters, (P, P).
-        scale: Variance of the noise over that of V.
+        value: Parameters, (..., P).
+        covariance: (..., P, P).
+        scatter: Part of the covariance that differs from window to window, (..., P, P).
+        beta: Coefficients β, (..., P).
+        slope: dβ / dparameters, (..., P, P).
+        scale: Variance of the noise over that of V, (...).
     """
 
-    value: Vector
-    covariance: Matrix
-    scatter: Matrix
-    beta: Vector
-    slope: Matrix
-    scale: float
+    value: Stack
+    covariance: Stack
+    scatter: Stack
+    beta: Stack
+    slope: Stack
+    scale: Stack
 
 
-def coefficients(value: Vector) -> tuple[Vector, Matrix]:
+def times(matrix: Stack, vector: Stack) -> Stack:
+    """Products of matrices (..., P, P) and vectors (..., P)."""
+    return (matrix @ vector[..., None])[..., 0]
+
+
+def coefficients(value: Stack) -> tuple[Stack, Stack]:
     """Coefficients β of the columns and their derivatives by the parameters.
 
     Args:
-        value: Parameters, (P,).
+        value: Parameters, (..., P).
     """
-    over = 1.0 / value[MOTOR]
+    over = 1.0 / value[..., MOTOR, None]
     beta = value * over
-    beta[MOTOR] = over
-    slope = np.diag(np.full(value.size, over))
-    slope[:, MOTOR] = -over * beta
+    slope = over[..., None] * np.eye(value.shape[-1])
+    beta[..., MOTOR] = over[..., 0]
+    slope[..., MOTOR] = -over * beta
     return beta, slope
 
 
@@ -166,51 +175,55 @@ def solve(moments: Moments, prior: Prior, start: Vector, blocks: int) -> Solutio
     """Estimate the parameters from moments and what was known before.
 
     Args:
-        moments: Moments of the window.
+        moments: Moments of the window, for one noise or for several.
         prior: Knowledge beforehand.
         start: Start values, (P,).
         blocks: Number of blocks.
     """
     gain, aim = moments.projected
-    value = start.copy()
+    value = np.broadcast_to(start, aim.shape)
     beta, slope = coefficients(value)
     # too small a scale would lead away from what is known beforehand, and not back
     scale = _scale(moments, beta, blocks)
     for _ in range(6):
-        inform = slope.T @ gain @ slope / scale
-        score = slope.T @ (aim - gain @ beta) / scale + prior.precision * (prior.mean - value)
+        inform, across = _information(gain, slope, scale)
+        score = times(across, aim - times(gain, beta)) + prior.precision * (prior.mean - value)
         covariance = _inverse(inform + np.diag(prior.precision))
-        step = covariance @ score
+        step = times(covariance, score)
         # a motor constant that the data leave free must not change sign on the way
-        limit = 0.5 * abs(value[MOTOR])
-        if abs(step[MOTOR]) > limit:
-            step *= limit / abs(step[MOTOR])
+        limit = 0.5 * np.abs(value[..., MOTOR])
+        shorter = limit / np.maximum(np.abs(step[..., MOTOR]), limit)
+        step = step * shorter[..., None]
         value = value + step
         beta, slope = coefficients(value)
         before, scale = scale, _scale(moments, beta, blocks)
-        small = step @ (step / np.diagonal(covariance)) < SMALL**2
-        if small and abs(scale / before - 1.0) < SMALL:
+        in_sigma = np.sum(step**2 / np.diagonal(covariance, axis1=-2, axis2=-1), axis=-1)
+        if np.all((in_sigma < SMALL**2) & (np.abs(scale / before - 1.0) < SMALL)):
             break
-    inform = slope.T @ gain @ slope / scale
+    inform, _ = _information(gain, slope, scale)
     covariance = _inverse(inform + np.diag(prior.precision))
     return Solution(value, covariance, covariance @ inform @ covariance, beta, slope, scale)
 
 
-def _scale(moments: Moments, beta: Vector, blocks: int) -> float:
-    squares = max(moments.squares(beta), ROUNDING * moments.response, 1e-300)
-    return squares / max(blocks - beta.size, 1)
+def _information(gain: Stack, slope: Stack, scale: Stack) -> tuple[Stack, Stack]:
+    """Information of the data on the parameters, and on the way to it that of scores."""
+    across = slope.swapaxes(-1, -2) / scale[..., None, None]
+    return across @ gain @ slope, across
 
 
-def _sizes(matrix: Matrix) -> Vector:
+def _scale(moments: Moments, beta: Stack, blocks: int) -> Stack:
+    least = np.maximum(ROUNDING * moments.response, 1e-300)
+    return np.maximum(moments.squares(beta), least) / max(blocks - beta.shape[-1], 1)
+
+
+def _sizes(matrix: Stack) -> Stack:
     """Roots of the diagonal; 1 for a column that is 0."""
-    size = np.sqrt(np.diagonal(matrix))
+    size = np.sqrt(np.diagonal(matrix, axis1=-2, axis2=-1))
     return np.where(size > 0.0, size, 1.0)
 
 
-def _inverse(matrix: Matrix) -> Matrix:
+def _inverse(matrix: Stack) -> Stack:
     """Inverse of a symmetric matrix; directions without information get a large variance."""
     size = _sizes(matrix)
-    both = size[:, None] * size
-    scaled = matrix / both
-    scaled[np.diag_indices_from(scaled)] += 1e-12
-    return np.linalg.inv(scaled) / both
+    both = size[..., None] * size[..., None, :]
+    return np.linalg.inv(matrix / both + 1e-12 * np.eye(matrix.shape[-1])) / both

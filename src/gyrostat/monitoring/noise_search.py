@@ -1,5 +1,7 @@
 """Most likely slow noise of a residual: Newton steps on the restricted likelihood."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
@@ -42,20 +44,15 @@ def find_noise(
     Returns:
         Log ratio and log time, (2,), and minus the second derivatives of the log density, (2, 2).
     """
-    columns = np.asfortranarray(np.column_stack([np.ones(residual.size), speed, residual]))
+    columns = np.column_stack([np.ones(residual.size), speed, residual])
     curvature = np.diag(1.0 / _SPREAD**2)
-
-    def at(place: Vector) -> float:
-        trial = Noise(float(place[0]), float(place[1]))
-        return _log_density(columns, time, white, trial) + log_prior(trial)
-
+    around = _STEP * np.array([[0, 0], [1, 0], [-1, 0], [0, 1], [0, -1], [1, 1]])
     place = _place(noise)
     for _ in range(6):
         place = np.clip(place, LEAST + _STEP, MOST - _STEP)
-        middle = at(place)
-        a, b = np.diag(_STEP)
-        up, down, right, left = at(place + a), at(place - a), at(place + b), at(place - b)
-        corner = at(place + a + b)
+        trials = [Noise(float(a), float(b)) for a, b in place + around]
+        density = _log_densities(columns, time, white, trials)
+        middle, up, down, right, left, corner = density + [log_prior(each) for each in trials]
         gradient = 0.5 * np.array([up - down, right - left]) / _STEP
         cross = (corner - up - right + middle) / _STEP.prod()
         first = (up - 2.0 * middle + down) / _STEP[0] ** 2
@@ -70,19 +67,33 @@ def find_noise(
     return np.clip(place, LEAST, MOST), curvature
 
 
+def nodes(centre: Vector, curvature: Matrix) -> list[Noise]:
+    """Centre and four points of the rule of degree 3 for a Gaussian in the plane.
+
+    Args:
+        centre: Log ratio and log time, (2,).
+        curvature: Inverse covariance, (2, 2).
+    """
+    values, vectors = np.linalg.eigh(curvature)
+    arms = vectors * np.sqrt(3.0 / values)
+    away = [np.zeros(2), arms[:, 0], -arms[:, 0], arms[:, 1], -arms[:, 1]]
+    places = np.clip(centre + away, LEAST, MOST)
+    return [Noise(float(ratio), float(time)) for ratio, time in places]
+
+
 def _place(noise: Noise) -> Vector:
     return np.array([noise.log_ratio, noise.log_time])
 
 
-def _log_density(columns: Matrix, time: Vector, white: Vector, noise: Noise) -> float:
-    """Restricted log likelihood with the scale profiled out; the residual is the last column."""
-    products, log_det = gram(columns, time, white, noise)
+def _log_densities(columns: Matrix, time: Vector, white: Vector, noises: Sequence[Noise]) -> Vector:
+    """Restricted log likelihoods with the scale profiled out; the residual is the last column."""
+    products, log_det = gram(columns, time, white, noises)
     count = columns.shape[1] - 1
-    size = np.sqrt(np.diagonal(products)[:-1])
-    taken = products[:-1, :-1] / np.outer(size, size) + 1e-9 * np.eye(count)
-    mixed = products[:-1, -1] / size
-    squares = products[-1, -1] - mixed @ np.linalg.solve(taken, mixed)
-    _, log_taken = np.linalg.slogdet(taken)
-    log_taken += 2.0 * float(np.sum(np.log(size)))
+    size = np.sqrt(np.diagonal(products, axis1=-2, axis2=-1)[:, :-1])
+    taken = products[:, :-1, :-1] / (size[:, :, None] * size[:, None]) + 1e-9 * np.eye(count)
+    mixed = (products[:, :-1, -1] / size)[:, :, None]
+    explained = np.sum(mixed * np.linalg.solve(taken, mixed), axis=(1, 2))
+    squares = np.maximum(products[:, -1, -1] - explained, 1e-300)
+    log_taken = np.linalg.slogdet(taken).logabsdet + 2.0 * np.sum(np.log(size), axis=1)
     freedom = time.size - count
-    return float(-0.5 * (log_det + log_taken + freedom * np.log(max(squares, 1e-300))))
+    return -0.5 * (log_det + log_taken + freedom * np.log(squares))

@@ -16,7 +16,7 @@ import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.blocks import Blocks
-from gyrostat.monitoring.estimate import Estimate, Rows, all_columns, moments_of
+from gyrostat.monitoring.estimate import Estimate, Rows, all_columns, moments_of, with_mean
 from gyrostat.monitoring.moments import COULOMB, MOTOR, VISCOUS, Prior, coefficients
 from gyrostat.monitoring.noise import gram, window_variance
 
@@ -94,9 +94,10 @@ def widened(rows: Rows, value: Estimate, errors: Matrix) -> Estimate:
     """
     if not errors.shape[1]:
         return value
-    columns = all_columns(rows, value.noise)
-    size, mean = value.value.size, columns.shape[1] - 1
-    products, _ = gram(np.column_stack([columns, errors]), rows.time, rows.white, value.noise)
+    size = value.value.size
+    columns = np.column_stack([all_columns(rows), with_mean(rows, value.noise), errors])
+    mean = columns.shape[1] - errors.shape[1] - 1
+    products = gram(columns, rows.time, rows.white, [value.noise])[0][0]
     moments = moments_of(products, size)
     _, slope = coefficients(value.value)
     passed = products[size : 2 * size, mean + 1 :]

@@ -22,6 +22,10 @@ from gyrostat.monitoring.windows import Windows
 
 DAY = 86400.0
 BLOCK = 60.0
+PIECE = 32768
+"""Samples that are taken at once: of these, four wheels fit into the cache of a processor."""
+KEPT = 31 * 2**20
+"""Size of an array that the C library is shown as usual, bytes."""
 MANY = 1000
 """Rows that are kept as rows before they become a table, which needs less memory."""
 
@@ -63,6 +67,9 @@ class WheelMonitor:
     _singles: list[Samples] = field(default_factory=list, repr=False)
 
     def __post_init__(self):
+        # glibc keeps what is freed, up to twice the largest mapping freed so far, and otherwise
+        # returns it to the system: to map it again takes a quarter of the time of the monitor
+        np.empty(KEPT, np.uint8)
         if not self.noise:
             self.noise = [None] * len(self.known.wheels)
         share = self.window / self.block
@@ -89,7 +96,8 @@ class WheelMonitor:
         """
         self._flush()
         samples.check(len(self.known.wheels))
-        self._add(samples)
+        for first in range(0, len(samples), PIECE):
+            self._add(samples.part(slice(first, first + PIECE)))
 
     def add_sample(
         self,
@@ -172,6 +180,8 @@ class WheelMonitor:
         if samples.mode is None or not self.known.modes_left_out:
             return samples
         left_out = np.isin(samples.mode, self.known.modes_left_out)
+        if not left_out.any():
+            return samples
         drive = np.where(left_out[:, None], np.nan, samples.drive)
         rate = samples.rate
         if rate is not None:
