@@ -139,6 +139,31 @@ def test_fields_of_an_hdf5_table_are_channels(tmp_path):
     np.testing.assert_allclose(record.speed, SPEED * np.pi / 30.0, rtol=1e-12)
 
 
+def test_packed_vectors_of_hdf5_are_unpacked_and_have_missing_samples(tmp_path):
+    path = tmp_path / "bench.h5"
+    packed = np.round((CURRENT - 0.05) / 2.5e-5).astype(np.int16)
+    speed = SPEED.copy()
+    speed[[2, 4]] = -9999.0, -1.0
+    write_hdf5(path, {**GOOD, "Drive/Current": (packed, "A"), "Drive/Speed": (speed, "rpm")})
+    with h5py.File(path, "a") as file:
+        file["Drive/Current"].attrs.update(scale_factor=np.array([2.5e-5]), add_offset=0.05)
+        file["Drive/Speed"].attrs.update(_FillValue=-9999.0, missing_value=[-1.0, -2.0])
+    record = read_record(path)
+    np.testing.assert_allclose(record.current, CURRENT, atol=1e-12)
+    assert record.valid.tolist() == [True, True, False, True, False, True]
+    np.testing.assert_allclose(record.speed[record.valid], SPEED[[0, 1, 3, 5]] * np.pi / 30.0)
+
+
+@pytest.mark.parametrize("name", ["scale_factor", "_FillValue"])
+def test_attributes_that_are_no_numbers_are_refused(tmp_path, name):
+    path = tmp_path / "bench.h5"
+    write_hdf5(path, GOOD)
+    with h5py.File(path, "a") as file:
+        file["Drive/Current"].attrs[name] = "two"
+    expected = f"column 'Drive/Current': found attribute {name} = 'two', expected a number"
+    assert expected in refused(path)
+
+
 def test_links_of_hdf5_to_other_files_are_not_followed(tmp_path):
     path = tmp_path / "bench.h5"
     write_hdf5(tmp_path / "other.h5", GOOD)

@@ -47,6 +47,19 @@ def test_channels_have_the_physical_values_and_times_of_their_group(tmp_path, su
     np.testing.assert_allclose(record.speed, 0.5 * RAW * np.pi / 30.0, rtol=1e-12)
 
 
+def test_values_that_the_file_calls_invalid_are_missing_samples(tmp_path):
+    asammdf = pytest.importorskip("asammdf", reason="found no asammdf, of the extra bench")
+    path = tmp_path / "drive.mf4"
+    invalid = np.arange(6) % 4 == 2
+    with asammdf.MDF(version="4.10") as file:
+        speed = asammdf.Signal(0.5 * RAW, TIME, "rpm", "Speed", invalidation_bits=invalid)
+        file.append([asammdf.Signal(CURRENT, TIME, "A", "Current"), speed])
+        file.save(path)
+    record = read_record(path)
+    assert record.valid.tolist() == [True, True, False, True, True, True]
+    np.testing.assert_allclose(record.current, CURRENT, rtol=1e-12)
+
+
 def test_channels_of_two_groups_are_not_mixed(tmp_path):
     path = tmp_path / "drive.mf4"
     write(path)

@@ -23,7 +23,7 @@ class Channel:
     Attributes:
         name: Name with that of its groups, 'GROUP/CHANNEL'.
         count: Number of values.
-        read: Returns the values, (count,).
+        read: Returns the values, (count,); masked where the file says that there is none.
         unit: Unit, as the file states it; empty if it does not.
         base: What the samples of the channel share with others that were taken at the same times;
             None if the file does not say.
@@ -52,7 +52,7 @@ def read_channels(
         wanted: The kind of file, for messages.
 
     Returns:
-        The chosen channels; they have no empty cells.
+        The chosen channels; a masked value is an empty cell.
 
     Raises:
         InputError: A channel is missing, does not contain real numbers, has another number of
@@ -75,20 +75,21 @@ def read_channels(
             raise fault(file, "another time base", expected, column=channel.name)
         if channel.count > request.max_samples:
             raise too_many(file, request.max_samples)
-    values = {role: _numbers(file, channel, wanted) for role, channel in picked.items()}
+    read = {role: _numbers(file, channel, wanted) for role, channel in picked.items()}
+    values = {role: np.ma.filled(each, np.nan) for role, each in read.items()}
     for role, channel in picked.items():
         if values[role].size != first.count:
             expected = f"{first.count} as in {shown(first.name)}"
             found = counted(values[role].size, "value")
             raise fault(file, found, expected, column=channel.name)
-    empty = {role: np.zeros(first.count, np.bool_) for role in values}
+    empty = {role: np.ma.getmaskarray(each) for role, each in read.items()}
     return Measured(file, chosen, values, empty, np.arange(1, first.count + 1))
 
 
 def _numbers(file: Path, channel: Channel, wanted: str) -> NDArray[np.float64]:
-    """Values of a channel, (N,)."""
+    """Values of a channel, (N,), which may be masked."""
     try:
-        values = np.asarray(channel.read())
+        values = np.asanyarray(channel.read())
     except (InputError, OSError):
         raise
     except Exception as error:  # a damaged file makes the libraries raise errors of many classes

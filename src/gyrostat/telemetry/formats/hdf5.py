@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gyrostat.core.errors import InputError
 from gyrostat.telemetry.assemble import Measured
 from gyrostat.telemetry.channels import Channel, content_of, read_channels
-from gyrostat.telemetry.fault import damaged
+from gyrostat.telemetry.fault import damaged, fault, shown
 from gyrostat.telemetry.record_format import RecordFormat, Request
 
 _WANTED = "an HDF5 file"
@@ -18,7 +18,9 @@ _WANTED = "an HDF5 file"
 class Hdf5(RecordFormat):
     """Vectors of all groups, and fields of tables; links to other files are not followed.
 
-    Units are those of the attribute `units` or `unit`.
+    Units are those of the attribute `units` or `unit`. Vectors are unpacked by attributes of the CF
+    conventions (version 1.11, sections 2.5.1 and 8.1): `scale_factor`, `add_offset`, and
+    `_FillValue` or `missing_value` where there is none.
     """
 
     suffixes: ClassVar[tuple[str, ...]] = (".h5", ".hdf5", ".hdf")
@@ -61,9 +63,31 @@ def _channels(name: str, data: Any) -> list[Channel]:
         content = f"an array of shape {'x'.join(map(str, data.shape or ())) or 'none'}"
 
     def read() -> NDArray:
-        return np.asarray(data[()]).reshape(-1)
+        return _unpacked(data)
 
     return [Channel(name, data.size or 0, read, unit_of(data), content=content)]
+
+
+def _unpacked(data: Any) -> NDArray:
+    """Values of a vector, (N,), masked where there is none."""
+    values = np.asarray(data[()]).reshape(-1)
+    missing = [*_attribute(data, "_FillValue"), *_attribute(data, "missing_value")]
+    if missing:
+        values = np.ma.masked_where(np.isin(values, missing), values)
+    for scale in _attribute(data, "scale_factor")[:1]:
+        values = values * float(scale)
+    for offset in _attribute(data, "add_offset")[:1]:
+        values = values + float(offset)
+    return values
+
+
+def _attribute(data: Any, name: str) -> NDArray:
+    """Numbers of an attribute, (N,); empty without it."""
+    numbers = np.atleast_1d(data.attrs.get(name, np.zeros(0)))
+    if numbers.dtype.kind not in "iuf":
+        found = f"attribute {name} = {shown(str(numbers[0]))}"
+        raise fault(Path(data.file.filename), found, "a number", column=data.name.lstrip("/"))
+    return numbers
 
 
 def unit_of(data: Any) -> str:

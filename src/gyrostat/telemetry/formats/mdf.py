@@ -7,6 +7,8 @@ from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
+import numpy as np
+
 from gyrostat.core.errors import InputError
 from gyrostat.core.extras import missing
 from gyrostat.telemetry.assemble import Measured
@@ -76,8 +78,11 @@ def _channels(source: Any) -> list[Channel]:
 
 
 def _values(source: Any, group: int, position: int) -> Any:
-    """Physical values of a channel, (N,)."""
-    return source.get(group=group, index=position).samples
+    """Physical values of a channel, (N,), masked where the file says that they are invalid."""
+    signal = source.get(group=group, index=position, ignore_invalidation_bits=True)
+    if signal.invalidation_bits is None:
+        return signal.samples
+    return np.ma.masked_where(np.asarray(signal.invalidation_bits, bool), signal.samples)
 
 
 def _unit(channel: Any) -> str:
