@@ -10,6 +10,7 @@ from gyrostat.monitoring.blocks import Samples, blocks_of
 from gyrostat.monitoring.differences import calm_noise
 from gyrostat.monitoring.drive_samples import (
     lag_noise,
+    resolution,
     sample_noise,
     step_variance,
     stepping,
@@ -133,6 +134,16 @@ def test_noise_has_no_steps_and_steps_hardly_make_noise():
     assert sample_noise(pulses, 0) == pytest.approx(1.0, rel=0.25)
 
 
+def test_the_resolution_divides_all_steps_of_a_current():
+    # before slews of one size the current is the same: it never changes by one step
+    levels = 0.07 + 0.01 * np.tile([0, 8, 0, -9], 300)
+    drive = np.repeat(levels, 60)[30:]
+    assert resolution(drawn(drive), 0) == pytest.approx(0.01, rel=1e-6)
+    tiny = 1e-9 * np.random.default_rng(1).standard_normal(drive.size)
+    assert resolution(drawn(drive + tiny), 0) == pytest.approx(0.01, rel=1e-5)
+    assert resolution(drawn(np.ones(600)), 0) == 0.0
+
+
 def test_a_few_noisy_minutes_have_no_steps():
     random = np.random.default_rng(9)
     noise = random.standard_normal(30000)
@@ -249,5 +260,5 @@ def test_slews_at_full_minutes_bias_nothing(late):
     # the step stood at the edge of a block, where a correction of the integral took it for smooth:
     # a second after a full minute, the motor constant was 2.8 sigma off by rms
     flights = [turned(np.roll(short_slews(), late), seed) for seed in range(500, 512)]
-    values = np.array([scores(each, SHEET, float(DURATION))[0] for each in flights])
+    values = np.array([scores(each, SHEET, float(DURATION))[:, 0] for each in flights])
     assert np.sqrt(np.mean(values**2, axis=0)) == pytest.approx(0.0, abs=1.6)

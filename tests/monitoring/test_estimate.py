@@ -5,10 +5,11 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gyrostat.monitoring.estimate import Rows, estimate
+from gyrostat.monitoring.estimate import estimate
 from gyrostat.monitoring.moments import Moments, Prior, coefficients, solve
 from gyrostat.monitoring.noise import Noise, gram, window_covariance, window_variance
 from gyrostat.monitoring.noise_search import USUAL
+from gyrostat.monitoring.regression import Rows
 from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.wheel_data import KnownWheel, KnownWheels
 from tests.monitoring.closed_loop import NOMINAL, fly

@@ -13,6 +13,7 @@ from gyrostat.monitoring.moments import MOTOR, Prior
 from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.rounding import rounding_errors, widened
 from gyrostat.monitoring.rows import prior_of, regression_rows
+from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.wheel_data import KnownWheel, KnownWheels
 from tests.monitoring.closed_loop import NOMINAL
 from tests.monitoring.test_drive_samples import (
@@ -23,7 +24,7 @@ from tests.monitoring.test_drive_samples import (
     smooth_slews,
     turned,
 )
-from tests.monitoring.test_instruments import scores
+from tests.monitoring.test_instruments import PARAMETERS, scores
 
 
 @pytest.mark.parametrize(("step", "dither"), [(5e-3, 0.0), (5e-3, 0.2), (1e-3, 0.0)])
@@ -31,8 +32,36 @@ from tests.monitoring.test_instruments import scores
 def test_a_current_rounded_with_little_noise_biases_nothing(step, dither, slews):
     # short slews with 5 mA: viscous friction was 40 sigma off
     flights = [turned(slews(), seed, step=step, dither=dither) for seed in range(300, 312)]
-    values = np.array([scores(each, SHEET, float(DURATION))[0] for each in flights])
+    values = np.array([scores(each, SHEET, float(DURATION))[:, 0] for each in flights])
     assert np.sqrt(np.mean(values**2, axis=0)) == pytest.approx(0.0, abs=1.7)
+
+
+@pytest.mark.parametrize("dither", [0.0, 0.2])
+@pytest.mark.parametrize("step", [5e-3, 1e-2])
+@pytest.mark.parametrize("slews", [short_slews, smooth_slews])
+def test_rounding_makes_nothing_known_of_a_bench_less_certain(step, dither, slews):
+    # by rounding alone, 17 % of the viscous friction and 23 % of the Coulomb torque
+    sigma = np.array([0.005, 0.02])
+    found = []
+    for seed in range(950, 956):
+        samples, truth = turned(slews(), seed, step=step, dither=dither)
+        right = np.array([truth.motor_constant, truth.viscous, truth.mean])
+        errors = np.random.default_rng(seed).standard_normal(2)
+        stated = right[:2] * (1.0 + sigma * errors)
+        rotor = KnownWheel(
+            "a",
+            **{**NOMINAL, "motor_constant": stated[0], "viscous": stated[1]},
+            stribeck_speed=0.5,
+            sigma=dict(zip(PARAMETERS, sigma * right[:2], strict=False)),
+        )
+        monitor = WheelMonitor(KnownWheels((rotor,)), window=float(DURATION))
+        monitor.add(samples)
+        table = monitor.windows()
+        told = np.array([table[f"{name}_sigma"][0] for name in PARAMETERS])
+        assert np.all(told < np.array([1.03 * 0.005, 1.03 * 0.02, 0.1]) * right)
+        found.append([table[name][0] for name in PARAMETERS] - right)
+        found[-1] /= told
+    assert np.sqrt(np.mean(np.square(found), axis=0)) == pytest.approx(0.0, abs=1.6)
 
 
 def test_the_resolution_is_found_below_errors_of_arithmetic():

@@ -5,9 +5,9 @@ from dataclasses import replace
 import numpy as np
 import pytest
 
-from gyrostat.monitoring.estimate import Rows
 from gyrostat.monitoring.moments import VISCOUS, WARMING, Prior
 from gyrostat.monitoring.noise import Noise
+from gyrostat.monitoring.regression import Rows
 from gyrostat.monitoring.warming import about_its_share
 from tests.monitoring.test_drive_samples import DURATION, SHEET, smooth_slews, turned
 from tests.monitoring.test_instruments import scores

@@ -27,6 +27,8 @@ CHANCE = 0.9
 standard deviation, within 8 % for N from 4 to 600."""
 MANY = 40
 """Number of samples of a block whose noise a step hardly changes: by 0.4 % of its height."""
+DIVIDES = 0.01
+"""Remainder over a step, below which it is an error of arithmetic."""
 
 
 def sample_noise(blocks: Blocks, wheel: int) -> float:
@@ -34,7 +36,7 @@ def sample_noise(blocks: Blocks, wheel: int) -> float:
     noise = blocks.drive_noise[:, wheel]
     noise = noise[np.isfinite(noise)]
     usual = float(np.quantile(noise, CALM)) / _chance(blocks) if noise.size else 0.0
-    return max(usual, _rounding(blocks, wheel))
+    return max(usual, resolution(blocks, wheel) / 12.0**0.5)
 
 
 def stepping(blocks: Blocks, wheel: int) -> NDArray[np.bool_]:
@@ -49,7 +51,7 @@ def stepping(blocks: Blocks, wheel: int) -> NDArray[np.bool_]:
     calm /= _chance(blocks)
     about = np.maximum(calm[: len(blocks)], calm[ABOUT - 1 :])
     about = np.maximum(about, np.where(blocks.count >= MANY, own, 0.0))
-    least = np.maximum(about, _rounding(blocks, wheel))
+    least = np.maximum(about, resolution(blocks, wheel) / 12.0**0.5)
     return height > FAR * least
 
 
@@ -89,8 +91,17 @@ def _chance(blocks: Blocks) -> float:
     return 1.0 - CHANCE / float(np.sqrt(np.median(np.maximum(blocks.count, 4))))
 
 
-def _rounding(blocks: Blocks, wheel: int) -> float:
-    """Standard deviation of the rounding of a sample, A."""
-    finest = blocks.step[:, wheel]
-    finest = finest[np.isfinite(finest)]
-    return float(np.median(finest)) / 12.0**0.5 if finest.size else 0.0
+def resolution(blocks: Blocks, wheel: int) -> float:
+    """Largest step of which all differences of the drive are multiples, A; 0 if there are none.
+
+    The greatest common divisor of the least differences of the blocks: without noise, a current
+    that is the same before each slew may change by many steps, and never by one.
+    """
+    left = blocks.step[:, wheel]
+    left = np.unique(left[np.isfinite(left)])
+    step = 0.0
+    while left.size:
+        step = float(left[0])
+        left = np.abs(left - step * np.round(left / step))
+        left = np.unique(left[left > DIVIDES * step])
+    return step

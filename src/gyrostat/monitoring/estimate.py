@@ -29,6 +29,7 @@ from gyrostat.monitoring.moments import (
 )
 from gyrostat.monitoring.noise import Noise, gram, window_covariance, window_variance
 from gyrostat.monitoring.noise_search import find_noise, log_prior, nodes
+from gyrostat.monitoring.regression import Estimate, Rows
 
 APART = 4.0
 """Difference from what was known beforehand, in its sigma, above which that is not used."""
@@ -37,65 +38,6 @@ CONTRADICTED = 0.7
 known is wrong. In healthy windows this ratio is above 0.97."""
 LITTLE = 0.15
 """Rms of what a solution leaves over the Coulomb torque, above which it contradicts nothing."""
-
-
-@dataclass(frozen=True, eq=False)
-class Rows:
-    """Rows of the regression of one wheel, one per block, times the sign of the speed.
-
-    Attributes:
-        time: Middle of the block, (N,), s.
-        white: Variance of the white noise over that of a block of usual length, (N,).
-        response: Drive, (N,), A.
-        regressors: (N, P).
-        instruments: (N, P).
-        lag_noise: Noise with the variance of that of the regressor of the lag, and of that of its
-            instrument, (N, 2).
-        start: Start of the window, s.
-        end: End of the window, s.
-    """
-
-    time: Vector
-    white: Vector
-    response: Vector
-    regressors: Matrix
-    instruments: Matrix
-    lag_noise: Matrix
-    start: float
-    end: float
-
-
-@dataclass(frozen=True, eq=False)
-class Estimate:
-    """Estimate of a window. The order of the parameters is that of `moments`.
-
-    Attributes:
-        value: Parameters, (P,); the Coulomb torque is its long-run level.
-        covariance: (P, P).
-        scatter: Part of the covariance that differs from window to window, (P, P).
-        mean: Realised mean of the Coulomb torque, N·m.
-        mean_covariance: Its covariance with the parameters, (P,).
-        mean_variance: Its variance.
-        mean_scatter: Part of this variance that differs from window to window.
-        noise: Most likely noise.
-        noise_sigma: Standard deviation of the slow noise, N·m.
-        white_sigma: Standard deviation of the white noise of a block, A.
-        beta: Coefficients at the most likely noise, (P,).
-        prior: What was known beforehand, without what the data clearly contradict.
-    """
-
-    value: Vector
-    covariance: Matrix
-    scatter: Matrix
-    mean: float
-    mean_covariance: Vector
-    mean_variance: float
-    mean_scatter: float
-    noise: Noise
-    noise_sigma: float
-    white_sigma: float
-    beta: Vector
-    prior: Prior
 
 
 @dataclass(frozen=True, eq=False)

@@ -6,9 +6,9 @@ import numpy as np
 
 from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks
-from gyrostat.monitoring.estimate import Estimate, Rows
 from gyrostat.monitoring.instruments import moving_average
 from gyrostat.monitoring.moments import COULOMB, MOTOR, OFFSET, VISCOUS
+from gyrostat.monitoring.regression import Estimate, Rows
 from gyrostat.monitoring.rows import acceleration_torque, usable
 from gyrostat.monitoring.wheel_data import KnownWheels
 from gyrostat.telemetry.signals import NORMAL_MAD

@@ -10,15 +10,15 @@ the current wander through the steps, which also leaves less of a term; that par
 is in the noise that the estimate finds.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.blocks import Blocks
-from gyrostat.monitoring.estimate import Estimate, Rows, all_columns, moments_of, with_mean
+from gyrostat.monitoring.drive_samples import resolution
+from gyrostat.monitoring.estimate import all_columns, moments_of, with_mean
 from gyrostat.monitoring.moments import COULOMB, MOTOR, VISCOUS, Prior, coefficients
 from gyrostat.monitoring.noise import gram, window_variance
+from gyrostat.monitoring.regression import Estimate, Rows
 
 HARMONICS = 8
 """Terms of the sawtooth: they contain 93 % of its variance."""
@@ -42,8 +42,8 @@ def rounding_errors(
     """
     none = np.zeros((rows.time.size, 0))
     if step is None:
-        step = float(np.min(blocks.step[:, wheel]))
-    if not 0.0 < step < np.inf:
+        step = resolution(blocks, wheel)
+    if step <= 0.0:
         return none
     dither = np.maximum(blocks.scatter[:, wheel] ** 2 - step**2 / 12.0, 0.0)
     order = np.arange(1.0, HARMONICS + 1.0)
@@ -107,12 +107,4 @@ def widened(rows: Rows, value: Estimate, errors: Matrix) -> Estimate:
     motor, weighted = value.value[MOTOR], products[mean, :size]
     mean_moved = motor * (products[mean, mean + 1 :] - weighted @ slope @ moved) + moved[COULOMB]
     mean_moved += (value.mean - value.value[COULOMB]) / motor * moved[MOTOR]
-    added = moved @ moved.T
-    return replace(
-        value,
-        covariance=value.covariance + added,
-        scatter=value.scatter + added,
-        mean_covariance=value.mean_covariance + moved @ mean_moved,
-        mean_variance=value.mean_variance + float(mean_moved @ mean_moved),
-        mean_scatter=value.mean_scatter + float(mean_moved @ mean_moved),
-    )
+    return value.with_errors(moved, mean_moved)

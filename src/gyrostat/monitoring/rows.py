@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 from gyrostat.core.types import Vector
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.drive_samples import lag_noise, sample_noise, step_variance, stepping
-from gyrostat.monitoring.estimate import Rows
 from gyrostat.monitoring.instruments import Motion, instruments
 from gyrostat.monitoring.moments import IDLE, Prior
+from gyrostat.monitoring.regression import Rows
 from gyrostat.monitoring.wheel_data import (
     REFERENCE_TEMPERATURE,
     USUAL_SIGMA,

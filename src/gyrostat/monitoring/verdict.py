@@ -6,8 +6,9 @@ from typing import Any
 import numpy as np
 
 from gyrostat.monitoring.blocks import Blocks
-from gyrostat.monitoring.estimate import APART, Estimate
+from gyrostat.monitoring.estimate import APART
 from gyrostat.monitoring.moments import IDLE, MOTOR
+from gyrostat.monitoring.regression import Estimate
 from gyrostat.monitoring.rows import nominal_torques, turns_one_way
 from gyrostat.monitoring.wheel_data import KnownWheel, KnownWheels
 

@@ -14,9 +14,10 @@ from dataclasses import replace
 import numpy as np
 
 from gyrostat.core.types import Vector
-from gyrostat.monitoring.estimate import Rows, quick_look
+from gyrostat.monitoring.estimate import quick_look
 from gyrostat.monitoring.moments import VISCOUS, WARMING, Prior
 from gyrostat.monitoring.noise import Noise
+from gyrostat.monitoring.regression import Rows
 
 STEPS = 4
 """Largest number of steps."""

@@ -10,11 +10,12 @@ import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.blocks import Blocks
-from gyrostat.monitoring.estimate import APART, Estimate, Rows, estimate, explains
+from gyrostat.monitoring.estimate import APART, estimate, explains
 from gyrostat.monitoring.moments import COULOMB, IDLE, LAG, MOTOR, OFFSET, VISCOUS, Prior, stated
 from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.noise_search import USUAL
 from gyrostat.monitoring.power import doubt_of, shows_torque
+from gyrostat.monitoring.regression import Estimate, Rows
 from gyrostat.monitoring.residuals import residual_columns
 from gyrostat.monitoring.rounding import rounding_errors, widened
 from gyrostat.monitoring.rows import prior_of, regression_rows, usable
@@ -31,6 +32,9 @@ TOLD = 0.75
 """Share of the variance of what was known beforehand that data must remove to contradict it."""
 LATE = 2.0
 """Lag of the current, in its sigma beforehand, above which telemetry alone tells it."""
+LOST, AGREEING = 1.05, 2.5
+"""Variance of a parameter over that beforehand above which rounding has made it worse, and
+difference from what was known, in its sigma, below which that holds in its place."""
 _PLACES = {"coulomb": COULOMB, "viscous": VISCOUS, "motor_constant": MOTOR, "offset": OFFSET}
 
 
@@ -118,7 +122,16 @@ def _estimated(
 
     def found(known: Prior, start: Vector, noise: Noise) -> Estimate:
         value = estimate(rows, known, start, noise)
-        return widened(rows, value, errors_of(value))
+        wide = widened(rows, value, errors_of(value))
+        # what contradicts without the errors by rounding alone is explained by them
+        if _contradicts(value, known) and not _contradicts(wide, known):
+            value = estimate(rows, known, known.mean.copy(), noise, believe=True)
+            wide = widened(rows, value, errors_of(value))
+        places: list[int] = []
+        while worse := _worse(wide, places):
+            places += worse
+            wide = _as_stated(rows, value, places, errors_of)
+        return wide
 
     value = found(prior, prior.mean.copy(), noise)
     prior = value.prior
@@ -130,6 +143,38 @@ def _estimated(
         if determined and explains(rows, other.value, other.beta, prior):
             return other
     return _held(rows, value) if wrong or pulled else value
+
+
+def _away(value: Estimate, prior: Prior) -> Vector:
+    """Differences from what was known beforehand, in their sigma, (P,)."""
+    spread = np.diagonal(value.covariance) + 1.0 / np.maximum(prior.precision, 1e-300)
+    return np.abs(value.value - prior.mean) / np.sqrt(spread)
+
+
+def _contradicts(value: Estimate, prior: Prior) -> bool:
+    """Whether an estimate without what was known beforehand clearly contradicts it."""
+    places = stated(value.value.size)
+    return value.prior is not prior and bool(np.any(_away(value, prior)[places] > APART))
+
+
+def _worse(value: Estimate, held: list[int]) -> list[int]:
+    """Further parameters that agree with what was known beforehand, and are known less well."""
+    worse = np.diagonal(value.covariance) * value.prior.precision > LOST
+    worse &= _away(value, value.prior) < AGREEING
+    return [place for place in np.flatnonzero(worse).tolist() if place not in held]
+
+
+def _as_stated(
+    rows: Rows, value: Estimate, places: list[int], errors_of: Callable[[Estimate], Matrix]
+) -> Estimate:
+    """Estimate with some parameters, and their errors, as known beforehand."""
+    prior = value.prior
+    held = prior.held(places)
+    other = estimate(rows, held, held.mean.copy(), value.noise, believe=True)
+    moves = held.precision[places] / np.sqrt(prior.precision[places])
+    moved, mean_moved = other.covariance[:, places] * moves, other.mean_covariance[places] * moves
+    wide = widened(rows, other, errors_of(other)).with_errors(moved, mean_moved, lasting=True)
+    return replace(wide, prior=prior)
 
 
 def _apart(value: Estimate, prior: Prior) -> tuple[list[int], bool]:
@@ -168,16 +213,17 @@ def _held(rows: Rows, value: Estimate) -> Estimate:
     """
     held = value.prior.held(stated(value.value.size))
     other = estimate(rows, held, held.mean.copy(), value.noise, believe=True)
-    away, mean = value.value - other.value, value.mean - other.mean
-    return replace(
+    other = replace(
         other,
-        covariance=value.covariance + np.outer(away, away),
-        scatter=value.scatter + np.outer(away, away),
-        mean_covariance=value.mean_covariance + mean * away,
-        mean_variance=value.mean_variance + mean**2,
-        mean_scatter=value.mean_scatter + mean**2,
+        covariance=value.covariance,
+        scatter=value.scatter,
+        mean_covariance=value.mean_covariance,
+        mean_variance=value.mean_variance,
+        mean_scatter=value.mean_scatter,
         prior=value.prior,
     )
+    away = (value.value - other.value)[:, None]
+    return other.with_errors(away, np.array([value.mean - other.mean]))
 
 
 def _values(value: Estimate, rows: Rows, speeds: Vector) -> dict[str, Any]:
