@@ -26,6 +26,7 @@ from gyrostat.identification.bench_tests.coasting import Coasted, coast_friction
 from gyrostat.identification.bench_tests.kinds.breakaway import rises
 from gyrostat.identification.bench_tests.kinds.run_in import RunIn
 from gyrostat.identification.bench_tests.kinds.thermal_vacuum import ThermalVacuum
+from gyrostat.identification.bench_tests.kinds.torque_noise import TorqueNoise
 from gyrostat.identification.bench_tests.kinds.zero_crossing import acceleration_steps
 from gyrostat.identification.bench_tests.program import Program
 from gyrostat.identification.bench_tests.rehearsal import rehearse, simulated
@@ -446,6 +447,23 @@ def test_records_of_two_wheels_are_refused(sheet_file, measured):
         gs.bench(sheet_file(), verdict=folder)
 
 
+def test_one_file_for_two_records_is_refused(sheet_file, measured):
+    folder = measured(["coast-down"])
+    first, second = (folder / f"coast-down-{word}.csv" for word in ("positive", "negative"))
+    second.write_bytes(first.read_bytes())
+    with pytest.raises(InputError, match="the same content in coast-down-positive"):
+        gs.bench(sheet_file(), verdict=folder)
+
+
+def test_a_record_without_the_serial_number_of_the_others_is_named(sheet_file, measured):
+    folder = measured(["coast-down"])
+    path = folder / "coast-down-negative.csv"
+    text = path.read_text(encoding="utf-8").replace("# serial: RW-1-7\n", "")
+    path.write_text(text, encoding="utf-8")
+    notes = gs.bench(sheet_file(), verdict=folder).acceptance.notes
+    assert any(note.startswith("coast-down-negative.csv: found no serial number") for note in notes)
+
+
 def test_swapped_records_are_refused_without_a_report(sheet_file, measured, tmp_path):
     folder = measured(["coast-down"])
     first, second = (folder / f"coast-down-{word}.csv" for word in ("positive", "negative"))
@@ -511,8 +529,40 @@ def test_a_plateau_at_another_temperature_is_no_result(sheet):
     record = replace(
         record_of(time, np.zeros(50), np.linspace(20.0, 10.0, 50)), temperature=np.full(50, 20.0)
     )
-    with pytest.raises(InputError, match=r"found 20.0 °C, expected the plateau of -10 °C"):
+    with pytest.raises(InputError, match=r"found 20.0 to 20.0 °C, expected the plateau of -10 °C"):
         test.evaluate(sheet, [record, record], Motor(0.0228, 0.0, "exact"))
+    # with the right mean
+    record = replace(record, temperature=np.linspace(-34.0, 14.0, 50))
+    with pytest.raises(InputError, match=r"found -34.0 to 14.0 °C"):
+        test.evaluate(sheet, [record, record], Motor(0.0228, 0.0, "exact"))
+
+
+@pytest.fixture
+def fast(sheet):
+    """The test of the torque noise, and its records with a column of the torque."""
+    test = TorqueNoise(hold_time=20.0)
+    random = np.random.default_rng(11)
+    records = []
+    for planned in test.records(sheet):
+        (record,) = simulated(sheet, planned, 1, random)
+        torque = sheet.value("inertia") * np.gradient(np.nan_to_num(record.speed), record.time)
+        records.append(replace(record, torque=torque))
+    return test, records
+
+
+@pytest.mark.parametrize(("scale", "said"), [(1.0, False), (1e-3, True)])
+def test_a_torque_that_is_not_that_of_the_acceleration_is_noted(sheet, fast, scale, said):
+    test, records = fast
+    records = [replace(record, torque=scale * record.torque) for record in records]
+    notes = test.evaluate(sheet, records, Motor(0.0228, 0.0, "exact")).notes
+    assert any("while the wheel accelerates" in note for note in notes) == said
+
+
+def test_a_torque_without_noise_is_no_result(sheet, fast):
+    test, records = fast
+    records = [replace(record, torque=0.0 * record.torque) for record in records]
+    with pytest.raises(InputError, match="found a torque of 0 N·m throughout"):
+        test.evaluate(sheet, records, Motor(0.0228, 0.0, "exact"))
 
 
 def test_a_value_that_is_judged_too_counts_once_in_a_simulated_test(sheet):

@@ -210,6 +210,16 @@ def test_what_is_missing_is_said(noisy):
         identify_inverse(short, hold=held(true))
 
 
+def test_a_drive_that_turns_one_way_does_not_tell_friction_from_an_offset(noisy):
+    record, true = noisy[0]
+    further = 500.0 * (record.time - record.time[0])
+    one_way = replace(record, reference=record.reference + further, speed=record.speed + 500.0)
+    with pytest.raises(InputError, match="turns one way, expected both: coulomb and an offset"):
+        identify_inverse(one_way, hold=held(true))
+    known = {**held(true), "current_bias": 0.0}
+    assert "current_bias" not in identify_inverse(one_way, hold=known).names
+
+
 def test_windows_average_and_differentiate():
     """A window has the mean 1 of a constant, and the slope of a straight speed, at any times."""
     time = np.cumsum(np.random.default_rng(1).uniform(0.5, 1.5, 400))

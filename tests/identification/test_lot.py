@@ -152,6 +152,17 @@ def test_outliers_do_not_hide_each_other():
     assert {suspect.wheel for suspect in suspects} == {3, 30}
 
 
+@pytest.mark.parametrize("seed", range(4))
+def test_three_outliers_of_one_size_are_found(seed):
+    # they widen the lot and skew it, so that the least likely wheel of the whole lot is a good one
+    random = np.random.default_rng(910860 + seed)
+    values, errors = 1.0 + 0.08 * random.standard_normal(24), np.full(24, 0.01)
+    values[:3] *= 2.0
+    suspects = outliers(values, errors, "normal", 4)
+    assert {suspect.wheel for suspect in suspects} == {0, 1, 2}
+    assert max(suspect.chance for suspect in suspects) < 0.05
+
+
 def test_a_large_error_makes_no_outlier():
     values, errors = lot_of(np.random.default_rng(910806), 40, ratio=0.2)
     values[5] += 12.0

@@ -152,6 +152,26 @@ def test_without_dates_there_is_no_drift_and_a_note_says_so(folder):
     assert result.days is None
     assert all(parameter.drift is None for parameter in result.parameters.values())
     assert any("a date is unknown" in note for note in result.notes)
+    change(folder, 3, metadata=[{"serial": "RW-03", "date": "13.13.2026"}])
+    notes = gs.lot(folder, shape="normal").notes
+    assert any("w03" in note and "'13.13.2026' is not one that is read" in note for note in notes)
+
+
+def test_a_motor_constant_of_another_sign_is_refused(folder):
+    parameters = content(MEDIAN.tolist(), 5)["parameters"]
+    parameters["motor_constant"]["value"] *= -1.0
+    change(folder, 5, parameters=parameters)
+    with pytest.raises(gs.InputError, match=r"w05.*found motor_constant of another sign"):
+        gs.lot(folder)
+
+
+def test_values_that_are_not_held_alike_are_noted(folder):
+    for number in range(24):
+        change(folder, number, held={"inertia": 1e-3 * (1 + number), "stribeck_speed": 0.4})
+    assert not any("is held at" in note for note in gs.lot(folder, shape="normal").notes)
+    change(folder, 5, held={"inertia": 1e-3, "stribeck_speed": 2.0})
+    notes = gs.lot(folder, shape="normal").notes
+    assert any("stribeck_speed is held at 0.4 in" in note and "w05" in note for note in notes)
 
 
 @pytest.mark.parametrize(("power", "text"), [(1.0, ""), (4.0, "heavier"), (0.0, "shorter")])
@@ -160,7 +180,7 @@ def test_tails_that_are_not_those_of_the_model_are_named(folder, power, text):
     score = norm.ppf((np.arange(24) + 0.5) / 24)
     score = np.sign(score) * np.abs(score) ** power
     for number, value in enumerate(score.tolist()):
-        values = MEDIAN * (1.0 + 0.1 * value)
+        values = MEDIAN * (1.0 + 0.05 * value)
         change(folder, number, parameters=content(values.tolist(), number)["parameters"])
     notes = [note for note in gs.lot(folder, shape="normal").notes if "tails" in note]
     assert bool(notes) == bool(text)

@@ -207,6 +207,29 @@ def test_without_dates_and_temperatures_there_is_no_law_and_notes_say_so(folder)
     assert gs.pool(folder, dates=["2026-01-01"] * 8).parameters["coulomb"].trend is None
 
 
+def test_a_date_that_is_not_read_is_said(folder):
+    change(folder, 3, metadata=[{"serial": "RW-07", "date": "10.03.26"}])
+    text = "has the date '10.03.26', which is not one"
+    assert any("r3" in note and text in note for note in gs.pool(folder).notes)
+
+
+def test_a_prediction_far_from_the_records_is_noted_or_refused(folder):
+    assert not any("years outside" in note for note in gs.pool(folder, date="2026-06-01").notes)
+    notes = gs.pool(folder, date="2028-02-25").notes
+    assert any("1 years outside those of the records" in note for note in notes)
+    # a trend of 15 % a year leads below 0 before 2019
+    with pytest.raises(gs.InputError, match=r"^date: found a prediction of \w+ of -"):
+        gs.pool(folder, date="1999-01-01")
+
+
+def test_temperatures_in_kelvin_need_their_unit(folder):
+    kelvin = [293.15, 283.15, 303.15, 298.15, 278.15, 306.15, 293.15, 285.15]
+    with pytest.raises(gs.InputError, match=r"found '293.15' without a unit, expected at most 200"):
+        gs.pool(folder, temperatures=kelvin)
+    stated = gs.pool(folder, temperatures=[f"{each} K" for each in kelvin])
+    assert stated.conditions.temperatures[0] == pytest.approx(20.0)
+
+
 def test_a_page_without_temperatures_and_a_law_that_is_not_of_this_package(folder, tmp_path):
     """There is no friction surface then, and no model.toml."""
     for k in range(8):

@@ -190,6 +190,8 @@ def to_si(value, unit, dimension):
     return float(converted) if converted.ndim == 0 else converted
 
 
+WARMEST = 200.0
+"""Largest temperature that is read as °C without a unit."""
 QUANTITY = re.compile(r"\s*([+-]?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?)(.*)", re.ASCII | re.DOTALL)
 """Number, then the text of its unit."""
 
@@ -217,6 +219,11 @@ def parse_quantity(text: str, dimension: str, where: str) -> float:
             f"or with a unit: {_listed(dimension)}"
         )
     unit = match[2].strip() or si_unit(dimension)
+    if dimension == "temperature" and not match[2].strip() and float(match[1]) > WARMEST:
+        raise InputError(
+            f"{where}: found {text[:40]!r} without a unit, expected at most {WARMEST:g} °C, or a "
+            "unit such as K"
+        )
     value = find_unit(unit, dimension, f"{where} {text[:40]!r}").to_si(float(match[1]))
     return magnitude(where, value, si_unit(dimension), shown=repr(text[:40]))
 

@@ -123,6 +123,7 @@ def judge_tests(
             its test asked for, or a name is unknown.
     """
     serial = _one_serial(files)
+    _require_distinct(files)
     tests = chosen_tests(sheet, names, "tests")
     planned = _planned(sheet, names)
     _require_profiles(planned, files)
@@ -140,7 +141,7 @@ def judge_tests(
         for line, source in _lines(limit, ordered, wanted, sheet.instruments):
             judged_lines.append(line)
             sources.append(source)
-    notes = () if serial else ("the records state no serial number (a comment # serial: ...)",)
+    notes = tuple(_without_serial(files))
     notes += tuple(f"no calibration of the {q} is stated" for q in _unstated(sheet.instruments))
     acceptance = Acceptance(sheet.wheel.name, tuple(judged_lines), notes)
     return BenchVerdict(sheet, ordered, acceptance, tuple(sources), serial)
@@ -166,6 +167,27 @@ def _one_serial(files: Mapping[str, RecordFile]) -> str:
         found = ", ".join(f"{serial} ({name})" for serial, name in sorted(stated.items()))
         raise InputError(f"records: found serial numbers {found}, expected those of one wheel")
     return next(iter(stated), "")
+
+
+def _without_serial(files: Mapping[str, RecordFile]) -> list[str]:
+    """Remark on records without a serial number."""
+    without = [file.name for file in files.values() if not file.remark("serial")]
+    if not without:
+        return []
+    who = "the records state" if len(without) == len(files) else f"{', '.join(without)}: found"
+    return [f"{who} no serial number (a comment # serial: ...)"]
+
+
+def _require_distinct(files: Mapping[str, RecordFile]) -> None:
+    """Require that no file stands for two records."""
+    names: dict[str, str] = {}
+    for file in files.values():
+        other = names.setdefault(file.digest, file.name)
+        if other != file.name:
+            raise InputError(
+                f"records: found the same content in {other} and {file.name}, expected a record of "
+                "its own for each"
+            )
 
 
 def _unstated(instruments: Sequence[Instrument]) -> list[str]:

@@ -1,10 +1,14 @@
 """Checks of an identification of a drive: when it is not valid, and what it should say."""
 
+from collections.abc import Sequence
+
 import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.identification.drive.control_law import ControlLaw
 from gyrostat.identification.drive.delay import Delay
+from gyrostat.identification.drive.equation import Equation
+from gyrostat.identification.read.checks import place
 from gyrostat.identification.result.inverse_dynamics import InverseDynamics
 from gyrostat.telemetry import Record
 
@@ -19,6 +23,8 @@ DELAYED, MOVED = 3.0, 2.0
 estimate in those of the estimate, that are warned of."""
 SHORTEST = 0.1
 """Smallest delay in sample intervals that is warned of."""
+SLOW = 0.02
+"""Share of the largest speed below which its sign may be that of noise."""
 SAME = 0.9
 """Share of the changes of the speed at which a reference is the speed itself."""
 
@@ -44,6 +50,24 @@ def check_reference(record: Record) -> None:
         raise InputError(
             f"{record.name}: column {name}: found the measured motion, expected what the drive was "
             "commanded"
+        )
+
+
+def check_senses(records: Sequence[Record], equation: Equation) -> None:
+    """Check that a drive turns both ways where friction and an offset would be alike otherwise.
+
+    Raises:
+        InputError: It turns one way, and both are to be estimated.
+    """
+    dry = {"coulomb", "static"} & set(equation.names)
+    if not dry or "current_bias" not in equation.names:
+        return
+    speeds = np.concatenate([record.speed[record.valid] for record in records])
+    fast = np.abs(speeds) > SLOW * np.max(np.abs(speeds))
+    if len(np.unique(np.sign(speeds[fast]))) == 1:
+        raise InputError(
+            f"{place(records)}: found a drive that turns one way, expected both: {min(dry)} and an "
+            "offset of the current are alike there; --hold current_bias=0 where there is none"
         )
 
 

@@ -12,6 +12,7 @@ from gyrostat.identification.conclude import with_tolerances
 from gyrostat.identification.drive.checks import (
     FOLLOWED,
     check_reference,
+    check_senses,
     refused,
     warnings_of,
 )
@@ -145,6 +146,7 @@ def identify_inverse(
             f"{place(records)}: found {count} windows of {2.0 * width:.3g} s in which the drive "
             f"moves, expected {FEWEST} or more: a longer record"
         )
+    check_senses(records, equation)
     parts = _weighted(equation, pairs, parts, motions)
     best, motions = iterate(equation, parts, motions, law)
     fits = {"instruments": best, "least_squares": estimate(equation, parts, None)}

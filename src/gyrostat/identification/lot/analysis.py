@@ -184,14 +184,14 @@ def _check(fits: Sequence[StoredFit], labels: Sequence[str], shape: str, paramet
                     f"as in {first.name}"
                 )
     signs = np.sign(np.median([fit.values for fit in fits], axis=0))
-    for fit in fits if shape == "log-normal" else ():
+    for fit in fits:
         opposite = fit.values * signs < -SURE * np.sqrt(np.diag(fit.covariance))
-        if np.any(opposite):
-            name = fit.names[int(np.argmax(opposite))]
-            raise InputError(
-                f"{fit.name}: found {name} of another sign than in the lot, expected one sign in a "
-                "log-normal one: give --shape unknown"
-            )
+        for name in np.array(fit.names)[opposite].tolist():
+            found = f"{fit.name}: found {name} of another sign than in the lot, expected one sign"
+            if name == "motor_constant":
+                raise InputError(f"{found}: its current or its speed has the other sign")
+            if shape == "log-normal":
+                raise InputError(f"{found} in a log-normal one: give --shape unknown")
     for name, spread in zip(first.names, np.ptp([fit.values for fit in fits], axis=0), strict=True):
         if spread == 0.0:
             raise InputError(

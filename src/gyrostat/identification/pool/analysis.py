@@ -31,6 +31,7 @@ from gyrostat.identification.result.stored_fit import StoredFit
 
 YEAR = 365.25
 """Days of a year."""
+FRICTION = ("viscous", "coulomb", "static")
 KNOWN = 0.5
 """Share of its prior sigma below which that of a slope counts as determined by the records."""
 
@@ -84,6 +85,7 @@ def pool_fits(
         conditions.temperature,
         conditions.year - conditions.middle,
     )
+    _require_friction(parameters, conditions)
     parameters = _with_adjusted_chances(parameters)
     return Pool(
         fits=tuple(fits),
@@ -93,6 +95,28 @@ def pool_fits(
         correlation=correlation,
         notes=notes(fits, labels, conditions, parameters),
     )
+
+
+def _require_friction(parameters: Mapping[str, PooledParameter], conditions: Conditions) -> None:
+    """Require positive friction of a prediction outside the conditions of the records.
+
+    Raises:
+        InputError: A trend or a law over temperature leads below 0.
+    """
+    years, warm = conditions.years, conditions.temperatures
+    beyond = {
+        "--date": years is not None and not years.min() <= conditions.year <= years.max(),
+        "--temperature": warm is not None
+        and not warm.min() <= conditions.temperature <= warm.max(),
+    }
+    outside = " and ".join(name for name, is_so in beyond.items() if is_so)
+    for name, parameter in parameters.items() if outside else ():
+        value = parameter.prediction.value
+        if name in FRICTION and value <= 0.0:
+            raise InputError(
+                f"{outside}: found a prediction of {name} of {value:.3g} {parameter.unit}, outside "
+                "the records, expected a positive one: a condition nearer to them"
+            )
 
 
 def _parameter(

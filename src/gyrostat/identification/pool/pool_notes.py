@@ -81,18 +81,30 @@ def _on_dates(
 ) -> list[str]:
     years = conditions.years
     if years is None:
-        without = [fit.name for fit in fits if fit.date is None]
-        why = f"{without[0]} has no date" if without else "all records have one date"
+        without = [fit for fit in fits if fit.date is None]
+        why = "all records have one date"
+        if without:
+            unread = without[0].unread_date
+            what = f"the date {unread!r}, which is not one that is read" if unread else "no date"
+            why = f"{without[0].name} has {what}"
         return [
             f"no trend over the date: {why} (comment '# date: 2026-03-01' in each record, or "
             "--dates)"
         ]
+    remarks = []
+    if not years.min() <= conditions.year <= years.max():
+        away = max(years.min() - conditions.year, conditions.year - years.max())
+        remarks.append(
+            f"the date of the prediction is {away:.2g} years outside those of the records: the "
+            "prediction rests on a trend that is a straight line"
+        )
     unknown = [p.name for p in parameters.values() if not p.trend_known]
     if not unknown:
-        return []
+        return remarks
     return [
+        *remarks,
         f"records over {float(years.max()):.2g} years do not determine the trend of "
-        f"{', '.join(unknown)}: at later dates, the prediction is as wide as is usual for wheels"
+        f"{', '.join(unknown)}: at later dates, the prediction is as wide as is usual for wheels",
     ]
 
 

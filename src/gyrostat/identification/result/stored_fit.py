@@ -57,6 +57,7 @@ class StoredFit(Listed):
         date: Date of the first record, UTC where it has a time zone; None if unknown.
         temperature: Mean temperature of the records, °C; None if unknown.
         held: Values of the parameters that were not estimated, SI.
+        unread_date: Date of a record that is none that is read, or is ambiguous; empty without one.
     """
 
     name: str
@@ -71,6 +72,7 @@ class StoredFit(Listed):
     date: datetime | None
     temperature: float | None
     held: Mapping[str, float] = field(default_factory=dict)
+    unread_date: str = ""
 
 
 def parse_date(text: str) -> datetime | None:
@@ -135,7 +137,8 @@ def _parse(name: str, content: Mapping[str, Any]) -> StoredFit:
         raise InputError(
             f"{name}: found records of several wheels (serial {text}), expected one wheel"
         )
-    dates = [date for date in map(parse_date, _each(metadata, "date")) if date is not None]
+    texts = _each(metadata, "date")
+    dates = [date for date in map(parse_date, texts) if date is not None]
     means = [float(t) for t in content.get("mean_temperature", ()) if t is not None]
     inertia_entry = parameters.get("inertia", {})
     inertia = content.get("held", {}).get("inertia")
@@ -153,6 +156,7 @@ def _parse(name: str, content: Mapping[str, Any]) -> StoredFit:
         date=min(dates) if dates else None,
         temperature=math.fsum(means) / len(means) if means else None,
         held={str(n): float(v) for n, v in content.get("held", {}).items()},
+        unread_date=next((text for text in texts if text and parse_date(text) is None), ""),
     )
 
 

@@ -29,6 +29,8 @@ FEWEST = 8
 """Smallest number of segments."""
 FLOOR = 1e-4
 """Smallest density of a waterfall over its largest one."""
+SHOWN = 0.3
+"""Difference of the measured torque from that of the acceleration, relative, that is noted."""
 
 
 @dataclass(frozen=True)
@@ -94,6 +96,7 @@ class TorqueNoise(BenchTest):
         slow = np.flatnonzero(coast.current != 0.0)
         begin = int(slow[-1]) + 1 if len(slow) else 0
         second, _ = self._spectrum(sheet, coast, slice(begin, len(coast.time)))
+        notes += _on_scale(sheet.value("inertia"), steady, slice(0, max(start, int(index[0]))))
         value, sigma = first.rms(self.low, high)
         scale = sheet.inertial_scale() if steady.torque is None else _torque_scale(sheet)
         value = Measured("torque_noise", value, float(np.hypot(sigma, scale * value)))
@@ -140,6 +143,10 @@ class TorqueNoise(BenchTest):
             )
         length = round(self.segment * rate)
         signal = torque[part]
+        if np.ptp(signal) == 0.0:
+            raise InputError(
+                f"{record.name}: found a torque of {signal[0]:g} N·m throughout, expected its noise"
+            )
         if len(signal) < (FEWEST + 1) * length // 2:
             raise InputError(
                 f"{record.name}: found {len(signal) / rate:.3g} s for the spectrum, expected at "
@@ -162,6 +169,22 @@ def _inertial_torque(inertia: float, record: Record) -> Vector:
     valid = record.valid
     speed = np.interp(record.time, record.time[valid], record.speed[valid])
     return inertia * np.gradient(speed, record.time)
+
+
+def _on_scale(inertia: float, record: Record, part: slice) -> list[str]:
+    """Remark on a measured torque that does not show the acceleration of the rotor."""
+    if record.torque is None or part.stop < 2:
+        return []
+    expected = _inertial_torque(inertia, record)[part]
+    expected = expected - expected.mean()
+    squares = float(expected @ expected)
+    share = abs(float(expected @ record.torque[part])) / squares if squares > 0.0 else 1.0
+    if abs(share - 1.0) < SHOWN:
+        return []
+    return [
+        f"{record.name}: while the wheel accelerates, the torque shows {share:.2g} times inertia "
+        "times acceleration: its unit, or an instrument without slow torques"
+    ]
 
 
 def _torque_scale(sheet: BenchSheet) -> float:
