@@ -54,9 +54,21 @@ def record():
 
 
 @pytest.fixture(scope="session")
-def plain(record):
+def followed(record):
+    """Fit of the plain record with the inertia alone; stage and count of each progress report."""
+    stages = []
+    fit = identify(
+        record(),
+        inertia=INERTIA,
+        on_progress=lambda stage, count, cost: stages.append((stage, count)),
+    )
+    return fit, stages
+
+
+@pytest.fixture(scope="session")
+def plain(followed):
     """Fit of the plain record with the inertia alone."""
-    return identify(record(), inertia=INERTIA)
+    return followed[0]
 
 
 @pytest.fixture(scope="session")

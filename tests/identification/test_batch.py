@@ -134,11 +134,12 @@ def test_inertia_is_estimated_where_the_motor_constant_is_known(record):
     assert abs(fit.values[k] - INERTIA) < 4.0 * fit.sigma[k]
 
 
-def test_current_bias_is_found(record, changed):
+def test_current_bias_is_found_and_said_to_belong_to_the_bench(record, changed):
     biased = changed(record(), current=record().current - 0.004)
     fit = identify(biased, inertia=INERTIA, free=["current_bias"])
     k = fit.names.index("current_bias")
     assert abs(fit.values[k] - 0.004) < 4.0 * fit.sigma[k]
+    assert any("validate --hold current_bias=0.00" in w for w in fit.warnings)
 
 
 def test_initial_speed_is_estimated_for_each_record(record, changed):
@@ -362,12 +363,6 @@ def test_a_current_bias_has_a_finite_sigma_where_no_current_flows():
     assert not fit.observability["current_bias"].observable
 
 
-def test_a_current_bias_is_said_to_belong_to_the_bench(record, changed):
-    biased = changed(record(), current=record().current - 0.004)
-    fit = identify(biased, inertia=INERTIA, free=["current_bias"])
-    assert any("validate --hold current_bias=0.00" in w for w in fit.warnings)
-
-
 def weak_record(profile, seed, ratio, stribeck_speed, sigma, reach):
     """A wheel that starts from rest under currents up to `reach` times its breakaway."""
     static = ratio * TRUE["coulomb"]
@@ -408,13 +403,8 @@ def test_starts_from_rest_lead_to_the_right_minimum(profile, seed, ratio, stribe
     assert 0.5 * np.sum((fit.residuals[0] / sigma) ** 2) < at_truth + 3.0
 
 
-def test_a_good_first_result_costs_no_second_start(record):
-    stages = []
-    identify(
-        record(),
-        inertia=INERTIA,
-        on_progress=lambda stage, count, cost: stages.append((stage, count)),
-    )
+def test_a_good_first_result_costs_no_second_start(followed):
+    _, stages = followed
     assert stages.count(("viscous and Coulomb", 1)) == 1
 
 
