@@ -230,6 +230,8 @@ if __name__ == "__main__":
         on_progress=lambda done, total: os.kill(os.getpid(), 9) if done else None,
     )
 """
+# With a command delay, every trial traces the motion of the plant three times as often.
+PROMPT = SCENARIO.replace("command_delay = 1\n", "")
 native = pytest.mark.skipif(compiler() is None, reason="needs a C compiler")
 
 
@@ -377,7 +379,7 @@ class Heavier(eqx.Module):
 def plain(tmp_path_factory):
     """A scenario with parts of this package only."""
     folder = tmp_path_factory.mktemp("plain")
-    text = SCENARIO[: SCENARIO.index("[[environment.torque]]")]
+    text = PROMPT[: PROMPT.index("[[environment.torque]]")]
     text = text.replace('python = "mission.py:Pointer"', 'kind = "three_axis"')
     return read_scenario(written(folder, text) / "mission.toml")
 
@@ -413,7 +415,7 @@ def test_objects_that_are_no_lists_are_refused(plain, changes, message):
         plain.replace(**changes)
 
 
-HEAD = SCENARIO[: SCENARIO.index("[controller]")]
+HEAD = PROMPT[: PROMPT.index("[controller]")]
 
 
 @pytest.mark.parametrize("actuator", ["Rods", "LaggingRods"])
@@ -448,10 +450,8 @@ BOOM, MAGNETOMETER = r"event.boom mission.py:Boom", r"sensor.field mission.py:Ma
 
 
 # Without what no mistake in Python is about: each part is traced several times for each mistake.
-BOOM_TABLE = SCENARIO[SCENARIO.index("[[event]]") : SCENARIO.index('[[event]]\nname = "blind"')]
-LEAN = SCENARIO[: SCENARIO.index("[[event]]")].replace(
-    '[[metric]]\npython = "mission.py:Wobble"\n', ""
-)
+BOOM_TABLE = PROMPT[PROMPT.index("[[event]]") : PROMPT.index('[[event]]\nname = "blind"')]
+LEAN = PROMPT[: PROMPT.index("[[event]]")].replace('[[metric]]\npython = "mission.py:Wobble"\n', "")
 
 
 @pytest.mark.parametrize(
@@ -519,6 +519,15 @@ def test_mistakes_in_python_are_one_line(tmp_path, old, new, message):
     scenario = LEAN + BOOM_TABLE if is_event else LEAN
     path = written(tmp_path, scenario, PYTHON.replace(old, new)) / "mission.toml"
     with pytest.raises(InputError, match=message) as caught:
+        read_scenario(path)
+    assert str(caught.value).startswith(str(path))
+    assert "\n" not in str(caught.value)
+
+
+def test_mistake_in_a_scenario_with_a_command_delay_is_one_line(tmp_path):
+    """The plant is traced first where the delay line is made."""
+    path = written(tmp_path, python=PYTHON.replace(CROSS, "return flow[:2]")) / "mission.toml"
+    with pytest.raises(InputError, match=rf"{DRAG}: found shape \(2,\) of torque") as caught:
         read_scenario(path)
     assert str(caught.value).startswith(str(path))
     assert "\n" not in str(caught.value)
