@@ -131,6 +131,18 @@ def scenario(tmp_path_factory):
     return write
 
 
+@pytest.fixture(scope="module")
+def sequence(scenario):
+    """Scenario of modes, read and planned."""
+    return read_scenario(scenario(MODES))
+
+
+@pytest.fixture(scope="module")
+def slews(scenario):
+    """Scenario of a list of slews, read and planned."""
+    return read_scenario(scenario(SLEWS))
+
+
 @evaluated  # once for each mode: compiling takes longer
 def entered(reference, mode, to, begin):
     return reference.entered(mode, to, begin)
@@ -141,9 +153,8 @@ def motion(reference, mode, times):
     return jax.vmap(lambda time: reference.at(mode, time))(times)
 
 
-def commanded(path, times):
+def commanded(definition, times):
     """Attitude of the nominal reference at times between the samples, and its changes."""
-    definition = read_scenario(path)
     setup = nominal_setup(definition)
     speed, reference = jnp.asarray(setup.start.wheel_speed), setup.reference
     mode = jax.tree.map(np.asarray, reference.start(watched=False))
@@ -176,11 +187,10 @@ def nearest(turned, times, down):
     return np.min(sun), np.min(tracker_sun[down]), np.min(earth[down])
 
 
-def test_commanded_attitude_is_outside_of_all_cones_between_samples(scenario):
+def test_commanded_attitude_is_outside_of_all_cones_between_samples(sequence):
     """The second slew ends at a target that turns, which moves the cones by several degrees."""
     times = np.arange(0.0, 640.0, 0.125)
-    path = scenario(MODES)
-    turned, changes = commanded(path, times)
+    turned, changes = commanded(sequence, times)
     assert [each.pair for each in changes] == [(0, 1), (1, 2)]
     assert [each.start for each in changes] == [2.0, 252.0]
     down = times >= 252.0
@@ -195,7 +205,7 @@ def test_commanded_attitude_is_outside_of_all_cones_between_samples(scenario):
     assert alone[0][0] < 35.0
     assert alone[1][1] < 60.0
     # the native engine flies what JAX computes
-    run = gs.simulate(path, engine="native")
+    run = gs.simulate(sequence, engine="native")
     flown = Rotation.from_quat(np.asarray(run["target"])[:640], scalar_first=True)
     assert np.max((turned[::8].inv() * flown).magnitude()) < 1e-9
     starts = np.array([0.0, *(each.start for each in changes)])
@@ -206,25 +216,24 @@ def test_commanded_attitude_is_outside_of_all_cones_between_samples(scenario):
     assert np.max(np.asarray(run["error"])) < np.radians(0.25)
 
 
-def test_slews_of_a_list_lead_around_a_cone(scenario):
-    path = scenario(SLEWS)
+def test_slews_of_a_list_lead_around_a_cone(slews):
     times = np.arange(0.0, 600.0, 0.125)
-    turned, _ = commanded(path, times)
+    turned, _ = commanded(slews, times)
     sun, _ = distances(turned, np.array([0.0, 0.0, 1.0]), times)
     # a margin of 0.01 rad is the default
     assert 35.0 + np.degrees(0.01) <= np.min(sun[times >= 250.0]) < 35.7
     end = Rotation.from_quat(json.loads(RIGHT), scalar_first=True)
     assert (turned[-1].inv() * end).magnitude() < 1e-7
-    (line,) = slew_lines(read_scenario(path))
+    (line,) = slew_lines(slews)
     assert "slew.across: the slew from first leads around the cones of camera, 16" in line
 
 
-def loads(path):
+def loads(definition):
     """Rate, and torque and momentum of the wheels, by Euler's equation along a planned slew."""
-    setup = nominal_setup(read_scenario(path))
-    slews, craft = setup.reference.modes[0], setup.plant.spacecraft
-    times = np.linspace(250.0, float(slews.ends()[1]), 2000)
-    motion = jax.jit(jax.vmap(lambda time: reference_at(slews, time)))(times)
+    setup = nominal_setup(definition)
+    planned, craft = setup.reference.modes[0], setup.plant.spacecraft
+    times = np.linspace(250.0, float(planned.ends()[1]), 2000)
+    motion = jax.jit(jax.vmap(lambda time: reference_at(planned, time)))(times)
     assert np.linalg.norm(setup.start.momentum) < 1e-12
     rate, change = np.asarray(motion.rate), np.asarray(motion.acceleration)
     axes = np.asarray(craft.wheels.axes)
@@ -234,8 +243,8 @@ def loads(path):
     return craft.wheels, rate, torque, momentum + (held - share @ axes @ held)[:, None]
 
 
-def test_wheels_have_the_torque_and_momentum_of_a_planned_slew(scenario):
-    wheels, rate, torque, momentum = loads(scenario(SLEWS))
+def test_wheels_have_the_torque_and_momentum_of_a_planned_slew(slews):
+    wheels, rate, torque, momentum = loads(slews)
     assert np.max(np.abs(torque)) <= 0.8 * np.min(wheels.torque_limit) * 1.001
     assert np.max(np.abs(momentum)) <= 0.9 * np.min(wheels.momentum_limit) * 1.001
     assert np.max(np.linalg.norm(rate, axis=1)) <= np.radians(1.0) * 1.001
@@ -245,18 +254,18 @@ def test_a_slew_loses_time_to_keep_wheels_from_passing_zero(scenario):
     spun = {"[reference]\n": "[start]\nwheel_speed = [40, -40, 40, -40]\n[reference]\n"}
     crossings = []
     for text in (SLEWS, SLEWS.replace("rate =", 'crossing_time = "1000 s"\nrate =')):
-        *_, momentum = loads(scenario(text, spun))
+        *_, momentum = loads(read_scenario(scenario(text, spun)))
         crossings.append(np.count_nonzero(np.any(momentum * momentum[:, :1] < 0.0, axis=1)))
     assert crossings[0] > 0
     assert crossings[1] == 0
 
 
-def test_exported_c_follows_the_same_slew(scenario, tmp_path, tools):
+def test_exported_c_follows_the_same_slew(sequence, tmp_path, tools):
     out = tmp_path / "flight"
     said = []
-    gs.export(read_scenario(scenario(MODES)), out, to="c", say=said.append)
+    gs.export(sequence, out, to="c", say=said.append)
     assert not any("keep_out" in line for line in said)
-    lines = slew_lines(read_scenario(scenario(MODES)))
+    lines = slew_lines(sequence)
     assert any("safe: the slew from down finds its way around" in line for line in lines)
     tools.build(out, "-c", "controller.c")
     tools.build(out, "controller.o", "controller_test.c", "-lm", "-o", "program")
