@@ -92,8 +92,8 @@ def control_charts(lot: Lot) -> Figure:
                 sums.plot(number, curve, color=MODEL, lw=1.2)
             for place in chart.shifts:
                 sums.axvline(number[place], color=MARK, lw=1.0)
-        grid[0, 0].set_title("Shewhart chart: standard normal number in the lot", fontsize=9)
-        grid[0, 1].set_title("CUSUM: sums of the excess over 0.5", fontsize=9)
+        grid[0, 0].set_title("Shewhart chart, sigma of the lot", fontsize=9)
+        grid[0, 1].set_title("CUSUM of sigma above 0.5", fontsize=9)
         for axes in grid[-1]:
             axes.set_xlabel("wheel, in the order of production")
     return figure

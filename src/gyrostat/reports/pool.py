@@ -49,15 +49,15 @@ def pool_page(pool: Pool, *, command: str) -> str:
 def over_conditions(pool: Pool) -> Figure:
     """Each parameter over temperature and date: records, mean, and 95 % interval of a record."""
     rows = len(pool.parameters)
-    with panels(rows, 2, height=HEIGHT * rows, squeeze=False) as (figure, grid):
+    with panels(rows, 2, height=HEIGHT * rows, sharex="col", squeeze=False) as (figure, grid):
         for (left, right), parameter in zip(grid, pool.parameters.values(), strict=True):
             _over_temperature(left, pool, parameter)
             _over_date(right, pool, parameter)
             left.set_ylabel(f"{literal(parameter.name)}\n({parameter.unit})")
         grid[-1, 0].set_xlabel("temperature, °C")
         grid[-1, 1].set_xlabel("years since the first record")
-        grid[0, 0].set_title("at the mean date of the records", fontsize=9)
-        grid[0, 1].set_title("at the mean temperature of the records", fontsize=9)
+        grid[0, 0].set_title("at the mean date", fontsize=9)
+        grid[0, 1].set_title("at the mean temperature", fontsize=9)
     return figure
 
 
