@@ -146,7 +146,7 @@ def test_a_lot_that_cannot_be_is_refused(folder, tmp_path, before, after, messag
         gs.read_scenario(scenario_of(tmp_path, "a"))
 
 
-def test_without_dates_there_is_no_drift_and_a_note_says_so(folder):
+def test_without_dates_there_is_no_drift_and_a_note_says_so(folder, tmp_path):
     change(folder, 3, metadata=[{"serial": "RW-03"}])
     result = gs.lot(folder, shape="normal")
     assert result.days is None
@@ -155,6 +155,10 @@ def test_without_dates_there_is_no_drift_and_a_note_says_so(folder):
     change(folder, 3, metadata=[{"serial": "RW-03", "date": "13.13.2026"}])
     notes = gs.lot(folder, shape="normal").notes
     assert any("w03" in note and "'13.13.2026' is not one that is read" in note for note in notes)
+    manifest = tmp_path / "dates.csv"
+    manifest.write_text("\n".join(["serial,date", *(f"RW-{k:02},2026-03-01" for k in range(24))]))
+    notes = gs.lot(folder, shape="normal", manifest=manifest).notes
+    assert not any("is not one that is read" in note for note in notes)
 
 
 def test_a_motor_constant_of_another_sign_is_refused(folder):
@@ -167,7 +171,8 @@ def test_a_motor_constant_of_another_sign_is_refused(folder):
 
 def test_values_that_are_not_held_alike_are_noted(folder):
     for number in range(24):
-        change(folder, number, held={"inertia": 1e-3 * (1 + number), "stribeck_speed": 0.4})
+        bench = {"current_bias": 1e-4 * number, "inertia": 1e-3 * (1 + number)}
+        change(folder, number, held={**bench, "stribeck_speed": 0.4})
     assert not any("is held at" in note for note in gs.lot(folder, shape="normal").notes)
     change(folder, 5, held={"inertia": 1e-3, "stribeck_speed": 2.0})
     notes = gs.lot(folder, shape="normal").notes

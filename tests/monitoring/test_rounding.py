@@ -8,6 +8,7 @@ import pytest
 from scipy.special import ndtri
 
 from gyrostat.monitoring.blocks import blocks_of
+from gyrostat.monitoring.drive_samples import resolution
 from gyrostat.monitoring.estimate import _points, all_columns, estimate
 from gyrostat.monitoring.moments import MOTOR, Prior
 from gyrostat.monitoring.noise import Noise
@@ -80,7 +81,7 @@ def test_rounding_errors_of_two_currents_are_those_of_a_sawtooth_of_any_phase(no
     dither = noise * step * ndtri((np.arange(801) + 0.5) / 801.0)
     current = levels[:, None] + phase
     error = np.mean(np.round((current + dither) / step) * step - current, axis=-1)
-    errors = rounding_errors(*wheel_at(levels, step, noise), step=None)
+    errors = rounding_errors(*wheel_at(levels, step, noise), step=step)
     # eight terms leave 0.6 % of step² of the variance of a sawtooth without noise
     assert errors @ errors.T == pytest.approx(error.T @ error / 400.0, abs=0.0065 * step**2)
     if noise == 0.3:
@@ -107,9 +108,9 @@ def test_friction_noise_that_wanders_through_the_steps_leaves_less():
     arguments = wheel_at(levels, step, 0.0)
     # of a correlation time far below the window; what is found contains what rounding adds, of a
     # few levels up to three times its mean
-    calm = np.sqrt(np.sum(rounding_errors(*arguments, step=None)[0] ** 2))
+    calm = np.sqrt(np.sum(rounding_errors(*arguments, step=step)[0] ** 2))
     arguments[-1].noise_sigma = np.sqrt((0.3 * step) ** 2 + 3.0 * calm**2)
-    left = np.sum(rounding_errors(*arguments, step=None)[0] ** 2)
+    left = np.sum(rounding_errors(*arguments, step=step)[0] ** 2)
     alone = step**2 / (2.0 * np.pi**2) * np.exp(-4.0 * np.pi**2 * 0.3**2)
     assert left == pytest.approx(alone, rel=0.05)
 
@@ -120,7 +121,7 @@ def test_currents_that_all_round_to_one_value_leave_the_viscous_friction_open():
     rows.regressors[:, 2] = np.linspace(0.0, 1.0, 40)
     value.white_sigma = 0.01
     open_ = Prior(value.beta, np.array([1e12, 0.0, 0.5, 1e12, 1e12, 1e12]))
-    errors = rounding_errors(blocks, wheel, rows, open_, value, step=None)
+    errors = rounding_errors(blocks, wheel, rows, open_, value, step=step)
     # what is known, and what a rounded range of 1 tells; with the motor constant, two dimensions
     spread = np.sqrt(2.0 / (0.5 + 12.0 / step**2))
     order = np.arange(1, 9)
@@ -129,19 +130,24 @@ def test_currents_that_all_round_to_one_value_leave_the_viscous_friction_open():
     )
     assert errors[-1] @ errors[0] == pytest.approx(alike * errors[0] @ errors[0], rel=1e-3)
     sure = Prior(value.beta, np.full(6, 1e12))
-    same = rounding_errors(blocks, wheel, rows, sure, value, step=None)
+    same = rounding_errors(blocks, wheel, rows, sure, value, step=step)
     assert same[-1] == pytest.approx(same[0], abs=1e-5)
 
 
 def test_enough_noise_leaves_no_error_and_an_estimate_as_it_is():
     levels = np.linspace(10.0, 14.0, 8)
     blocks, wheel, rows, prior, value = wheel_at(levels, 3.0, 0.6)
+
+    def shape():
+        step = resolution(blocks, wheel)
+        return rounding_errors(blocks, wheel, rows, prior, value, step=step).shape
+
     value.white_sigma = 0.003
-    assert rounding_errors(blocks, wheel, rows, prior, value, step=None).shape == (8, 8)
+    assert shape() == (8, 8)
     value.white_sigma = 0.3
-    assert rounding_errors(blocks, wheel, rows, prior, value, step=None).shape == (8, 0)
+    assert shape() == (8, 0)
     blocks.step[:] = np.inf  # of a current that does not change
-    assert rounding_errors(blocks, wheel, rows, prior, value, step=None).shape == (8, 0)
+    assert shape() == (8, 0)
     assert widened(rows, value, np.zeros((8, 0))) is value
 
 

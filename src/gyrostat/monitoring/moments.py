@@ -185,11 +185,11 @@ def solve(moments: Moments, prior: Prior, start: Vector, blocks: int) -> Solutio
     beta, slope = coefficients(value)
     # too small a scale would lead away from what is known beforehand, and not back
     scale = _scale(moments, beta, blocks)
+    known = np.diag(prior.precision)
     for _ in range(6):
-        inform, across = _information(gain, slope, scale)
-        score = times(across, aim - times(gain, beta)) + prior.precision * (prior.mean - value)
-        covariance = _inverse(inform + np.diag(prior.precision))
-        step = times(covariance, score)
+        left = times(slope.swapaxes(-1, -2), aim - times(gain, beta)) / scale[..., None]
+        covariance = _inverse(_information(gain, slope, scale) + known)
+        step = times(covariance, left + prior.precision * (prior.mean - value))
         # a motor constant that the data leave free must not change sign on the way
         limit = 0.5 * np.abs(value[..., MOTOR])
         shorter = limit / np.maximum(np.abs(step[..., MOTOR]), limit)
@@ -200,15 +200,14 @@ def solve(moments: Moments, prior: Prior, start: Vector, blocks: int) -> Solutio
         in_sigma = np.sum(step**2 / np.diagonal(covariance, axis1=-2, axis2=-1), axis=-1)
         if np.all((in_sigma < SMALL**2) & (np.abs(scale / before - 1.0) < SMALL)):
             break
-    inform, _ = _information(gain, slope, scale)
-    covariance = _inverse(inform + np.diag(prior.precision))
+    inform = _information(gain, slope, scale)
+    covariance = _inverse(inform + known)
     return Solution(value, covariance, covariance @ inform @ covariance, beta, slope, scale)
 
 
-def _information(gain: Stack, slope: Stack, scale: Stack) -> tuple[Stack, Stack]:
-    """Information of the data on the parameters, and on the way to it that of scores."""
-    across = slope.swapaxes(-1, -2) / scale[..., None, None]
-    return across @ gain @ slope, across
+def _information(gain: Stack, slope: Stack, scale: Stack) -> Stack:
+    """Information of the data on the parameters, (..., P, P)."""
+    return slope.swapaxes(-1, -2) @ gain @ slope / scale[..., None, None]
 
 
 def _scale(moments: Moments, beta: Stack, blocks: int) -> Stack:

@@ -14,7 +14,6 @@ import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.blocks import Blocks
-from gyrostat.monitoring.drive_samples import resolution
 from gyrostat.monitoring.estimate import all_columns, moments_of, with_mean
 from gyrostat.monitoring.moments import COULOMB, MOTOR, VISCOUS, Prior, coefficients
 from gyrostat.monitoring.noise import gram, window_variance
@@ -28,7 +27,7 @@ it moves no parameter by more than 0.03 sigma."""
 
 
 def rounding_errors(
-    blocks: Blocks, wheel: int, rows: Rows, prior: Prior, value: Estimate, *, step: float | None
+    blocks: Blocks, wheel: int, rows: Rows, prior: Prior, value: Estimate, *, step: float
 ) -> Matrix:
     """Independent errors of the response by its rounding, of variance 1 each, (N, M), A.
 
@@ -38,11 +37,9 @@ def rounding_errors(
         rows: Their rows.
         prior: What is known of the wheel beforehand.
         value: Estimate of the window.
-        step: Resolution of the current, A; None: as its values show.
+        step: Resolution of the current, A; 0 if it shows none.
     """
     none = np.zeros((rows.time.size, 0))
-    if step is None:
-        step = resolution(blocks, wheel)
     if step <= 0.0:
         return none
     dither = np.maximum(blocks.scatter[:, wheel] ** 2 - step**2 / 12.0, 0.0)

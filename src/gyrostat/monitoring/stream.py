@@ -25,7 +25,7 @@ BLOCK = 60.0
 PIECE = 32768
 """Samples that are taken at once: of these, four wheels fit into the cache of a processor."""
 KEPT = 31 * 2**20
-"""Size of an array that the C library is shown as usual, bytes."""
+"""Size of an array that is made and freed once, bytes; glibc learns from at most 32 MiB."""
 MANY = 1000
 """Rows that are kept as rows before they become a table, which needs less memory."""
 

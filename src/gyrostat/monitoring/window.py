@@ -10,6 +10,7 @@ import numpy as np
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.monitoring.blocks import Blocks
+from gyrostat.monitoring.drive_samples import resolution
 from gyrostat.monitoring.estimate import APART, estimate, explains
 from gyrostat.monitoring.moments import COULOMB, IDLE, LAG, MOTOR, OFFSET, VISCOUS, Prior, stated
 from gyrostat.monitoring.noise import Noise
@@ -91,7 +92,8 @@ def window_row(
     prior = prior_of(rotor, rows.regressors.shape[1], interval, warm)
     rows, prior = about_its_share(rows, prior, noise or USUAL)
     speeds = np.abs(steady.speed[:, wheel])
-    step, speed = None, float(np.median(speeds))
+    speed = float(np.median(speeds))
+    step = resolution(steady, wheel)
     if power:
         step = known.power_resolution / (rotor.motor_constant * speed)
     errors = partial(rounding_errors, steady, wheel, rows, prior, step=step)
@@ -168,13 +170,17 @@ def _as_stated(
     rows: Rows, value: Estimate, places: list[int], errors_of: Callable[[Estimate], Matrix]
 ) -> Estimate:
     """Estimate with some parameters, and their errors, as known beforehand."""
-    prior = value.prior
-    held = prior.held(places)
-    other = estimate(rows, held, held.mean.copy(), value.noise, believe=True)
-    moves = held.precision[places] / np.sqrt(prior.precision[places])
+    other = _with_held(rows, value, places)
+    moves = other.prior.precision[places] / np.sqrt(value.prior.precision[places])
     moved, mean_moved = other.covariance[:, places] * moves, other.mean_covariance[places] * moves
     wide = widened(rows, other, errors_of(other)).with_errors(moved, mean_moved, lasting=True)
-    return replace(wide, prior=prior)
+    return replace(wide, prior=value.prior)
+
+
+def _with_held(rows: Rows, value: Estimate, places: list[int]) -> Estimate:
+    """Estimate with some parameters as known beforehand, without an error."""
+    held = value.prior.held(places)
+    return estimate(rows, held, held.mean.copy(), value.noise, believe=True)
 
 
 def _apart(value: Estimate, prior: Prior) -> tuple[list[int], bool]:
@@ -211,8 +217,7 @@ def _held(rows: Rows, value: Estimate) -> Estimate:
         rows: Rows of the regression.
         value: Estimate in which they are not held.
     """
-    held = value.prior.held(stated(value.value.size))
-    other = estimate(rows, held, held.mean.copy(), value.noise, believe=True)
+    other = _with_held(rows, value, stated(value.value.size))
     other = replace(
         other,
         covariance=value.covariance,

@@ -31,7 +31,7 @@ def notes(
             "no drift, and control charts in the order of the files: a date is unknown (comment "
             "'# date: 2026-03-01' in each record, or --manifest)"
         )
-    unread = [fit for fit in fits if fit.unread_date]
+    unread = [fit for fit in fits if fit.date is None and fit.unread_date]
     remarks += [f"{fit.name}: date {fit.unread_date!r} is not one that is read" for fit in unread]
     remarks += _on_held(fits)
     for name, parameter in parameters.items():
@@ -43,8 +43,8 @@ def _on_held(fits: Sequence[StoredFit]) -> list[str]:
     """Remarks on values that were held, but not the same in all fits."""
     first = fits[0]
     remarks = []
-    for name, value in first.held.items():
-        other = next((fit for fit in fits if fit.held.get(name) != value), None)
+    for name, value in first.given.items():
+        other = next((fit for fit in fits if fit.given.get(name) != value), None)
         if name != "inertia" and other is not None:
             remarks.append(
                 f"{name} is held at {value:.4g} in {first.name}, and not in {other.name}: the "

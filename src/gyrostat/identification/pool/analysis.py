@@ -32,6 +32,7 @@ from gyrostat.identification.result.stored_fit import StoredFit
 YEAR = 365.25
 """Days of a year."""
 FRICTION = ("viscous", "coulomb", "static")
+"""Parameters that are positive in every wheel."""
 KNOWN = 0.5
 """Share of its prior sigma below which that of a slope counts as determined by the records."""
 
@@ -103,13 +104,7 @@ def _require_friction(parameters: Mapping[str, PooledParameter], conditions: Con
     Raises:
         InputError: A trend or a law over temperature leads below 0.
     """
-    years, warm = conditions.years, conditions.temperatures
-    beyond = {
-        "--date": years is not None and not years.min() <= conditions.year <= years.max(),
-        "--temperature": warm is not None
-        and not warm.min() <= conditions.temperature <= warm.max(),
-    }
-    outside = " and ".join(name for name, is_so in beyond.items() if is_so)
+    outside = " and ".join(f"--{name}" for name, is_so in conditions.is_outside.items() if is_so)
     for name, parameter in parameters.items() if outside else ():
         value = parameter.prediction.value
         if name in FRICTION and value <= 0.0:

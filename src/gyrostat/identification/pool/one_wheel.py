@@ -33,8 +33,8 @@ def require_one_wheel(fits: Sequence[StoredFit]) -> None:
                 f"{each.model} friction with {', '.join(each.names)}" for each in (fit, first)
             )
             raise InputError(f"{fit.name}: found {found}, expected {expected} as {first.name}")
-        for name in _held(first):
-            if _held(fit).get(name) != _held(first)[name]:
+        for name, value in first.given.items():
+            if fit.given.get(name) != value:
                 raise InputError(
                     f"{fit.name}: found an identification with {name} {_text(fit, name)}, expected "
                     f"{_text(first, name)} as {first.name}"
@@ -47,13 +47,6 @@ def require_one_wheel(fits: Sequence[StoredFit]) -> None:
                 )
 
 
-def _held(fit: StoredFit) -> dict[str, float | None]:
-    """Values of the wheel that an identification was given; the inertia is None if estimated."""
-    bench = ("current_bias", "initial_speed")
-    held = {name: value for name, value in fit.held.items() if not name.startswith(bench)}
-    return {**held, "inertia": fit.inertia}
-
-
 def _text(fit: StoredFit, name: str) -> str:
-    value = _held(fit).get(name)
+    value = fit.given.get(name)
     return "estimated" if value is None else f"{value:.6g}"

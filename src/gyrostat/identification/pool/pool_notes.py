@@ -68,7 +68,7 @@ def _on_temperatures(
             f"temperature of {', '.join(unknown)}: at other temperatures, the prediction is as "
             "wide as is usual for wheels"
         )
-    if not warm.min() <= conditions.temperature <= warm.max():
+    if conditions.is_outside["temperature"]:
         remarks.append(
             f"{conditions.temperature:.3g} °C is outside the temperatures of the records, "
             f"{warm.min():.3g} to {warm.max():.3g} °C: the prediction rests on the form of the law"
@@ -92,20 +92,20 @@ def _on_dates(
             "--dates)"
         ]
     remarks = []
-    if not years.min() <= conditions.year <= years.max():
+    if conditions.is_outside["date"]:
         away = max(years.min() - conditions.year, conditions.year - years.max())
         remarks.append(
             f"the date of the prediction is {away:.2g} years outside those of the records: the "
             "prediction rests on a trend that is a straight line"
         )
     unknown = [p.name for p in parameters.values() if not p.trend_known]
-    if not unknown:
-        return remarks
-    return [
-        *remarks,
-        f"records over {float(years.max()):.2g} years do not determine the trend of "
-        f"{', '.join(unknown)}: at later dates, the prediction is as wide as is usual for wheels",
-    ]
+    if unknown:
+        remarks.append(
+            f"records over {float(years.max()):.2g} years do not determine the trend of "
+            f"{', '.join(unknown)}: at later dates, the prediction is as wide as is usual for "
+            "wheels"
+        )
+    return remarks
 
 
 def _on_laws(parameter: PooledParameter) -> list[str]:

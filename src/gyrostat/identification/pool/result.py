@@ -99,6 +99,10 @@ class PooledParameter(Described):
     held_out: HeldOut
 
 
+def _is_outside(values: Vector | None, value: float) -> bool:
+    return values is not None and not values.min() <= value <= values.max()
+
+
 @dataclass(frozen=True)
 class Conditions(Described):
     """Temperatures and dates of the records, and of the prediction.
@@ -124,6 +128,14 @@ class Conditions(Described):
     def middle(self) -> float:
         """Mean date of the records, from which the posteriors count, years since the first."""
         return 0.0 if self.years is None else float(np.mean(self.years))
+
+    @property
+    def is_outside(self) -> dict[str, bool]:
+        """Whether temperature and date of the prediction are outside those of the records."""
+        return {
+            "temperature": _is_outside(self.temperatures, self.temperature),
+            "date": _is_outside(self.years, self.year),
+        }
 
 
 @dataclass(frozen=True)

@@ -57,7 +57,7 @@ class StoredFit(Listed):
         date: Date of the first record, UTC where it has a time zone; None if unknown.
         temperature: Mean temperature of the records, °C; None if unknown.
         held: Values of the parameters that were not estimated, SI.
-        unread_date: Date of a record that is none that is read, or is ambiguous; empty without one.
+        unread_date: Date that is none that is read, or is ambiguous; empty without one.
     """
 
     name: str
@@ -73,6 +73,13 @@ class StoredFit(Listed):
     temperature: float | None
     held: Mapping[str, float] = field(default_factory=dict)
     unread_date: str = ""
+
+    @property
+    def given(self) -> dict[str, float | None]:
+        """Values of the wheel that were given; the inertia is None if it was estimated."""
+        bench = ("current_bias", "initial_speed")
+        held = {name: value for name, value in self.held.items() if not name.startswith(bench)}
+        return {**held, "inertia": self.inertia}
 
 
 def parse_date(text: str) -> datetime | None:
@@ -156,7 +163,7 @@ def _parse(name: str, content: Mapping[str, Any]) -> StoredFit:
         date=min(dates) if dates else None,
         temperature=math.fsum(means) / len(means) if means else None,
         held={str(n): float(v) for n, v in content.get("held", {}).items()},
-        unread_date=next((text for text in texts if text and parse_date(text) is None), ""),
+        unread_date=_unread(texts),
     )
 
 
@@ -172,7 +179,7 @@ def _of_model(path: Path, model: WheelModel) -> StoredFit:
     temperature = None
     with suppress(ValueError):
         temperature = float(model.origin.get("temperature", "").removesuffix("°C"))
-    dimensions = model.dimensions()
+    dimensions, stated_date = model.dimensions(), model.origin.get("date", "")
     return StoredFit(
         name=str(path),
         model=model.friction.name,
@@ -183,10 +190,16 @@ def _of_model(path: Path, model: WheelModel) -> StoredFit:
         tolerances={},
         inertia=None if "inertia" in names else model.values.get("inertia"),
         serial=model.origin.get("serial", ""),
-        date=parse_date(model.origin.get("date", "")),
+        date=parse_date(stated_date),
         temperature=temperature,
         held={n: v for n, v in model.values.items() if n not in names},
+        unread_date=_unread([stated_date]),
     )
+
+
+def _unread(dates: Iterable[str]) -> str:
+    """First date that is not read; empty without one."""
+    return next((text for text in dates if text and parse_date(text) is None), "")
 
 
 def _check_covariance(name: str, values: Vector, covariance: Matrix) -> None:
