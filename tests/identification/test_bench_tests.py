@@ -565,6 +565,13 @@ def test_a_torque_without_noise_is_no_result(sheet, fast):
         test.evaluate(sheet, records, Motor(0.0228, 0.0, "exact"))
 
 
+def test_a_coast_that_is_driven_to_its_end_is_too_short_for_a_spectrum(sheet, fast):
+    test, (steady, coast) = fast
+    driven = replace(coast, current=np.full_like(coast.current, 0.1))
+    with pytest.raises(InputError, match="found 0 s for the spectrum"):
+        test.evaluate(sheet, [steady, driven], Motor(0.0228, 0.0, "exact"))
+
+
 def test_a_value_that_is_judged_too_counts_once_in_a_simulated_test(sheet):
     value = Measured("loss_torque", 1e-3, 1e-5, 1, {"speed": 100.0})
     outcome = Outcome((value,), lines=(value.line(),))

@@ -164,6 +164,14 @@ def test_attributes_that_are_no_numbers_are_refused(tmp_path, name):
     assert expected in refused(path)
 
 
+def test_two_scales_of_one_vector_are_refused(tmp_path):
+    path = tmp_path / "bench.h5"
+    write_hdf5(path, GOOD)
+    with h5py.File(path, "a") as file:
+        file["Drive/Current"].attrs["scale_factor"] = [1.0, 2.0]
+    assert "found attribute scale_factor = '[1. 2.]', expected a number" in refused(path)
+
+
 def test_links_of_hdf5_to_other_files_are_not_followed(tmp_path):
     path = tmp_path / "bench.h5"
     write_hdf5(tmp_path / "other.h5", GOOD)

@@ -1,5 +1,6 @@
 """HDF5 files, read by h5py."""
 
+from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
 
@@ -62,10 +63,8 @@ def _channels(name: str, data: Any) -> list[Channel]:
     if data.size is None or data.size != max(data.shape, default=0):
         content = f"an array of shape {'x'.join(map(str, data.shape or ())) or 'none'}"
 
-    def read() -> NDArray:
-        return _unpacked(data)
-
-    return [Channel(name, data.size or 0, read, unit_of(data), content=content)]
+    values = partial(_unpacked, data)
+    return [Channel(name, data.size or 0, values, unit_of(data), content=content)]
 
 
 def _unpacked(data: Any) -> NDArray:
@@ -74,18 +73,18 @@ def _unpacked(data: Any) -> NDArray:
     missing = [*_attribute(data, "_FillValue"), *_attribute(data, "missing_value")]
     if missing:
         values = np.ma.masked_where(np.isin(values, missing), values)
-    for scale in _attribute(data, "scale_factor")[:1]:
+    for scale in _attribute(data, "scale_factor", most=1):
         values = values * float(scale)
-    for offset in _attribute(data, "add_offset")[:1]:
+    for offset in _attribute(data, "add_offset", most=1):
         values = values + float(offset)
     return values
 
 
-def _attribute(data: Any, name: str) -> NDArray:
-    """Numbers of an attribute, (N,); empty without it."""
+def _attribute(data: Any, name: str, most: float = np.inf) -> NDArray:
+    """Numbers of an attribute, (N,), not more than `most`; empty without it."""
     numbers = np.atleast_1d(data.attrs.get(name, np.zeros(0)))
-    if numbers.dtype.kind not in "iuf":
-        found = f"attribute {name} = {shown(str(numbers[0]))}"
+    if numbers.dtype.kind not in "iuf" or numbers.size > most:
+        found = f"attribute {name} = {shown(str(data.attrs[name]))}"
         raise fault(Path(data.file.filename), found, "a number", column=data.name.lstrip("/"))
     return numbers
 

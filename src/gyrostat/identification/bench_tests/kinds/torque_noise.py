@@ -143,14 +143,14 @@ class TorqueNoise(BenchTest):
             )
         length = round(self.segment * rate)
         signal = torque[part]
-        if np.ptp(signal) == 0.0:
-            raise InputError(
-                f"{record.name}: found a torque of {signal[0]:g} N·m throughout, expected its noise"
-            )
         if len(signal) < (FEWEST + 1) * length // 2:
             raise InputError(
                 f"{record.name}: found {len(signal) / rate:.3g} s for the spectrum, expected at "
                 f"least {(FEWEST + 1) * self.segment / 2.0:.3g} s"
+            )
+        if np.ptp(signal) == 0.0:
+            raise InputError(
+                f"{record.name}: found a torque of {signal[0]:g} N·m throughout, expected its noise"
             )
         return spectrum(signal, rate, length), notes
 
