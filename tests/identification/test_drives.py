@@ -11,7 +11,9 @@ from gyrostat.core.errors import InputError
 from gyrostat.identification import identify_inverse
 from gyrostat.identification.drive.filtered_reference import filtered_reference
 from gyrostat.identification.drive.motion import drives as segments_of
+from gyrostat.identification.drive.parts import part_of
 from gyrostat.identification.drive.regression import covariance, regress
+from gyrostat.identification.drive.tracking import tracking
 from gyrostat.identification.drive.weak_form import Windows
 from gyrostat.telemetry import Record
 
@@ -110,6 +112,30 @@ def test_a_law_that_follows_but_is_not_that_of_the_record_is_warned_of(quiet, se
     assert not fit.impossible
     assert any("the control law is not that of this record" in each for each in fit.warnings)
     assert not fit.inverse.methods["output_error"].converged
+
+
+@pytest.mark.parametrize("factor", [0.6, 1.5])
+def test_gains_of_another_loop_are_warned_of_in_noise(noisy, servo, factor):
+    """The motion is nearly the same: the tracking error is not."""
+    record, true = noisy[1]
+    kp, kd = factor * servo.law.kp, factor * servo.law.kd
+    fit = identify_inverse(record, hold=held(true), law=replace(servo.law, kp=kp, kd=kd))
+    assert not fit.impossible
+    (said,) = [each for each in fit.warnings if "the tracking error is" in each]
+    assert float(said.split()[4]) == pytest.approx(factor, rel=0.15)
+
+
+def test_the_right_law_is_not_warned_of_in_noise(noisy, servo):
+    for record, true in noisy:
+        fit = identify_inverse(record, hold=held(true), law=servo.law)
+        assert not any("the tracking error is" in each for each in fit.warnings)
+
+
+def test_a_drive_at_its_limit_throughout_shows_no_gains(noisy, servo):
+    record, _ = noisy[0]
+    (part,) = segments_of(record, "zero-order")
+    law = replace(servo.law, saturation=0.5 * float(np.min(np.abs(part.current[1:]))))
+    assert tracking(law, [part_of(part, 0.02)], [part.measured]) is None
 
 
 @pytest.mark.parametrize(("samples", "late"), [(1, "current"), (-1, "speed")])

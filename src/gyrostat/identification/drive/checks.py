@@ -8,6 +8,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.identification.drive.control_law import ControlLaw
 from gyrostat.identification.drive.delay import Delay
 from gyrostat.identification.drive.equation import Equation
+from gyrostat.identification.drive.tracking import Tracking
 from gyrostat.identification.read.checks import place
 from gyrostat.identification.result.inverse_dynamics import InverseDynamics
 from gyrostat.telemetry import Record
@@ -25,6 +26,9 @@ SHORTEST = 0.1
 """Smallest delay in sample intervals that is warned of."""
 SLOW = 0.02
 """Share of the largest speed below which its sign may be that of noise."""
+GAINS, CERTAIN = 0.1, 3.0
+"""Difference of the ratio of tracking errors from 1 that is warned of: at least so much, and so
+many of its standard deviations."""
 SAME = 0.9
 """Share of the changes of the speed at which a reference is the speed itself."""
 
@@ -119,6 +123,20 @@ def warnings_of(inverse: InverseDynamics, shift: Delay) -> list[str]:
                 "from the result: disturbances in the loop or noise of the speed bias it"
             )
     return warnings
+
+
+def law_warnings(tracking: Tracking | None) -> list[str]:
+    """Signs of gains of another control law; None: nothing to compare."""
+    if tracking is None:
+        return []
+    ratio, sigma = tracking
+    if abs(ratio - 1.0) < max(GAINS, CERTAIN * sigma):
+        return []
+    return [
+        f"the tracking error is {ratio:.3g} ± {sigma:.2g} times that of the stated control law: "
+        "its gains, their units or the delay of the loop are not those of this record (instruments "
+        "stay honest, output error does not)"
+    ]
 
 
 def _of_delay(inverse: InverseDynamics, shift: Delay) -> list[str]:

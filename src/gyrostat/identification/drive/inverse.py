@@ -13,6 +13,7 @@ from gyrostat.identification.drive.checks import (
     FOLLOWED,
     check_reference,
     check_senses,
+    law_warnings,
     refused,
     warnings_of,
 )
@@ -25,6 +26,7 @@ from gyrostat.identification.drive.motion import Drive, Motion, drives
 from gyrostat.identification.drive.output_error import minimise_output_error
 from gyrostat.identification.drive.parts import Part, half_width, part_of
 from gyrostat.identification.drive.points import friction_points
+from gyrostat.identification.drive.tracking import tracking
 from gyrostat.identification.drive.weak_form import CUTOFF
 from gyrostat.identification.read.checks import as_records, check_sigma, check_signals, place
 from gyrostat.identification.read.statistics import noise_level
@@ -180,7 +182,10 @@ def identify_inverse(
         reason="" if best.converged else "the simulated loop and the estimates do not agree",
         scatter=[],
         refused=refused(inverse, law),
-        warnings=warnings_of(inverse, delay(equation, parts, motions)),
+        warnings=[
+            *warnings_of(inverse, delay(equation, parts, motions)),
+            *law_warnings(None if law is None else tracking(law, parts, motions)),
+        ],
         iterations=best.iterations,
         samples=sum(int(record.valid.sum()) for record in records),
         speed_sigma=speed_sigma or noise,
