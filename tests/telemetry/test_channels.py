@@ -88,6 +88,24 @@ def test_a_file_maps_channels_and_units(tmp_path, suffix, write):
     )
 
 
+def test_a_channel_of_other_times_is_not_taken_for_one_of_the_record(tmp_path):
+    nptdms = pytest.importorskip("nptdms", reason="found no npTDMS, of the extra bench")
+    path = tmp_path / "bench.tdms"
+    groups = (
+        ("Chamber", {"Temperature": (np.arange(3.0), "degC")}, 7.0),
+        ("Drive", {"Current": (CURRENT, "A"), "Speed": (SPEED, "rpm")}, 0.5),
+    )
+    with nptdms.TdmsWriter(path) as writer:
+        for group, channels, step in groups:
+            for name, (values, unit) in channels.items():
+                properties = {"wf_increment": step, "unit_string": unit}
+                writer.write_segment([nptdms.ChannelObject(group, name, values, properties)])
+    record = read_record(path)
+    require_good(record)
+    assert record.temperature is None
+    assert "another time base" in refused(path, columns={"temperature": "Chamber/Temperature"})
+
+
 @WRITERS
 def test_stated_interval_replaces_times(tmp_path, suffix, write):
     path = tmp_path / f"bench{suffix}"
@@ -114,10 +132,31 @@ def test_waveforms_of_different_rates_are_refused(tmp_path):
         for name, values, step in (("Current", CURRENT, 0.5), ("Speed", SPEED, 0.25)):
             properties = {"wf_increment": step, "unit_string": "A" if step == 0.5 else "rpm"}
             writer.write_segment([nptdms.ChannelObject("Drive", name, values, properties)])
-    assert "columns 'Drive/time', 'Drive/Speed/time', expected one for time" in refused(path)
-    assert refused(path, columns={"time": "Drive/time"}) == (
-        "bench.tdms: column 'Drive/Speed': found another time base, expected that of 'Drive/time'"
+    assert refused(path) == (
+        "bench.tdms: column 'Drive/Speed': found another time base, expected that of 'Drive/time', "
+        "or the speed in speed_from, also of this file"
     )
+
+
+def test_speed_of_the_same_file_may_have_times_of_its_own(tmp_path):
+    """Two waveforms of one file are read as two loggers: here 2 s apart."""
+    nptdms = pytest.importorskip("nptdms", reason="found no npTDMS, of the extra bench")
+    path = tmp_path / "bench.tdms"
+    rng = np.random.default_rng(1)
+    time = 0.1 * np.arange(1200)
+    current = 0.02 + np.repeat(rng.uniform(-0.3, 0.3, 60), 20)
+    torque = 0.0228 * current - 1e-4
+    speed = np.append(0.0, np.cumsum(0.1 * torque / 1.5e-3))[:-1] + rng.normal(0.0, 0.3, 1200)
+    with nptdms.TdmsWriter(path) as writer:
+        for name, values, unit, offset in (
+            ("Current", current, "A", 0.0),
+            ("Speed", speed, "rad/s", -2.0),
+        ):
+            properties = {"wf_increment": 0.1, "wf_start_offset": offset, "unit_string": unit}
+            writer.write_segment([nptdms.ChannelObject("Drive", name, values, properties)])
+    record = read_record(path, speed_from=path)
+    assert any("+2." in note or "+1.9" in note for note in record.notes)
+    np.testing.assert_allclose(record.speed, np.interp(record.time, time, speed), atol=3.0)
 
 
 def test_dates_of_tdms_are_times(tmp_path):

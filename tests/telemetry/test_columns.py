@@ -189,4 +189,4 @@ def test_what_is_missing_ambiguous_or_unknown(refusal, header, options, message)
 
 def test_a_long_list_of_columns_is_shortened(refusal):
     message = refusal(",".join(f"x{n}" for n in range(1000)) + "\n" + ",".join(["0"] * 1000))
-    assert "'x29' and 970 more, expected one for time" in message
+    assert "'x29' and 970 more, expected one for current" in message

@@ -15,6 +15,8 @@ from gyrostat.telemetry.columns import Column, Header
 from gyrostat.telemetry.fault import counted, damaged, fault, shown, too_many
 from gyrostat.telemetry.record_format import Request
 
+_MOTION = ("speed", "angle")
+
 
 @dataclass(frozen=True)
 class Channel:
@@ -61,17 +63,23 @@ def read_channels(
     if not channels:
         raise fault(file, "no channels", f"{wanted} with time, current and speed")
     columns = (
-        Column(index, tuple(dict.fromkeys((each.name, each.name.rpartition("/")[2]))), each.unit)
+        Column(
+            index,
+            tuple(dict.fromkeys((each.name, each.name.rpartition("/")[2]))),
+            each.unit,
+            each.base,
+        )
         for index, each in enumerate(channels)
     )
     chosen = request.choose(Header(file, tuple(columns)))
     picked = {role: channels[column.index] for role, column in chosen.items()}
     first = picked.get("time") or next(iter(picked.values()))
-    for channel in picked.values():
+    for role, channel in picked.items():
         if channel.content:
             raise fault(file, channel.content, "a vector of real numbers", column=channel.name)
         if channel.base != first.base and first.base is not None:
-            expected = f"that of {shown(first.name)}"
+            apart = ", or the speed in speed_from, also of this file" if role in _MOTION else ""
+            expected = f"that of {shown(first.name)}{apart}"
             raise fault(file, "another time base", expected, column=channel.name)
         if channel.count > request.max_samples:
             raise too_many(file, request.max_samples)

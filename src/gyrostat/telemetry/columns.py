@@ -3,7 +3,7 @@
 import difflib
 import math
 import re
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Hashable, Mapping
 from dataclasses import dataclass, replace
 from pathlib import Path
 
@@ -22,6 +22,7 @@ ROLES: dict[str, Role] = {
     **{name: COLUMNS[name] for name in CHANNELS},
     "valid": Role("valid", ("valid",), None),
 }
+_MAIN = ("current", "speed", "angle")
 _NO_UNIT = Unit("")
 _NO_UNIT_SPELLINGS = ("", "-", "1")
 
@@ -35,6 +36,8 @@ class Column:
     """Long and short name, or the only name."""
     unit: str = ""
     """Content of its cell in the row of units."""
+    base: Hashable = None
+    """What it shares with the columns that have the same times; None if the file does not say."""
 
 
 @dataclass(frozen=True)
@@ -92,15 +95,25 @@ def choose_columns(
     unused = {*absent}
     if "angle" in roles:
         unused |= {"speed", "angle"} - {_motion(header, matches, claimed)}
-    for role in roles.values():
+    # current and speed first: where a file has several time bases, the rest is that of theirs
+    for role in sorted(roles.values(), key=lambda each: each.name not in _MAIN):
         if role.name not in matches and role.name not in unused:
-            hit = _usual(header, role, claimed)
+            near = header if role.name in _MAIN else _at_times_of(header, matches)
+            hit = _usual(near, role, claimed)
             if hit is not None:
                 matches[role.name] = hit
     return {
         role: Chosen(column.index, name, _unit(header, roles[role], column, stated.get(role)))
-        for role, (column, name) in matches.items()
+        for role, (column, name) in ((each, matches[each]) for each in roles if each in matches)
     }
+
+
+def _at_times_of(header: Header, matches: Mapping[str, tuple[Column, str]]) -> Header:
+    """Header with the columns that have the times of the current, or of the speed without one."""
+    bases = [matches[role][0].base for role in _MAIN if role in matches]
+    if not bases or bases[0] is None:
+        return header
+    return replace(header, columns=tuple(c for c in header.columns if c.base in (bases[0], None)))
 
 
 def _motion(
