@@ -187,6 +187,8 @@ def _about(
             width = value * ascii_number(tolerance.rstrip().removesuffix("%")) / 100.0
         except ValueError:
             width = math.nan
+        if width >= value > 0.0:
+            raise InputError(f"{path}: key {key}: found {tolerance!r}, expected less than 100 %")
     else:
         width = quantity(path, key, tolerance, dimension, positive=False)
     if not 0.0 <= width < math.inf:

@@ -41,7 +41,8 @@ MEASURED = ("current", "speed", "time", "temperature", "torque")
 VISCOUS_ERROR = 0.1
 """Relative sigma of the viscous coefficient of a sheet, which is not that of each wheel."""
 MOST_SHARE = 0.5
-LARGEST_RATE = 1e5
+LEAST_RATE, LARGEST_RATE = 1.0, 1e5
+"""Bounds of the sample rate, Hz; the programs of the tests have steps of some seconds."""
 
 
 def option(default: float | None, dimension: str, text: str) -> Any:
@@ -174,8 +175,19 @@ def read_bench_sheet(path: Path) -> BenchSheet:
 def _check(sheet: BenchSheet) -> None:
     """Refuse a sheet that no test can serve."""
     bench, where = sheet.bench, f"{sheet.path}: key bench"
-    if bench.rate > LARGEST_RATE or bench.fast_rate > LARGEST_RATE:
-        raise InputError(f"{where}.rate: found more than {LARGEST_RATE:g} Hz, expected less")
+    for name, least in (("rate", LEAST_RATE), ("fast_rate", bench.rate)):
+        if not least <= getattr(bench, name) <= LARGEST_RATE:
+            raise InputError(
+                f"{where}.{name}: found {getattr(bench, name):g} Hz, expected {least:g} to "
+                f"{LARGEST_RATE:g} Hz"
+            )
+    fastest = sheet.value("speed_limit")
+    for limit in sheet.wheel.limits:
+        if limit.conditions.get("speed", 0.0) > fastest:
+            raise InputError(
+                f"{sheet.path}: key {limit.quantity}.speed: found {limit.conditions['speed']:.3g} "
+                f"rad/s, expected at most the speed_limit of {fastest:.3g} rad/s"
+            )
     if sheet.value("static") < sheet.value("coulomb"):
         raise InputError(
             f"{sheet.path}: key static: found {sheet.value('static'):g} N·m, expected at least the "
@@ -237,7 +249,8 @@ def _share(path: Path, key: str, value: object) -> float:
     share = value
     if isinstance(value, str):
         try:
-            share = ascii_number(value.rstrip().removesuffix("%")) / 100.0
+            text = value.rstrip()
+            share = ascii_number(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
         except ValueError:
             share = math.nan
     share = number(path, key, share, positive=False)

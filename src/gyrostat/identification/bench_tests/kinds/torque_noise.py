@@ -31,6 +31,9 @@ FLOOR = 1e-4
 """Smallest density of a waterfall over its largest one."""
 SHOWN = 0.3
 """Difference of the measured torque from that of the acceleration, relative, that is noted."""
+ALIKE, WRONG = 0.95, 3.0
+"""Correlation of the measured with the gained momentum above which the torque has the form of the
+acceleration, and factor between them from which its unit is wrong."""
 
 
 @dataclass(frozen=True)
@@ -136,7 +139,7 @@ class TorqueNoise(BenchTest):
         torque = record.torque
         notes = []
         if torque is None:
-            torque = _inertial_torque(sheet.value("inertia"), record)
+            torque = sheet.value("inertia") * np.gradient(_speeds(record), record.time)
             notes.append(
                 "no column of the reaction torque: inertia times acceleration, with the noise of "
                 "the tachometer in it; the value is an upper bound"
@@ -164,26 +167,37 @@ def _rate(record: Record) -> float:
     return 1.0 / mean
 
 
-def _inertial_torque(inertia: float, record: Record) -> Vector:
-    """Inertia times the differences of the speed, (N,), N·m; missing speeds are interpolated."""
-    valid = record.valid
-    speed = np.interp(record.time, record.time[valid], record.speed[valid])
-    return inertia * np.gradient(speed, record.time)
+def _speeds(record: Record) -> Vector:
+    """Speeds, (N,), rad/s; missing ones are interpolated."""
+    return np.interp(record.time, record.time[record.valid], record.speed[record.valid])
 
 
 def _on_scale(inertia: float, record: Record, part: slice) -> list[str]:
-    """Remark on a measured torque that does not show the acceleration of the rotor."""
+    """Remark on a measured torque that does not show the acceleration of the rotor.
+
+    Raises:
+        InputError: It has the form of the acceleration and another scale.
+    """
     if record.torque is None or part.stop < 2:
         return []
-    expected = _inertial_torque(inertia, record)[part]
-    expected = expected - expected.mean()
-    squares = float(expected @ expected)
-    share = abs(float(expected @ record.torque[part])) / squares if squares > 0.0 else 1.0
+    gained = inertia * _speeds(record)[part]
+    shown = np.cumsum(record.torque[part]) / _rate(record)
+    gained, shown = gained - gained.mean(), shown - shown.mean()
+    squares = float(gained @ gained)
+    if squares == 0.0:
+        return []
+    share = abs(float(gained @ shown)) / squares
     if abs(share - 1.0) < SHOWN:
         return []
+    alike = share * np.sqrt(squares / max(float(shown @ shown), 1e-300))
+    if alike > ALIKE and not 1.0 / WRONG < share < WRONG:
+        raise InputError(
+            f"{record.name}: found a torque of {share:.2g} times inertia times acceleration while "
+            "the wheel accelerates, expected about 1: the unit in the header of its column"
+        )
     return [
         f"{record.name}: while the wheel accelerates, the torque shows {share:.2g} times inertia "
-        "times acceleration: its unit, or an instrument without slow torques"
+        "times acceleration: an instrument without slow torques, or a wrong inertia"
     ]
 
 
