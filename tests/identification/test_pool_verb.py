@@ -222,6 +222,18 @@ def test_a_prediction_far_from_the_records_is_noted_or_refused(folder):
         gs.pool(folder, date="1999-01-01")
 
 
+def test_a_static_torque_below_the_coulomb_torque_is_said(folder, tmp_path):
+    for k in range(8):
+        each = content(np.random.default_rng(k), k)
+        values = each["parameters"]
+        values["static"] = values["coulomb"] | {"value": values["coulomb"]["value"] * 0.99}
+        change(folder, k, parameters=values)
+    result = gs.pool(folder, tmp_path / "out")
+    assert any("the prediction of static" in note for note in result.notes)
+    values = gs.read_model(tmp_path / "out" / "model.toml").values
+    assert values["static"] == values["coulomb"]
+
+
 def test_temperatures_in_kelvin_need_their_unit(folder):
     kelvin = [293.15, 283.15, 303.15, 298.15, 278.15, 306.15, 293.15, 285.15]
     with pytest.raises(gs.InputError, match=r"found '293.15' without a unit, expected at most 200"):

@@ -1,12 +1,14 @@
 """Wheel model for the temperature and date of a prediction."""
 
+from collections.abc import Mapping
+
 import numpy as np
 
 from gyrostat.core.types import Matrix
 from gyrostat.identification.pool.joint import nearest_correlation
 from gyrostat.identification.pool.pool_text import conditions_text
-from gyrostat.identification.pool.result import Pool
-from gyrostat.wheel.friction import FRICTION_MODELS
+from gyrostat.identification.pool.result import Pool, PooledParameter
+from gyrostat.wheel.friction import FRICTION_MODELS, Friction
 from gyrostat.wheel.model_file import WheelModel
 
 
@@ -27,11 +29,7 @@ def pooled_model(pool: Pool) -> WheelModel | None:
     values |= {name: p.prediction.value for name, p in parameters.items()}
     if not known <= set(values):
         return None
-    for name, limit in law.vanishing_at.items():
-        # by chance below its limit, where the records do not tell them apart
-        error = parameters[name].prediction.sigma if name in parameters else 0.0
-        if values[name] < values[limit] < values[name] + 2.0 * error:
-            values[name] = values[limit]
+    values |= {name: values[limit] for name, limit in below_limits(law, parameters, values)}
     sigma = {name: p.prediction.sigma for name, p in parameters.items()}
     correlation = pool.correlation
     if first.inertia is not None:
@@ -54,6 +52,29 @@ def pooled_model(pool: Pool) -> WheelModel | None:
         },
         correlation=(names, correlation[np.ix_(places, places)]),
     )
+
+
+def below_limits(
+    law: type[Friction], parameters: Mapping[str, PooledParameter], values: Mapping[str, float]
+) -> list[tuple[str, str]]:
+    """Parameters that are by chance below another one, as the static below the Coulomb torque.
+
+    Args:
+        law: Friction model.
+        parameters: Name -> parameter over the records.
+        values: Name -> value, SI.
+
+    Returns:
+        Name of each, and of the other one, where the records do not tell them apart.
+    """
+    errors = {name: p.prediction.sigma for name, p in parameters.items()}
+    return [
+        (name, limit)
+        for name, limit in law.vanishing_at.items()
+        if name in values
+        and limit in values
+        and values[name] < values[limit] < values[name] + 2.0 * errors.get(name, 0.0)
+    ]
 
 
 def _with_inertia(pool: Pool, correlation: Matrix) -> Matrix:

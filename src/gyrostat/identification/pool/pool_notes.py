@@ -4,8 +4,10 @@ from collections.abc import Mapping, Sequence
 
 from gyrostat.identification.judge.fit_changes import FALSE_ALARMS
 from gyrostat.identification.pool.laws import POWERS, KnownOil
+from gyrostat.identification.pool.pool_model import below_limits
 from gyrostat.identification.pool.result import Conditions, PooledParameter
 from gyrostat.identification.result.stored_fit import StoredFit
+from gyrostat.wheel.friction import FRICTION_MODELS
 
 FEW = 5
 """Number of records below which the scatter is hardly known."""
@@ -47,7 +49,18 @@ def notes(
             if chance <= FALSE_ALARMS
         ]
         remarks += _on_laws(parameter)
-    return tuple(remarks)
+    return tuple(remarks + _on_limits(fits[0].model, parameters))
+
+
+def _on_limits(model: str, parameters: Mapping[str, PooledParameter]) -> list[str]:
+    if model not in FRICTION_MODELS:
+        return []
+    values = {name: p.prediction.value for name, p in parameters.items()}
+    return [
+        f"the prediction of {name}, {values[name]:.3g}, is below that of {limit}, "
+        f"{values[limit]:.3g} N·m, and within 2 sigma of it: model.toml has the latter for both"
+        for name, limit in below_limits(FRICTION_MODELS[model], parameters, values)
+    ]
 
 
 def _on_temperatures(
