@@ -33,7 +33,8 @@ os.environ.setdefault("JAX_PLATFORMS", "cpu")
 os.environ.setdefault("MPLBACKEND", "Agg")
 # Lines of Python in compiled programs: nothing reads them, and lowering and XLA carry them along.
 os.environ.setdefault("JAX_TRACEBACK_IN_LOCATIONS_LIMIT", "0")
-# What one process that a test starts has compiled, the next need not.
+# What one process that a test starts has compiled, the next need not: 1 s of each is bytecode.
+os.environ.pop("PYTHONDONTWRITEBYTECODE", None)
 _cache = (Path(__file__).parents[1] / ".pytest_cache" / "compiled").resolve()
 os.environ.setdefault("GYROSTAT_CACHE", str(_cache))
 os.environ.setdefault("JAX_COMPILATION_CACHE_DIR", str(Path(os.environ["GYROSTAT_CACHE"]) / "jax"))
