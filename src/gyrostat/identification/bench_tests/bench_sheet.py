@@ -20,14 +20,14 @@ start_speed = "3000 rpm"
 import datetime
 import math
 from collections.abc import Mapping
-from dataclasses import dataclass, field, fields
+from dataclasses import dataclass, fields
 from pathlib import Path
 from typing import Any
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.pictured import Described
-from gyrostat.core.toml_file import name_text, number, quantity, read_toml, refuse_unknown
-from gyrostat.core.units import ascii_number, si_unit
+from gyrostat.core.toml_file import name_text, read_toml, refuse_unknown
+from gyrostat.identification.bench_tests.options import option, read_options, share
 from gyrostat.wheel import Wheel, WheelSheet, read_wheel_sheet
 from gyrostat.wheel.friction import Stribeck
 
@@ -40,14 +40,8 @@ MEASURED = ("current", "speed", "time", "temperature", "torque")
 """Quantities that an instrument measures."""
 VISCOUS_ERROR = 0.1
 """Relative sigma of the viscous coefficient of a sheet, which is not that of each wheel."""
-MOST_SHARE = 0.5
 LEAST_RATE, LARGEST_RATE = 1.0, 1e5
 """Bounds of the sample rate, Hz; the programs of the tests have steps of some seconds."""
-
-
-def option(default: float | None, dimension: str, text: str) -> Any:
-    """Field of a table: its default, dimension (or "share", "count") and meaning."""
-    return field(default=default, metadata={"dimension": dimension, "text": text})
 
 
 @dataclass(frozen=True)
@@ -156,7 +150,7 @@ def read_bench_sheet(path: Path) -> BenchSheet:
         if name not in sheet.values:
             raise InputError(f"{path}: key {name}: found no value, expected the expected one")
     table = _table(path, "bench", content.get("bench"))
-    bench = Bench(**read_options(path, "bench", table, Bench))
+    bench = Bench(**read_options(path, "bench", table, Bench, required=True))
     rows = content.get("instrument", [])
     if not isinstance(rows, list):
         raise InputError(f"{path}: key instrument: found {rows!r}, expected tables [[instrument]]")
@@ -201,64 +195,6 @@ def _check(sheet: BenchSheet) -> None:
         )
 
 
-def read_options(
-    path: Path, where: str, table: Mapping[str, Any], kind: type[Any]
-) -> dict[str, float]:
-    """Values of a table whose keys are the fields of a class.
-
-    Args:
-        path: Path of the file, for the error message.
-        where: Name of the table.
-        table: Its content.
-        kind: Class with fields made by `option`; one without default is required.
-
-    Raises:
-        InputError: A key is unknown or missing, or a value is not possible.
-    """
-    keys = {each.name: each.metadata for each in fields(kind)}
-    refuse_unknown(path, f"{where}.", table, tuple(keys))
-    values = {}
-    for each in fields(kind):
-        key, dimension = f"{where}.{each.name}", each.metadata["dimension"]
-        if each.name not in table:
-            if each.default is None and kind is Bench:
-                raise InputError(f"{path}: key {key}: found none, expected {each.metadata['text']}")
-            continue
-        values[each.name] = _value(path, key, table[each.name], dimension, each.default)
-    return values
-
-
-def _value(path: Path, key: str, value: object, dimension: str, default: object) -> float:
-    """One number of a table: a share, a whole number, or a quantity."""
-    if dimension == "share":
-        return _share(path, key, value)
-    if dimension == "count":
-        if not isinstance(value, int) or isinstance(value, bool) or not 1 <= value <= 1000:
-            raise InputError(
-                f"{path}: key {key}: found {value!r}, expected a whole number 1 to 1000"
-            )
-        return value
-    result = quantity(path, key, value, dimension, positive=default != 0.0)
-    if result < 0.0:
-        raise InputError(f"{path}: key {key}: found {result:g}, expected 0 or more")
-    return result
-
-
-def _share(path: Path, key: str, value: object) -> float:
-    """Share as a number or in per cent."""
-    share = value
-    if isinstance(value, str):
-        try:
-            text = value.rstrip()
-            share = ascii_number(text.removesuffix("%")) / (100.0 if text.endswith("%") else 1.0)
-        except ValueError:
-            share = math.nan
-    share = number(path, key, share, positive=False)
-    if not 0.0 <= share <= MOST_SHARE:
-        raise InputError(f"{path}: key {key}: found {value!r}, expected 0 to {MOST_SHARE:g}")
-    return share
-
-
 def _table(path: Path, key: str, value: object) -> dict[str, Any]:
     if not isinstance(value, dict):
         raise InputError(f"{path}: key {key}: found {value!r}, expected a table [{key}]")
@@ -282,7 +218,7 @@ def _instrument(path: Path, where: str, row: object) -> Instrument:
     due = _date(path, f"{where}.due", table.get("due"))
     if calibrated is not None and due is not None and due < calibrated:
         raise InputError(f"{path}: key {where}.due: found {due}, expected it after {calibrated}")
-    uncertainty = _share(path, f"{where}.uncertainty", table.get("uncertainty", 0.0))
+    uncertainty = share(path, f"{where}.uncertainty", table.get("uncertainty", 0.0))
     return Instrument(**texts, uncertainty=uncertainty, calibrated=calibrated, due=due)
 
 
@@ -298,8 +234,3 @@ def _date(path: Path, key: str, value: object) -> datetime.date | None:
         raise InputError(
             f"{path}: key {key}: found {value!r}, expected a date such as 2026-03-01"
         ) from None
-
-
-def unit_text(dimension: str) -> str:
-    """Unit of an option's dimension, for tables."""
-    return {"share": "1", "count": "1"}.get(dimension, si_unit(dimension))

@@ -13,7 +13,8 @@ from gyrostat.core.pictured import Described
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.units import RPM, SI_UNIT, Unit
 from gyrostat.identification.bench_tests import kinds
-from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, read_options
+from gyrostat.identification.bench_tests.bench_sheet import BenchSheet
+from gyrostat.identification.bench_tests.options import read_options
 from gyrostat.identification.bench_tests.repetitions import Estimate
 from gyrostat.identification.judge.acceptance_lines import Line, judged
 from gyrostat.telemetry import Record

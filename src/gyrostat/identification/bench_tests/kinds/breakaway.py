@@ -8,7 +8,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
-from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, option
+from gyrostat.identification.bench_tests.bench_sheet import BenchSheet
 from gyrostat.identification.bench_tests.bench_test import (
     BenchTest,
     Measured,
@@ -18,6 +18,7 @@ from gyrostat.identification.bench_tests.bench_test import (
     PlannedRecord,
 )
 from gyrostat.identification.bench_tests.change_point import breakaway
+from gyrostat.identification.bench_tests.options import option
 from gyrostat.identification.bench_tests.program import Program
 from gyrostat.identification.bench_tests.repetitions import Estimate, mean_of, scatter_of
 from gyrostat.telemetry import Record

@@ -6,7 +6,7 @@ from dataclasses import dataclass
 import numpy as np
 
 from gyrostat.core.units import RPM
-from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, option
+from gyrostat.identification.bench_tests.bench_sheet import BenchSheet
 from gyrostat.identification.bench_tests.bench_test import (
     BenchTest,
     Measured,
@@ -17,6 +17,7 @@ from gyrostat.identification.bench_tests.bench_test import (
     speeds_of,
 )
 from gyrostat.identification.bench_tests.coasting import coast_friction
+from gyrostat.identification.bench_tests.options import option
 from gyrostat.identification.bench_tests.program import Program
 from gyrostat.telemetry import Record
 

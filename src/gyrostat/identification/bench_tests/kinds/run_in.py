@@ -7,7 +7,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
-from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, option
+from gyrostat.identification.bench_tests.bench_sheet import BenchSheet
 from gyrostat.identification.bench_tests.bench_test import (
     BenchTest,
     Measured,
@@ -17,6 +17,7 @@ from gyrostat.identification.bench_tests.bench_test import (
     PlannedRecord,
 )
 from gyrostat.identification.bench_tests.coasting import coast_friction, each_coast
+from gyrostat.identification.bench_tests.options import option
 from gyrostat.identification.bench_tests.program import Program
 from gyrostat.identification.bench_tests.repetitions import size_of, student
 from gyrostat.telemetry import Record

@@ -7,7 +7,7 @@ import numpy as np
 
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
-from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, option
+from gyrostat.identification.bench_tests.bench_sheet import BenchSheet
 from gyrostat.identification.bench_tests.bench_test import (
     COLUMNS,
     BenchTest,
@@ -19,6 +19,7 @@ from gyrostat.identification.bench_tests.bench_test import (
     speeds_of,
 )
 from gyrostat.identification.bench_tests.coasting import coast_friction
+from gyrostat.identification.bench_tests.options import option
 from gyrostat.identification.bench_tests.program import Program
 from gyrostat.identification.bench_tests.repetitions import largest_of
 from gyrostat.telemetry import Record

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
-from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, option
+from gyrostat.identification.bench_tests.bench_sheet import BenchSheet
 from gyrostat.identification.bench_tests.bench_test import (
     COLUMNS,
     BenchTest,
@@ -19,6 +19,7 @@ from gyrostat.identification.bench_tests.bench_test import (
     Panel,
     PlannedRecord,
 )
+from gyrostat.identification.bench_tests.options import option
 from gyrostat.identification.bench_tests.program import Program
 from gyrostat.identification.bench_tests.spectrum import Spectrum, spectrum
 from gyrostat.telemetry import Record

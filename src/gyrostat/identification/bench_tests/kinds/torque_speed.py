@@ -9,7 +9,7 @@ from gyrostat.core.errors import InputError
 from gyrostat.core.jax64 import jax, jnp
 from gyrostat.core.units import RPM
 from gyrostat.identification.batch import identify
-from gyrostat.identification.bench_tests.bench_sheet import BenchSheet, option
+from gyrostat.identification.bench_tests.bench_sheet import BenchSheet
 from gyrostat.identification.bench_tests.bench_test import (
     BenchTest,
     Measured,
@@ -18,6 +18,7 @@ from gyrostat.identification.bench_tests.bench_test import (
     Panel,
     PlannedRecord,
 )
+from gyrostat.identification.bench_tests.options import option
 from gyrostat.identification.bench_tests.program import Program
 from gyrostat.identification.judge.acceptance import accept
 from gyrostat.identification.judge.validation import validate

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from gyrostat.core.errors import InputError
 from gyrostat.core.types import Vector
 from gyrostat.core.units import RPM
-from gyrostat.identification.bench_tests.bench_sheet import VISCOUS_ERROR, BenchSheet, option
+from gyrostat.identification.bench_tests.bench_sheet import VISCOUS_ERROR, BenchSheet
 from gyrostat.identification.bench_tests.bench_test import (
     BenchTest,
     Measured,
@@ -19,6 +19,7 @@ from gyrostat.identification.bench_tests.bench_test import (
     Panel,
     PlannedRecord,
 )
+from gyrostat.identification.bench_tests.options import option
 from gyrostat.identification.bench_tests.program import Program
 from gyrostat.identification.bench_tests.repetitions import mean_of, scatter_of
 from gyrostat.telemetry import Record
