@@ -144,6 +144,34 @@ def test_the_resolution_divides_all_steps_of_a_current():
     assert resolution(drawn(np.ones(600)), 0) == 0.0
 
 
+@pytest.mark.parametrize("glitch", [-999.0, 1e12, 3.4e38, 0.37e-2])
+def test_one_odd_sample_does_not_decide_on_the_resolution(glitch):
+    levels = 0.07 + 0.01 * np.tile([0, 8, 0, -9], 300)
+    drive = np.repeat(levels, 60)[30:]
+    drive[20011] = glitch if abs(glitch) > 1.0 else drive[20011] + glitch
+    single = drive.astype(np.float32).astype(float)
+    assert resolution(drawn(single), 0) == pytest.approx(0.01, rel=1e-4)
+
+
+@pytest.mark.parametrize("digits", [4, 6])
+@pytest.mark.parametrize("noise", [0.0, 0.4])
+def test_printed_counts_have_the_resolution_of_the_converter(digits, noise):
+    """A converter of 12 bits and ±10 A: 4.883 mA, of which a table has some decimals."""
+    random = np.random.default_rng(3)
+    pattern = np.tile([12, 31, 12, -25, 40, 12, 13, -9, 7, 22, 48, 3], 100)
+    levels = np.repeat(pattern, 60)[30:]
+    counts = np.round(levels + noise * random.standard_normal(levels.size))
+    printed = np.round(4.883e-3 * counts, digits)
+    assert resolution(drawn(printed), 0) == pytest.approx(4.883e-3, rel=0.03)
+
+
+def test_a_current_without_steps_has_no_coarse_resolution():
+    random = np.random.default_rng(4)
+    noise = random.standard_normal(36000)
+    blocks = drawn(noise)
+    assert resolution(blocks, 0) <= np.quantile(blocks.step, 0.5)
+
+
 def test_a_few_noisy_minutes_have_no_steps():
     random = np.random.default_rng(9)
     noise = random.standard_normal(30000)

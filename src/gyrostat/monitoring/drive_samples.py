@@ -29,6 +29,18 @@ MANY = 40
 """Number of samples of a block whose noise a step hardly changes: by 0.4 % of its height."""
 DIVIDES = 0.01
 """Remainder over a step, below which it is an error of arithmetic."""
+MOST = 0.9
+"""Share of the blocks whose differences are multiples of the resolution: one odd sample, as a fill
+value, does not decide."""
+PRINTED = 4.0
+"""Resolution over that of the printed digits, above which it shows in them."""
+INEXACT = 1.5
+"""Largest error of a difference of two printed values, with that of the step, in units of the last
+digit."""
+CHANCES = 1e-2
+"""Largest chance that the multiples of a step are none."""
+TRIED = 24
+"""Number of differences among which resolutions are sought."""
 
 
 def sample_noise(blocks: Blocks, wheel: int) -> float:
@@ -92,16 +104,75 @@ def _chance(blocks: Blocks) -> float:
 
 
 def resolution(blocks: Blocks, wheel: int) -> float:
-    """Largest step of which all differences of the drive are multiples, A; 0 if there are none.
+    """Largest step of which most differences of the drive are multiples, A; 0 if there are none.
 
-    The greatest common divisor of the least differences of the blocks: without noise, a current
-    that is the same before each slew may change by many steps, and never by one.
+    A common divisor of the least differences of the blocks: without noise, a current that is the
+    same before each slew may change by many steps, and never by one. Counts of a converter that are
+    printed with few digits are multiples of its step within one unit of the last digit. Where there
+    is no common divisor, it is the least difference.
     """
-    left = blocks.step[:, wheel]
-    left = np.unique(left[np.isfinite(left)])
-    step = 0.0
-    while left.size:
-        step = float(left[0])
-        left = np.abs(left - step * np.round(left / step))
-        left = np.unique(left[left > DIVIDES * step])
-    return step
+    found = blocks.step[:, wheel]
+    found = found[np.isfinite(found)]
+    if not found.size:
+        return 0.0
+    values = np.unique(found)
+    if values.size > TRIED:
+        values = np.quantile(found, np.linspace(0.0, 1.0, TRIED), method="nearest")
+        values = np.unique(values)
+    steps = np.unique(np.concatenate([values, _common_divisors(values[1:], values[:-1])]))
+    digits = _largest_divisor(_refined(steps, values, 0.0), found, 0.0)
+    if not digits:
+        return float(values[0])
+    coarse = _refined(steps[steps > PRINTED * digits], values, INEXACT * digits)
+    return _largest_divisor(coarse, found, digits) or digits
+
+
+def _largest_divisor(steps: Vector, differences: Vector, digits: float) -> float:
+    """Largest of some steps of which most differences are multiples; 0 if none is.
+
+    Args:
+        steps: The steps.
+        differences: The differences.
+        digits: Unit of the last printed digit; 0: they are exact.
+    """
+    error = INEXACT * digits
+    for step in np.sort(steps)[::-1]:
+        multiple = _divides(step, differences, error)
+        if np.mean(multiple) < MOST:
+            continue
+        if not digits:
+            return float(step)
+        chance = 2.0 * max(error, DIVIDES * step) / step
+        if chance ** np.unique(np.round(differences[multiple] / digits)).size < CHANCES:
+            return float(step)
+    return 0.0
+
+
+def _divides(step: Vector | float, differences: Vector | float, error: float) -> NDArray[np.bool_]:
+    """Whether differences are multiples of a step, but for arithmetic and an error."""
+    count = np.round(differences / step)
+    off = np.abs(differences - count * step)
+    return (count > 0.0) & (off <= np.maximum(DIVIDES * step, error))
+
+
+def _common_divisors(first: Vector, second: Vector) -> Vector:
+    """Common divisor of each pair, by Euclid's algorithm."""
+    first, second = first.copy(), second.copy()
+    for _ in range(TRIED):
+        rest = np.abs(first - second * np.round(first / second))
+        going = rest > DIVIDES * second
+        if not going.any():
+            break
+        first, second = np.where(going, second, first), np.where(going, rest, second)
+    return second
+
+
+def _refined(steps: Vector, differences: Vector, error: float) -> Vector:
+    """Steps by least squares from their multiples, the small ones first: their errors grow."""
+    weight = np.ones_like(steps)
+    total = steps.copy()
+    for difference in differences:
+        step = total / weight
+        counts = np.where(_divides(step, difference, error), np.round(difference / step), 0.0)
+        total, weight = total + counts * difference, weight + counts**2
+    return total / weight
