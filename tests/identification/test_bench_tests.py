@@ -573,6 +573,22 @@ def test_a_torque_in_another_unit_is_no_result(sheet, fast, scale):
         test.evaluate(sheet, records, Motor(0.0228, 0.0, "exact"))
 
 
+def test_an_offset_of_the_torque_sensor_is_no_wrong_unit(sheet, fast):
+    test, records = fast
+    offset = [replace(record, torque=record.torque + 20e-3) for record in records]
+    motor = Motor(0.0228, 0.0, "exact")
+    assert not any("while the wheel" in n for n in test.evaluate(sheet, offset, motor).notes)
+
+
+@pytest.mark.parametrize("scale", [-1.0, 9.55, 0.105])
+def test_a_coast_with_the_wrong_sign_or_unit_of_the_speed_is_no_result(sheet, scale):
+    test, random = bench_tests(sheet)["coast-down"], np.random.default_rng(9)
+    records = [simulated(sheet, planned, 1, random)[0] for planned in test.records(sheet)]
+    records[0] = replace(records[0], speed=scale * records[0].speed)
+    with pytest.raises(InputError, match="in the positive sense, expected about 400 rpm"):
+        test.evaluate(sheet, records, Motor(0.0228, 0.0, "exact"))
+
+
 def test_a_torque_without_noise_is_no_result(sheet, fast):
     test, records = fast
     records = [replace(record, torque=0.0 * record.torque) for record in records]

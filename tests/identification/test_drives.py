@@ -171,6 +171,23 @@ def test_stribeck_friction_is_linear_at_a_known_speed(quiet):
     assert abs(fit.parameters["static"] - true["coulomb"]) < 4.0 * fit.sigma["static"]
 
 
+def test_lost_rows_cut_a_record_in_a_closed_loop(noisy):
+    """The current of a lost row is not that before it: the inertia was 10 sigma off."""
+    record, true = noisy[2]
+    kept = np.ones(len(record.time), bool)
+    for start in np.random.default_rng(5).integers(100, len(kept) - 100, 30):
+        kept[start : start + 8] = False
+    names = ("time", "current", "speed", "valid", "reference")
+    lost = replace(record, **{name: getattr(record, name)[kept] for name in names})
+    assert len(segments_of(lost, "zero-order")) > 20
+    fit = identify_inverse(lost, hold=held(true))
+    assert not fit.impossible
+    for name in NAMES:
+        assert abs(fit.parameters[name] - true[name]) < 3.0 * fit.sigma[name]
+    uneven = replace(record, time=np.cumsum(np.tile([1.0, 3.0, 1.0], 4000)[: len(record.time)]))
+    assert len(segments_of(uneven, "zero-order")) == 1
+
+
 def test_windows_of_a_short_record_have_six_intervals(noisy):
     record, true = noisy[0]
     columns = half(record, 0)

@@ -107,6 +107,22 @@ def test_a_channel_of_other_times_is_not_taken_for_one_of_the_record(tmp_path):
 
 
 @WRITERS
+def test_each_group_has_its_own_times(tmp_path, suffix, write):
+    """The speed of a group with times of its own is not read at those of the current."""
+    path = tmp_path / f"bench{suffix}"
+    groups = {"Tacho/Timestamp": (TIME + 0.35, "s"), "Tacho/Speed": GOOD["Drive/Speed"]}
+    drive = {name: GOOD[name] for name in ("Drive/Time", "Drive/Current")}
+    write(path, {**drive, **groups})
+    assert refused(path).endswith(
+        "column 'Tacho/Speed': found another time base, expected that of 'Drive/Time', or the "
+        "speed in speed_from, also of this file"
+    )
+    write(path, {**GOOD, "Env/Time": (TIME[:3], "s"), "Env/Temperature": (TIME[:3], "degC")})
+    require_good(read_record(path))
+    assert read_record(path).temperature is None
+
+
+@WRITERS
 def test_stated_interval_replaces_times(tmp_path, suffix, write):
     path = tmp_path / f"bench{suffix}"
     write(path, {name: GOOD[name] for name in ("Drive/Current", "Drive/Speed")})

@@ -77,7 +77,7 @@ def read_channels(
     for role, channel in picked.items():
         if channel.content:
             raise fault(file, channel.content, "a vector of real numbers", column=channel.name)
-        if channel.base != first.base and first.base is not None:
+        if channel.base != first.base and None not in (channel.base, first.base):
             apart = ", or the speed in speed_from, also of this file" if role in _MOTION else ""
             expected = f"that of {shown(first.name)}{apart}"
             raise fault(file, "another time base", expected, column=channel.name)
@@ -133,6 +133,12 @@ def logged_damage(package: str, damage: Callable[[logging.LogRecord], bool]) -> 
     finally:
         for each in loggers:
             each.removeFilter(check)
+
+
+def is_time(name: str) -> bool:
+    """Whether a channel without the name of its group is one of times."""
+    last = name.rpartition("/")[2].casefold()
+    return last == "t" or last.startswith(("t_", "time")) or last.endswith(("time", "timestamp"))
 
 
 def content_of(dtype: np.dtype) -> str:

@@ -75,7 +75,7 @@ class Record(PicturedText):
     ] = None
     reference: Annotated[
         NDArray[np.float64] | None,
-        Role("reference", ("reference_angle",), "angle", written="reference_angle_rad"),
+        Role("reference", ("reference_angle", "reference"), "angle", written="reference_angle_rad"),
     ] = None
     torque: Annotated[
         NDArray[np.float64] | None,

@@ -134,8 +134,8 @@ def law_warnings(tracking: Tracking | None) -> list[str]:
         return []
     return [
         f"the tracking error is {ratio:.3g} ± {sigma:.2g} times that of the stated control law: "
-        "its gains, their units or the delay of the loop are not those of this record (instruments "
-        "stay honest, output error does not)"
+        "its gains, their units, or the rate and delay of the loop are not those of this record, "
+        "at whose samples the law is simulated (instruments need no exact law, output error does)"
     ]
 
 

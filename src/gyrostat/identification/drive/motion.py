@@ -1,6 +1,7 @@
 """Motion of a drive over the sample intervals of a record: measured, or predicted."""
 
 from dataclasses import dataclass
+from itertools import pairwise
 
 import numpy as np
 from numpy.typing import NDArray
@@ -11,6 +12,8 @@ from gyrostat.telemetry import Record
 
 FEWEST = 8
 """Smallest number of speeds of a segment."""
+LOST, UNEVEN = 1.5, 0.1
+"""Interval with a lost row, in usual ones; share of such intervals above which they are usual."""
 
 
 @dataclass(frozen=True, eq=False)
@@ -75,6 +78,23 @@ def commanded_speed(record: Record, part: slice) -> Vector | None:
     return None if record.setpoint is None else record.setpoint[part][:-1]
 
 
+def _without_lost_rows(record: Record) -> list[slice]:
+    """Segments of a record, cut at every longer interval: in a closed loop, the current changes.
+
+    A record of uneven times has no lost rows.
+    """
+    steps = np.diff(record.time)
+    longer = steps > LOST * np.median(steps)
+    if np.mean(longer) > UNEVEN:
+        return record.segments
+    parts = []
+    for segment in record.segments:
+        cuts = segment.start + 1 + np.flatnonzero(longer[segment.start : segment.stop - 1])
+        edges = [segment.start, *cuts.tolist(), segment.stop]
+        parts += [slice(a, b) for a, b in pairwise(edges)]
+    return parts
+
+
 def drives(record: Record, hold: str) -> list[Drive]:
     """Segments of a record; without a reference, the commanded speed is zero.
 
@@ -83,7 +103,7 @@ def drives(record: Record, hold: str) -> list[Drive]:
         hold: Current between samples, "zero-order" or "linear".
     """
     parts = []
-    for part in record.segments:
+    for part in _without_lost_rows(record):
         time, current, valid = record.time[part], record.current[part], record.valid[part]
         reference = commanded_speed(record, part)
         if valid.sum() < FEWEST:

@@ -30,36 +30,29 @@ class Tracking(NamedTuple):
 def tracking(
     law: ControlLaw, parts: Sequence[Part], simulated: Sequence[Motion]
 ) -> Tracking | None:
-    """Compare the tracking errors by a linear regression with an offset for each segment.
-
-    None if the current is at its limit throughout.
+    """Compare the tracking errors of the longest segment by a linear regression with an offset.
 
     A loop that follows its reference closely has nearly the same speed and current with other
     gains, and another tracking error. The simulated one is free of noise and disturbances, which
-    therefore do not bias the slope.
+    therefore do not bias the slope. None if the segment is not most of the record, as each begins
+    without an error in the simulation, or if its current is at its limit throughout.
 
     Args:
         law: Control law.
         parts: Segments.
         simulated: Motion of each in the simulated loop.
     """
-    columns, targets, places = [], [], []
-    for part, motion in zip(parts, simulated, strict=True):
-        drive = part.drive
-        # a current at its limit does not depend on the gains
-        used = drive.present & (np.abs(drive.current) < BELOW_LIMIT * law.saturation)
-        if used.sum() < FEWEST:
-            continue
-        own = (_error(law, drive, each)[used] for each in (motion, drive.measured))
-        predicted, recorded = (each - np.mean(each) for each in own)
-        columns.append(predicted[:, None])
-        targets.append(recorded)
-        places.append(np.flatnonzero(used))
-    if not columns:
+    lengths = [len(part.drive.present) for part in parts]
+    longest = int(np.argmax(lengths))
+    drive, motion = parts[longest].drive, simulated[longest]
+    # a current at its limit does not depend on the gains
+    used = drive.present & (np.abs(drive.current) < BELOW_LIMIT * law.saturation)
+    if 2 * lengths[longest] < sum(lengths) or used.sum() < FEWEST:
         return None
-    x, y = np.concatenate(columns), np.concatenate(targets)
+    predicted, recorded = (_error(law, drive, each)[used] for each in (motion, drive.measured))
+    x, y = (predicted - np.mean(predicted))[:, None], recorded - np.mean(recorded)
     slope = regress(x, x, y)
-    spread = covariance(x, x, y - x @ slope, places)
+    spread = covariance(x, x, y - x @ slope, [np.flatnonzero(used)])
     return Tracking(float(slope[0]), float(np.sqrt(spread[0, 0])))
 
 

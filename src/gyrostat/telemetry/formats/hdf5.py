@@ -1,5 +1,6 @@
 """HDF5 files, read by h5py."""
 
+from dataclasses import replace
 from functools import partial
 from pathlib import Path
 from typing import Any, ClassVar
@@ -9,7 +10,7 @@ from numpy.typing import NDArray
 
 from gyrostat.core.errors import InputError
 from gyrostat.telemetry.assemble import Measured
-from gyrostat.telemetry.channels import Channel, content_of, read_channels
+from gyrostat.telemetry.channels import Channel, content_of, is_time, read_channels
 from gyrostat.telemetry.fault import damaged, fault, shown
 from gyrostat.telemetry.record_format import RecordFormat, Request
 
@@ -40,11 +41,26 @@ class Hdf5(RecordFormat):
                         channels.extend(_channels(name, item))
 
                 source.visititems(visit)
-                return read_channels(file, channels, request, _WANTED)
+                return read_channels(file, _with_bases(channels), request, _WANTED)
         except InputError:
             raise
         except Exception as error:  # h5py raises errors of many classes on damaged files
             raise damaged(file, _WANTED, error) from None
+
+
+def _with_bases(channels: list[Channel]) -> list[Channel]:
+    """Channels whose base is the nearest group about them that has a channel of times."""
+    timed = {each.name.rpartition("/")[0] for each in channels if is_time(each.name)}
+
+    def base(name: str) -> str | None:
+        group = name
+        while group:
+            group = group.rpartition("/")[0]
+            if group in timed:
+                return group
+        return None
+
+    return [replace(each, base=base(each.name)) for each in channels]
 
 
 def _channels(name: str, data: Any) -> list[Channel]:

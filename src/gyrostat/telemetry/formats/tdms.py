@@ -9,7 +9,14 @@ import numpy as np
 from gyrostat.core.errors import InputError
 from gyrostat.core.extras import missing
 from gyrostat.telemetry.assemble import Measured
-from gyrostat.telemetry.channels import Channel, content_of, logged_damage, read_channels, seconds
+from gyrostat.telemetry.channels import (
+    Channel,
+    content_of,
+    is_time,
+    logged_damage,
+    read_channels,
+    seconds,
+)
 from gyrostat.telemetry.fault import damaged
 from gyrostat.telemetry.record_format import RecordFormat, Request
 
@@ -50,10 +57,10 @@ def _channels(source: Any) -> list[Channel]:
     channels = []
     times: dict[tuple, Channel] = {}
     for group in source.groups():
-        timed = any(each.name.casefold() in ("time", "t") for each in group.channels())
+        timed = any(is_time(each.name) for each in group.channels())
         for each in group.channels():
-            base = None if timed else _base(each.properties)
-            if base is not None:
+            base = group.name if timed else _base(each.properties)
+            if isinstance(base, tuple):
                 name, count = f"{group.name}/time", len(each)
                 if base in times:
                     name, count = times[base].name, max(count, times[base].count)
@@ -78,7 +85,7 @@ def _times(name: str, count: int, base: tuple[str, float, float]) -> Channel:
     return Channel(name, count, lambda: offset + step * np.arange(count), "s", base)
 
 
-def _channel(name: str, source: Any, base: tuple | None) -> Channel:
+def _channel(name: str, source: Any, base: tuple | str | None) -> Channel:
     unit = str(source.properties.get("unit_string", ""))
     if source.dtype.kind == "M":
         return Channel(name, len(source), lambda: seconds(source[:]), unit or "s", base)

@@ -5,6 +5,7 @@ from dataclasses import dataclass
 
 import numpy as np
 
+from gyrostat.core.errors import InputError
 from gyrostat.core.units import RPM
 from gyrostat.identification.bench_tests.bench_sheet import BenchSheet
 from gyrostat.identification.bench_tests.bench_test import (
@@ -20,6 +21,9 @@ from gyrostat.identification.bench_tests.coasting import coast_friction
 from gyrostat.identification.bench_tests.options import option
 from gyrostat.identification.bench_tests.program import Program
 from gyrostat.telemetry import Record
+
+FAR = 2.0
+"""Largest factor between the speed that a record reaches and the planned one."""
 
 
 @dataclass(frozen=True)
@@ -59,6 +63,12 @@ class CoastDown(BenchTest):
         for sense, record in zip((1, -1), records, strict=True):
             coasted = coast_friction(sheet, record)
             reached = float(np.max(sense * record.speed[record.valid]))
+            if not top / FAR < reached < FAR * top:
+                raise InputError(
+                    f"{record.name}: found speeds up to {reached / RPM:.4g} rpm in the "
+                    f"{'positive' if sense > 0 else 'negative'} sense, expected about "
+                    f"{top / RPM:.4g} rpm: sign or unit of the speed"
+                )
             grid = np.linspace(0.0, reached, 60)
             lines.append(np.array([sense * grid / RPM, [coasted.loss(w)[0] for w in grid]]))
             for name, method in (("loss_torque", coasted.loss), ("coast_down_time", coasted.time)):

@@ -94,13 +94,12 @@ class TorqueNoise(BenchTest):
             )
         # the speed rises before it is held
         start = int(index[-1]) - round(self.hold_time * _rate(steady)) + 1
-        first, notes = self._spectrum(
-            sheet, steady, slice(max(start, int(index[0])), index[-1] + 1)
-        )
+        held = slice(max(start, int(index[0])), int(index[-1]) + 1)
+        first, notes = self._spectrum(sheet, steady, held)
         slow = np.flatnonzero(coast.current != 0.0)
         begin = int(slow[-1]) + 1 if len(slow) else 0
         second, _ = self._spectrum(sheet, coast, slice(begin, len(coast.time)))
-        notes += _on_scale(sheet.value("inertia"), steady, slice(0, max(start, int(index[0]))))
+        notes += _on_scale(sheet.value("inertia"), steady, held)
         value, sigma = first.rms(self.low, high)
         scale = sheet.inertial_scale() if steady.torque is None else _torque_scale(sheet)
         value = Measured("torque_noise", value, float(np.hypot(sigma, scale * value)))
@@ -173,16 +172,23 @@ def _speeds(record: Record) -> Vector:
     return np.interp(record.time, record.time[record.valid], record.speed[record.valid])
 
 
-def _on_scale(inertia: float, record: Record, part: slice) -> list[str]:
+def _on_scale(inertia: float, record: Record, held: slice) -> list[str]:
     """Remark on a measured torque that does not show the acceleration of the rotor.
+
+    Args:
+        inertia: Inertia, kg·m².
+        record: Record.
+        held: Its part at constant speed, after the acceleration, which shows the sensor's offset.
 
     Raises:
         InputError: It has the form of the acceleration and another scale.
     """
+    part = slice(0, held.start)
     if record.torque is None or part.stop < 2:
         return []
+    offset = float(np.mean(record.torque[held]))
     gained = inertia * _speeds(record)[part]
-    shown = np.cumsum(record.torque[part]) / _rate(record)
+    shown = np.cumsum(record.torque[part] - offset) / _rate(record)
     gained, shown = gained - gained.mean(), shown - shown.mean()
     squares = float(gained @ gained)
     if squares == 0.0:
