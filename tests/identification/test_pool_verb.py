@@ -234,6 +234,13 @@ def test_a_static_torque_below_the_coulomb_torque_is_said(folder, tmp_path):
     assert values["static"] == values["coulomb"]
 
 
+@pytest.mark.parametrize("words", [("--inertia", "2e-3"), ("--model", "stribeck")])
+def test_options_of_identify_beside_fits_alone_are_refused(run, folder, tmp_path, words):
+    code, _, said = run("pool", folder, *words, "--out", tmp_path / "out")
+    assert code == 2
+    assert f"{words[0]}: found identifications alone" in said
+
+
 def test_temperatures_in_kelvin_need_their_unit(folder):
     kelvin = [293.15, 283.15, 303.15, 298.15, 278.15, 306.15, 293.15, 285.15]
     with pytest.raises(gs.InputError, match=r"found '293.15' without a unit, expected at most 200"):

@@ -60,6 +60,7 @@ def test_rounding_makes_nothing_known_of_a_bench_less_certain(step, dither, slew
         table = monitor.windows()
         told = np.array([table[f"{name}_sigma"][0] for name in PARAMETERS])
         assert np.all(told < np.array([1.03 * 0.005, 1.03 * 0.02, 0.1]) * right)
+        assert "viscous" in table["held_as_stated"][0].split(", ")
         found.append([table[name][0] for name in PARAMETERS] - right)
         found[-1] /= told
     assert np.sqrt(np.mean(np.square(found), axis=0)) == pytest.approx(0.0, abs=1.6)

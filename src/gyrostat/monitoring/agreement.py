@@ -87,7 +87,7 @@ def _as_stated(
     moves = other.prior.precision[places] / np.sqrt(value.prior.precision[places])
     moved, mean_moved = other.covariance[:, places] * moves, other.mean_covariance[places] * moves
     wide = widened(rows, other, errors_of(other)).with_errors(moved, mean_moved, lasting=True)
-    return replace(wide, prior=value.prior)
+    return replace(wide, prior=value.prior, held=tuple(places))
 
 
 def _with_held(rows: Rows, value: Estimate, places: list[int]) -> Estimate:

@@ -234,6 +234,13 @@ def _health(monitor: WheelMonitor, progress: Progress, options: Options) -> Heal
             f"in {count}, a sensor of speed or drive of {names} holds one value for minutes while "
             "the other one changes: these minutes are left out"
         )
+    for text in sorted({*windows["held_as_stated"].tolist()} - {""}):
+        names, count = _wheels_and_windows(windows, windows["held_as_stated"] == text)
+        notes.append(
+            f"{text.replace(', ', ' and ')} of {names} in {count}: held as stated, as the rounding "
+            "of the drive leaves more open than that; a wrong stated value, or a change, does not "
+            "show there, and makes the Coulomb torque wrong"
+        )
     warmest = np.nanmax(windows["temperature_max"], initial=-np.inf)
     if warmest > HOTTEST:
         notes.append(f"temperatures of up to {warmest:.4g} °C: is their unit right?")

@@ -50,6 +50,8 @@ class Estimate:
         white_sigma: Standard deviation of the white noise of a block, A.
         beta: Coefficients at the most likely noise, (P,).
         prior: What was known beforehand, without what the data clearly contradict.
+        held: Places of the parameters that hold as known beforehand, as rounding leaves them more
+            open.
     """
 
     value: Vector
@@ -64,6 +66,7 @@ class Estimate:
     white_sigma: float
     beta: Vector
     prior: Prior
+    held: tuple[int, ...] = ()
 
     def with_errors(
         self, moved: Matrix, mean_moved: Vector, *, lasting: bool = False

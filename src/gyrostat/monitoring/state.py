@@ -24,7 +24,7 @@ from gyrostat.monitoring.stream import WheelMonitor
 from gyrostat.monitoring.windows import COLUMNS, DTYPES, Windows
 
 _FORMAT = [
-    "10",
+    "11",
     *COLUMNS,
     *(each.name for table in (Samples, Blocks, Exchange) for each in fields(table)),
 ]

@@ -21,6 +21,9 @@ FAR = 100.0
 which it has probably another unit."""
 CLEARLY = 3.0
 """Negative Coulomb torque, in its sigma, that is no estimate of a positive one."""
+SLOWLY, OPPOSED = 0.5, 0.8
+"""Accelerating torque over the stated friction, below which a motor drives its wheel, and share of
+such blocks with the opposite sign above which its sign is wrong."""
 IMPLAUSIBLE = 2.0
 """Motor constant over the stated one, or its inverse, above which a unit is probably wrong."""
 _RPM = np.pi / 30.0
@@ -80,6 +83,13 @@ def unit_doubt(blocks: Blocks, known: KnownWheels, wheel: int) -> str:
             return "the current or torque is 0 in the whole window: is the wheel driven?"
         return "the current or torque has one value in the whole window: is its sensor stuck?"
     friction, accelerating = nominal_torques(blocks, known, wheel)
+    coasting = np.abs(accelerating) < SLOWLY * friction
+    opposed = drive[coasting] * blocks.speed[coasting, wheel] < 0.0
+    if opposed.size >= FEWEST and np.mean(opposed) > OPPOSED:
+        return (
+            "the drive opposes the speed where nothing else brakes the wheel: has the current the "
+            "sign of its torque?"
+        )
     driven = known.wheels[wheel].motor_constant * np.abs(drive)
     times = float(np.median(driven) / np.median(friction + np.abs(accelerating)))
     if 1.0 / FAR < times < FAR:

@@ -62,6 +62,7 @@ def window_row(
     gaps, blocks = total - len(blocks), blocks.part(~held)
     row = {"wheel": rotor.name, "start": window[0], "end": window[1]}
     row |= plain_columns(blocks, wheel, window) | {"stuck_blocks": int(np.sum(held))}
+    row["held_as_stated"] = ""
     row |= standstill_columns(blocks, known, wheel) | exchange
     if drive == "none":
         reason = "there is no motor current, electrical power or commanded torque"
@@ -119,6 +120,7 @@ def _values(value: Estimate, rows: Rows, speeds: Vector) -> dict[str, Any]:
         "coulomb_level_sigma": float(np.sqrt(value.covariance[COULOMB, COULOMB])),
         "noise_sigma": value.noise_sigma,
         "noise_time": float(np.exp(value.noise.log_time)),
+        "held_as_stated": ", ".join(n for n, place in _PLACES.items() if place in value.held),
     }
     for first, second in combinations(REGRESSED, 2):
         a, b = _PLACES[first], _PLACES[second]

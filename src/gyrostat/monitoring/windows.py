@@ -83,6 +83,9 @@ COLUMNS: dict[str, Column] = {
     "temperature_min": Column("number", "°C", "lowest mean temperature of a block"),
     "temperature_max": Column("number", "°C", "highest mean temperature of a block"),
     "stuck_blocks": Column("count", "", "blocks left out, as a sensor of speed or drive is stuck"),
+    "held_as_stated": Column(
+        "text", "", "parameters that hold as stated, as the rounding of the drive leaves them open"
+    ),
     "crossings": Column("count", "", "changes of the sign of the speed"),
     "gap_share": Column("number", "", "share of the window without usable telemetry"),
     "residual_rms": Column("number", "N·m", "robust rms of the fast residual of a block"),

@@ -112,6 +112,7 @@ def pool(
         "units": units,
     }
     items = _items(records)
+    _refuse_unused(items, options)
     changes = _changes(len(items), dates, temperatures)
     fits = _stored_fits(items, out, options, force=force, say=say)
     pairs = zip(fits, changes, strict=True)
@@ -159,6 +160,23 @@ def _items(records: "Sequence[Record | Fit | str | Path]") -> "list[Record | Fit
         if isinstance(item, Path) and not item.exists():
             raise InputError(f"{item}: found no file, expected a record, a fit.json or a folder")
     return items
+
+
+def _refuse_unused(items: "Sequence[Record | Fit | Path]", options: Mapping[str, Any]) -> None:
+    """Refuse options of `identify` without a record.
+
+    Raises:
+        InputError: An option is given, and all items are identified already.
+    """
+    from gyrostat.identification import Fit
+
+    given = [name for name, value in options.items() if value not in (None, {}, (), [])]
+    fits = [isinstance(item, Fit) or getattr(item, "suffix", "") == ".json" for item in items]
+    if given and all(fits):
+        raise InputError(
+            f"--{given[0].replace('_', '-')}: found identifications alone, which keep what they "
+            "were made with, expected a record that needs it"
+        )
 
 
 def _stored_fits(
