@@ -37,6 +37,8 @@ PRINTED = 4.0
 INEXACT = 1.5
 """Largest error of a difference of two printed values, with that of the step, in units of the last
 digit."""
+MIDWAY = 0.3
+"""Largest error of a multiple over a step, which half a step would leave open."""
 CHANCES = 1e-2
 """Largest chance that the multiples of a step are none."""
 TRIED = 24
@@ -173,6 +175,10 @@ def _refined(steps: Vector, differences: Vector, error: float) -> Vector:
     total = steps.copy()
     for difference in differences:
         step = total / weight
-        counts = np.where(_divides(step, difference, error), np.round(difference / step), 0.0)
+        counts = np.round(difference / step)
+        # the step itself is known as well as the multiples before allow
+        allowed = error * (1.0 + counts / np.sqrt(weight))
+        allowed = np.minimum(np.maximum(allowed, DIVIDES * step), MIDWAY * step)
+        counts = np.where(np.abs(difference - counts * step) <= allowed, counts, 0.0)
         total, weight = total + counts * difference, weight + counts**2
     return total / weight
