@@ -31,7 +31,7 @@ def changed(flight, every=1, **columns):
         (1, {"drive": lambda i: np.nan * i}, r"needed: 360 with no current or torque$"),
         (1, {"speed": lambda w: 0.01 * w}, r"360 with a speed below 2.5 rad/s or of both signs$"),
         (1, {"drive": lambda i: 0.0 * i + 0.06}, "needed: 360 with a stuck sensor of cur"),
-        (1, {"drive": lambda i: -i}, "the drive opposes the speed where nothing else brakes the wheel"),
+        (1, {"drive": lambda i: -i}, "the drive opposes the speed where nothing else brakes"),
         (1, {"drive": lambda i: 1e3 * i}, r"torque is 1.*e\+03 times .*: is the unit of current"),
         (1, {"drive": lambda i: 1e-3 * i}, r"torque is 0.001.* times that of the stated friction"),
     ],
