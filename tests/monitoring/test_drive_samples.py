@@ -96,9 +96,22 @@ def drawn(drive):
     return blocks_of(Samples(time, 0.0 * drive[:, None], drive[:, None]), 60.0, 0.0)[0]
 
 
+def steps_in(blocks):
+    return stepping(blocks, 0, resolution(blocks, 0))
+
+
+def noise_in(blocks):
+    return sample_noise(blocks, 0, resolution(blocks, 0))
+
+
 def told(blocks):
     """Blocks, place of their wheel, their steps and the noise of their samples."""
-    return blocks, 0, stepping(blocks, 0), sample_noise(blocks, 0)
+    return (
+        blocks,
+        0,
+        steps_in(blocks),
+        noise_in(blocks),
+    )
 
 
 def test_a_step_between_samples_tells_the_variance_of_the_mean():
@@ -117,7 +130,7 @@ def test_a_step_between_samples_tells_the_variance_of_the_mean():
     # the balance of a block has other errors of 1e-3 A
     expected = 1.0 + 1e6 / (12.0 * 60.0**2)
     np.testing.assert_allclose(step_variance(*told(steps), 1e-3), expected, rtol=0.06)
-    assert stepping(steps, 0).all()
+    assert steps_in(steps).all()
     back = replace(steps, drive_change=0.0 * steps.drive_change)
     np.testing.assert_allclose(step_variance(*told(back), 1e-3), 2.0 * expected - 1.0, rtol=0.06)
 
@@ -125,13 +138,13 @@ def test_a_step_between_samples_tells_the_variance_of_the_mean():
 def test_noise_has_no_steps_and_steps_hardly_make_noise():
     random = np.random.default_rng(7)
     noise = np.repeat([1.0, 40.0, 1.0], 60000) * random.standard_normal(180000)
-    assert not stepping(drawn(noise), 0).any()
+    assert not steps_in(drawn(noise)).any()
     noise[3030:3060] += 100.0  # a step up at 3030, down at 3060, in the next block
-    assert np.flatnonzero(stepping(drawn(noise), 0)).tolist() == [50]
+    assert np.flatnonzero(steps_in(drawn(noise))).tolist() == [50]
     calm = drawn(random.standard_normal(60000))
     pulses = drawn(random.standard_normal(60000) + 200.0 * (np.arange(60000) % 97 == 0))
-    assert sample_noise(calm, 0) == pytest.approx(1.0, rel=0.05)
-    assert sample_noise(pulses, 0) == pytest.approx(1.0, rel=0.25)
+    assert noise_in(calm) == pytest.approx(1.0, rel=0.05)
+    assert noise_in(pulses) == pytest.approx(1.0, rel=0.25)
 
 
 def test_the_resolution_divides_all_steps_of_a_current():
@@ -177,7 +190,10 @@ def test_a_few_noisy_minutes_have_no_steps():
     noise = random.standard_normal(30000)
     noise[6000:6300] *= 40.0
     # the block before them ends at their first sample
-    assert np.flatnonzero(stepping(drawn(noise), 0)).tolist() in ([], [99])
+    assert np.flatnonzero(steps_in(drawn(noise))).tolist() in (
+        [],
+        [99],
+    )
 
 
 def test_a_step_with_a_sample_on_its_way_is_one():
@@ -188,7 +204,7 @@ def test_a_step_with_a_sample_on_its_way_is_one():
         drive[at + 1 :] += 60.0
     blocks = drawn(drive)
     expected = np.unique((np.arange(900, 60000, 907) - 1) // 60)
-    found = np.flatnonzero(stepping(blocks, 0))
+    found = np.flatnonzero(steps_in(blocks))
     # on its way at the edge of a block, it may be in either
     assert np.min(np.abs(found[:, None] - expected), axis=0).max() <= 1
     np.testing.assert_allclose(blocks.drive_steps[found, 0], 30.0, atol=8.0)
@@ -197,7 +213,7 @@ def test_a_step_with_a_sample_on_its_way_is_one():
 def test_slow_motion_is_no_noise():
     slow = drawn(np.sin(2.0 * np.pi * np.arange(60000) / 20.0))
     assert slow.drive_noise.max() < 2e-3
-    assert not stepping(slow, 0).any()
+    assert not steps_in(slow).any()
 
 
 @pytest.mark.parametrize("count", [4, 6, 12, 60, 600])
@@ -210,7 +226,7 @@ def test_a_quarter_of_the_blocks_shows_the_noise(count):
     blocks = SimpleNamespace(
         drive_noise=found, count=np.full(3000, count), step=np.full((3000, 1), np.inf)
     )
-    assert sample_noise(blocks, 0) == pytest.approx(1.0, rel=0.08)
+    assert noise_in(blocks) == pytest.approx(1.0, rel=0.08)
 
 
 @pytest.mark.parametrize("noise", [0.1, 3.0])
@@ -221,8 +237,8 @@ def test_the_noise_of_the_lag_has_the_variance_of_the_samples(noise):
     drive = np.round(slow + noise * random.standard_normal(slow.size))
     blocks = drawn(drive)
     total = np.hypot(noise, 1.0 / 12.0**0.5)
-    assert sample_noise(blocks, 0) == pytest.approx(total, rel=0.1)
-    made = lag_noise(blocks, sample_noise(blocks, 0))
+    assert noise_in(blocks) == pytest.approx(total, rel=0.1)
+    made = lag_noise(blocks, noise_in(blocks))
     true = np.diff((drive - slow)[::60])[: made.size] / 60.0
     assert np.mean(made**2) == pytest.approx(np.mean(true**2), rel=0.15)
     # neighbours share a sample
@@ -245,7 +261,7 @@ def test_blocks_next_to_missing_values_have_no_noise_of_their_own():
     blocks = drawn(drive)
     present = blocks.part(np.isfinite(blocks.drive[:, 0]))
     assert np.isnan(present.drive_noise).any()
-    assert np.isfinite(lag_noise(present, sample_noise(present, 0))).all()
+    assert np.isfinite(lag_noise(present, noise_in(present))).all()
     assert np.isfinite(step_variance(*told(present), 1.0)).all()
 
 

@@ -159,7 +159,7 @@ def test_an_error_of_the_response_moves_an_estimate_as_its_covariance_says():
     known = KnownWheels((rotor,), speed_resolution=0.4 * RPM)
     blocks, _ = blocks_of(samples, 60.0, 0.4 * RPM)
     window = (0.0, float(DURATION))
-    rows = regression_rows(blocks, known, 0, window, 60.0, power=False)
+    rows = regression_rows(blocks, known, 0, window, 60.0, power=False, step=resolution(blocks, 0))
     prior = prior_of(rotor, 6, 1.0, np.nan)
     value = estimate(rows, prior, prior.mean.copy(), Noise(3.0, 7.0))
     shape = np.cos(rows.regressors @ value.beta / 1e-3) + rows.time / DURATION

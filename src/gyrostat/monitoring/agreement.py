@@ -12,8 +12,8 @@ from gyrostat.monitoring.noise import Noise
 from gyrostat.monitoring.regression import Estimate, Rows
 from gyrostat.monitoring.rounding import widened
 
-DETERMINED = 0.3
-"""Largest standard deviation of a parameter that data alone determine, over its value."""
+OBSERVABLE = 0.3
+"""Largest standard deviation of an observable parameter, over its value."""
 TOLD = 0.75
 """Share of the variance of what was known beforehand that data must remove to contradict it."""
 LATE = 2.0
@@ -54,7 +54,7 @@ def agreeing_estimate(
     if wrong:
         other = found(prior.without(wrong), value.value, value.noise)
         sigma = np.sqrt(np.diagonal(other.covariance))[wrong]
-        determined = np.all(sigma < DETERMINED * np.abs(other.value[wrong]))
+        determined = np.all(sigma < OBSERVABLE * np.abs(other.value[wrong]))
         if determined and explains(rows, other.value, other.beta, prior):
             return other
     return _held(rows, value) if wrong or pulled else value

@@ -45,18 +45,29 @@ TRIED = 24
 """Number of differences among which resolutions are sought."""
 
 
-def sample_noise(blocks: Blocks, wheel: int) -> float:
-    """Standard deviation of the noise of a sample of the drive, or of its rounding, A."""
+def sample_noise(blocks: Blocks, wheel: int, step: float) -> float:
+    """Standard deviation of the noise of a sample of the drive, or of its rounding, A.
+
+    Args:
+        blocks: Blocks of the window.
+        wheel: Place of the wheel.
+        step: Their `resolution`, A.
+    """
     noise = blocks.drive_noise[:, wheel]
     noise = noise[np.isfinite(noise)]
     usual = float(np.quantile(noise, CALM)) / _chance(blocks) if noise.size else 0.0
-    return max(usual, resolution(blocks, wheel) / 12.0**0.5)
+    return max(usual, step / 12.0**0.5)
 
 
-def stepping(blocks: Blocks, wheel: int) -> NDArray[np.bool_]:
+def stepping(blocks: Blocks, wheel: int, step: float) -> NDArray[np.bool_]:
     """Blocks in which the drive steps between two samples, (B,).
 
     A block of many samples with noise of its own has no steps.
+
+    Args:
+        blocks: Blocks of the window.
+        wheel: Place of the wheel.
+        step: Their `resolution`, A.
     """
     own, height = np.nan_to_num(blocks.drive_noise[:, wheel]), blocks.drive_steps[:, wheel]
     near = np.pad(own, ABOUT - 1, mode="symmetric")
@@ -65,7 +76,7 @@ def stepping(blocks: Blocks, wheel: int) -> NDArray[np.bool_]:
     calm /= _chance(blocks)
     about = np.maximum(calm[: len(blocks)], calm[ABOUT - 1 :])
     about = np.maximum(about, np.where(blocks.count >= MANY, own, 0.0))
-    least = np.maximum(about, resolution(blocks, wheel) / 12.0**0.5)
+    least = np.maximum(about, step / 12.0**0.5)
     return height > FAR * least
 
 
@@ -138,23 +149,23 @@ def _largest_divisor(steps: Vector, differences: Vector, digits: float) -> float
         digits: Unit of the last printed digit; 0: they are exact.
     """
     error = INEXACT * digits
-    for step in np.sort(steps)[::-1]:
-        multiple = _divides(step, differences, error)
-        if np.mean(multiple) < MOST:
-            continue
+    steps = np.sort(steps)[::-1]
+    counts = _counts(steps[:, None], differences, np.maximum(DIVIDES * steps, error)[:, None])
+    for place in np.flatnonzero(np.mean(counts > 0.0, axis=1) >= MOST):
+        step = float(steps[place])
         if not digits:
-            return float(step)
+            return step
         chance = 2.0 * max(error, DIVIDES * step) / step
-        if chance ** np.unique(np.round(differences[multiple] / digits)).size < CHANCES:
-            return float(step)
+        told = np.unique(np.round(differences[counts[place] > 0.0] / digits)).size
+        if chance**told < CHANCES:
+            return step
     return 0.0
 
 
-def _divides(step: Vector | float, differences: Vector | float, error: float) -> NDArray[np.bool_]:
-    """Whether differences are multiples of a step, but for arithmetic and an error."""
-    count = np.round(differences / step)
-    off = np.abs(differences - count * step)
-    return (count > 0.0) & (off <= np.maximum(DIVIDES * step, error))
+def _counts(steps: Vector, differences: Vector | float, allowed: Vector) -> Vector:
+    """How many steps a difference has; 0 if it is no multiple within what is allowed."""
+    counts = np.round(differences / steps)
+    return np.where(np.abs(differences - counts * steps) <= allowed, counts, 0.0)
 
 
 def _common_divisors(first: Vector, second: Vector) -> Vector:
@@ -175,10 +186,9 @@ def _refined(steps: Vector, differences: Vector, error: float) -> Vector:
     total = steps.copy()
     for difference in differences:
         step = total / weight
-        counts = np.round(difference / step)
         # the step itself is known as well as the multiples before allow
-        allowed = error * (1.0 + counts / np.sqrt(weight))
+        allowed = error * (1.0 + np.round(difference / step) / np.sqrt(weight))
         allowed = np.minimum(np.maximum(allowed, DIVIDES * step), MIDWAY * step)
-        counts = np.where(np.abs(difference - counts * step) <= allowed, counts, 0.0)
+        counts = _counts(step, difference, allowed)
         total, weight = total + counts * difference, weight + counts**2
     return total / weight

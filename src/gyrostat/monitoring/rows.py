@@ -64,6 +64,7 @@ def regression_rows(
     length: float,
     *,
     power: bool,
+    step: float,
 ) -> Rows:
     """Rows of a wheel.
 
@@ -74,6 +75,7 @@ def regression_rows(
         window: Start and end of the window, s.
         length: Usual length of a block, s.
         power: Whether the drive comes from the electrical power.
+        step: `resolution` of the drive.
     """
     rotor = known.wheels[wheel]
     sign = np.sign(blocks.direction[:, wheel])
@@ -97,7 +99,7 @@ def regression_rows(
     exchanged = exchanged + np.mean(speed - exchanged)
     one = np.ones(speed.size)
     lag = sign * blocks.drive_change[:, wheel] / blocks.length
-    steps = stepping(blocks, wheel)
+    steps = stepping(blocks, wheel, step)
     lags = [np.where(steps, 0.0, lag), np.where(steps, lag, 0.0)]
     regressors = [torque * sign, one, np.abs(speed), sign, *lags]
     # a jump of the friction changes the current
@@ -112,7 +114,7 @@ def regression_rows(
         measured = blocks.drive[:, wheel] * sign
         regressors += _electrical(torque * sign, np.abs(speed), measured, rotor)
         instrument += _electrical(felt * sign, exchanged * sign, measured, rotor)
-    sampled = sample_noise(blocks, wheel)
+    sampled = sample_noise(blocks, wheel, step)
     other = motion.noise / rotor.motor_constant
     noise = np.where(steps, 0.0, sign * lag_noise(blocks, sampled))
     return Rows(

@@ -76,7 +76,7 @@ def lack(
 
 
 def unit_doubt(blocks: Blocks, known: KnownWheels, wheel: int) -> str:
-    """Why the drive is probably stuck, or has another unit; empty if neither is likely."""
+    """Why the drive is probably stuck, or has another sign or unit; empty if it seems right."""
     drive = blocks.drive[:, wheel]
     if np.all(blocks.step[:, wheel] == np.inf) and np.ptp(drive) < 1e-12:
         if not np.any(drive):

@@ -8,7 +8,7 @@ from typing import Any
 import numpy as np
 
 from gyrostat.core.types import Vector
-from gyrostat.monitoring.agreement import agreeing_estimate
+from gyrostat.monitoring.agreement import OBSERVABLE, agreeing_estimate
 from gyrostat.monitoring.blocks import Blocks
 from gyrostat.monitoring.drive_samples import resolution
 from gyrostat.monitoring.moments import COULOMB, IDLE, MOTOR, OFFSET, VISCOUS
@@ -26,8 +26,6 @@ from gyrostat.monitoring.warming import about_its_share
 from gyrostat.monitoring.wheel_data import KnownWheels
 from gyrostat.monitoring.windows import REGRESSED
 
-OBSERVABLE = 0.3
-"""Largest standard deviation of an observable parameter, over its value."""
 _PLACES = {"coulomb": COULOMB, "viscous": VISCOUS, "motor_constant": MOTOR, "offset": OFFSET}
 
 
@@ -79,14 +77,14 @@ def window_row(
     doubt = "" if power else unit_doubt(steady, known, wheel)
     if doubt:
         return row | _unknown(doubt) | {"valid": False, "why": doubt}, noise
-    rows = regression_rows(steady, known, wheel, window, length, power=power)
+    step = resolution(steady, wheel)
+    rows = regression_rows(steady, known, wheel, window, length, power=power, step=step)
     interval = float(np.median(steady.length / steady.count))
     warm = float(row.get("temperature_mean", np.nan))
     prior = prior_of(rotor, rows.regressors.shape[1], interval, warm)
     rows, prior = about_its_share(rows, prior, noise or USUAL)
     speeds = np.abs(steady.speed[:, wheel])
     speed = float(np.median(speeds))
-    step = resolution(steady, wheel)
     if power:
         step = known.power_resolution / (rotor.motor_constant * speed)
     errors = partial(rounding_errors, steady, wheel, rows, prior, step=step)

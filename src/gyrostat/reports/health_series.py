@@ -8,8 +8,8 @@ from numpy.typing import NDArray
 
 from gyrostat.core.types import Matrix, Vector
 from gyrostat.core.units import RPM
+from gyrostat.monitoring.agreement import OBSERVABLE
 from gyrostat.monitoring.change.assess import WheelHealth
-from gyrostat.monitoring.window import OBSERVABLE
 from gyrostat.monitoring.windows import REGRESSED, Windows
 
 DAY = 86400.0

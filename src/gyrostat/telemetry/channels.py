@@ -11,11 +11,9 @@ from numpy.typing import NDArray
 
 from gyrostat.core.errors import InputError
 from gyrostat.telemetry.assemble import Measured
-from gyrostat.telemetry.columns import Column, Header
+from gyrostat.telemetry.columns import MOTION, Column, Header
 from gyrostat.telemetry.fault import counted, damaged, fault, shown, too_many
 from gyrostat.telemetry.record_format import Request
-
-_MOTION = ("speed", "angle")
 
 
 @dataclass(frozen=True)
@@ -78,7 +76,7 @@ def read_channels(
         if channel.content:
             raise fault(file, channel.content, "a vector of real numbers", column=channel.name)
         if channel.base != first.base and None not in (channel.base, first.base):
-            apart = ", or the speed in speed_from, also of this file" if role in _MOTION else ""
+            apart = ", or the speed in speed_from, also of this file" if role in MOTION else ""
             expected = f"that of {shown(first.name)}{apart}"
             raise fault(file, "another time base", expected, column=channel.name)
         if channel.count > request.max_samples:

@@ -22,7 +22,9 @@ ROLES: dict[str, Role] = {
     **{name: COLUMNS[name] for name in CHANNELS},
     "valid": Role("valid", ("valid",), None),
 }
-_MAIN = ("current", "speed", "angle")
+MOTION = ("speed", "angle")
+"""Roles of which a record has one."""
+_MAIN = ("current", *MOTION)
 _NO_UNIT = Unit("")
 _NO_UNIT_SPELLINGS = ("", "-", "1")
 
@@ -94,7 +96,7 @@ def choose_columns(
         raise fault(header.file, "one column for two roles", "a column of its own for each role")
     unused = {*absent}
     if "angle" in roles:
-        unused |= {"speed", "angle"} - {_motion(header, matches, claimed)}
+        unused |= {*MOTION} - {_motion(header, matches, claimed)}
     # current and speed first: where a file has several time bases, the rest is that of theirs
     for role in sorted(roles.values(), key=lambda each: each.name not in _MAIN):
         if role.name not in matches and role.name not in unused:
@@ -120,7 +122,7 @@ def _motion(
     header: Header, matches: Mapping[str, tuple[Column, str]], claimed: Mapping[int, str]
 ) -> str:
     """Role that the file measures, speed or angle: as named by the caller, otherwise the speed."""
-    roles = [role for role in ("speed", "angle") if role in matches]
+    roles = [role for role in MOTION if role in matches]
     if len(roles) == 2:
         raise fault(header.file, "columns named for speed and for angle", "one of the two")
     if roles:

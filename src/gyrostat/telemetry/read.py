@@ -14,7 +14,7 @@ from gyrostat.core.classes_of import classes_of
 from gyrostat.core.units import SI_UNIT, Unit
 from gyrostat.telemetry import formats
 from gyrostat.telemetry.assemble import Measured, assemble
-from gyrostat.telemetry.columns import Chosen, choose_columns
+from gyrostat.telemetry.columns import MOTION, Chosen, choose_columns
 from gyrostat.telemetry.edges import angle_at, read_edges
 from gyrostat.telemetry.fault import fault
 from gyrostat.telemetry.mapping import ColumnMap, column_map
@@ -22,8 +22,6 @@ from gyrostat.telemetry.record import Record
 from gyrostat.telemetry.record_format import RecordFormat, Request
 from gyrostat.telemetry.two_logs import combine
 
-_MOTION = ("speed", "angle")
-"""Roles of which a record has one."""
 _FORMATS = {suffix: kind for kind in classes_of(formats, RecordFormat) for suffix in kind.suffixes}
 
 
@@ -76,7 +74,7 @@ def read_record(
             names the file, the row and the column, what was found and what was expected.
     """
     drop = missing == "drop"
-    absent = () if edges is None and speed_from is None else _MOTION
+    absent = () if edges is None and speed_from is None else MOTION
     measured = _measured(Path(path), column_map(columns, units), max_samples, drop, absent)
     if speed_from is None:
         if edges is not None:
@@ -88,7 +86,7 @@ def read_record(
         raise fault(
             Path(path), "an unsigned current", "a setpoint, or a signed current: speed_from"
         )
-    stated = {role: unit for role, unit in (units or {}).items() if role in _MOTION}
+    stated = {role: unit for role, unit in (units or {}).items() if role in MOTION}
     tacho = _measured(
         Path(speed_from), column_map(speed_columns, stated), max_samples, drop, ("current",)
     )

@@ -112,7 +112,6 @@ def pool(
         "units": units,
     }
     items = _items(records)
-    _refuse_unused(items, options)
     changes = _changes(len(items), dates, temperatures)
     fits = _stored_fits(items, out, options, force=force, say=say)
     pairs = zip(fits, changes, strict=True)
@@ -162,23 +161,6 @@ def _items(records: "Sequence[Record | Fit | str | Path]") -> "list[Record | Fit
     return items
 
 
-def _refuse_unused(items: "Sequence[Record | Fit | Path]", options: Mapping[str, Any]) -> None:
-    """Refuse options of `identify` without a record.
-
-    Raises:
-        InputError: An option is given, and all items are identified already.
-    """
-    from gyrostat.identification import Fit
-
-    given = [name for name, value in options.items() if value not in (None, {}, (), [])]
-    fits = [isinstance(item, Fit) or getattr(item, "suffix", "") == ".json" for item in items]
-    if given and all(fits):
-        raise InputError(
-            f"--{given[0].replace('_', '-')}: found identifications alone, which keep what they "
-            "were made with, expected a record that needs it"
-        )
-
-
 def _stored_fits(
     items: "Sequence[Record | Fit | Path]",
     out: "str | Path | None",
@@ -187,16 +169,22 @@ def _stored_fits(
     force: bool,
     say: Say,
 ) -> "list[StoredFit | None]":
-    """Fit of each item; None for those without a valid fit, which are reported."""
+    """Fit of each item; None for those without a valid fit, which are reported.
+
+    Raises:
+        InputError: No item has a valid fit, or an option of `identify` is given without a record.
+    """
     from gyrostat.identification import Fit, stored_fit
 
     fits: list[StoredFit | None] = []
     faults: list[InputError] = []
+    unused = [name for name, value in options.items() if value not in (None, {}, (), [])]
     for k, item in enumerate(items):
         try:
             if not isinstance(item, Fit) and not (
                 isinstance(item, Path) and item.suffix == ".json"
             ):
+                unused = []
                 item = _identified(item, k, out, options, force=force, say=say)
             fits.append(stored_fit(item, force=force))
         except InputError as error:
@@ -204,6 +192,11 @@ def _stored_fits(
             fits.append(None)
     if faults and len(faults) == len(items):
         raise faults[0]
+    if unused:
+        raise InputError(
+            f"--{unused[0].replace('_', '-')}: found identifications alone, which keep what they "
+            "were made with, expected a record that needs it"
+        )
     for fault in faults:
         say(f"left out: {fault}")
     return fits

@@ -100,7 +100,7 @@ def refused(inverse: InverseDynamics, law: ControlLaw | None) -> list[str]:
     return reasons
 
 
-def warnings_of(inverse: InverseDynamics, shift: Delay) -> list[str]:
+def warnings_of(inverse: InverseDynamics, shift: Delay, tracking: Tracking | None) -> list[str]:
     """Signs of a bias: delay, a control law or held-out record of another drive, other methods."""
     best = inverse.methods["instruments"]
     warnings = _of_delay(inverse, shift)
@@ -122,11 +122,10 @@ def warnings_of(inverse: InverseDynamics, shift: Delay) -> list[str]:
                 f"{name}: least squares gives {least:.4g}, {(least - value) / sigma:+.1f} sigma "
                 "from the result: disturbances in the loop or noise of the speed bias it"
             )
-    return warnings
+    return warnings + _of_law(tracking)
 
 
-def law_warnings(tracking: Tracking | None) -> list[str]:
-    """Signs of gains of another control law; None: nothing to compare."""
+def _of_law(tracking: Tracking | None) -> list[str]:
     if tracking is None:
         return []
     ratio, sigma = tracking

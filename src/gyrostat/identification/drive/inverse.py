@@ -13,7 +13,6 @@ from gyrostat.identification.drive.checks import (
     FOLLOWED,
     check_reference,
     check_senses,
-    law_warnings,
     refused,
     warnings_of,
 )
@@ -182,10 +181,11 @@ def identify_inverse(
         reason="" if best.converged else "the simulated loop and the estimates do not agree",
         scatter=[],
         refused=refused(inverse, law),
-        warnings=[
-            *warnings_of(inverse, delay(equation, parts, motions)),
-            *law_warnings(None if law is None else tracking(law, parts, motions)),
-        ],
+        warnings=warnings_of(
+            inverse,
+            delay(equation, parts, motions),
+            None if law is None else tracking(law, parts, motions),
+        ),
         iterations=best.iterations,
         samples=sum(int(record.valid.sum()) for record in records),
         speed_sigma=speed_sigma or noise,

@@ -1,7 +1,6 @@
 """Motion of a drive over the sample intervals of a record: measured, or predicted."""
 
-from dataclasses import dataclass
-from itertools import pairwise
+from dataclasses import dataclass, replace
 
 import numpy as np
 from numpy.typing import NDArray
@@ -78,21 +77,17 @@ def commanded_speed(record: Record, part: slice) -> Vector | None:
     return None if record.setpoint is None else record.setpoint[part][:-1]
 
 
-def _without_lost_rows(record: Record) -> list[slice]:
-    """Segments of a record, cut at every longer interval: in a closed loop, the current changes.
+def _cut_at_lost_rows(record: Record) -> Record:
+    """Record that restarts after every longer interval: in a closed loop, the current changes.
 
     A record of uneven times has no lost rows.
     """
     steps = np.diff(record.time)
-    longer = steps > LOST * np.median(steps)
-    if np.mean(longer) > UNEVEN:
-        return record.segments
-    parts = []
-    for segment in record.segments:
-        cuts = segment.start + 1 + np.flatnonzero(longer[segment.start : segment.stop - 1])
-        edges = [segment.start, *cuts.tolist(), segment.stop]
-        parts += [slice(a, b) for a, b in pairwise(edges)]
-    return parts
+    longer = np.append(False, steps > LOST * np.median(steps))
+    if np.mean(longer[1:]) > UNEVEN:
+        return record
+    before = False if record.restart is None else record.restart
+    return replace(record, restart=longer | before)
 
 
 def drives(record: Record, hold: str) -> list[Drive]:
@@ -103,7 +98,7 @@ def drives(record: Record, hold: str) -> list[Drive]:
         hold: Current between samples, "zero-order" or "linear".
     """
     parts = []
-    for part in _without_lost_rows(record):
+    for part in _cut_at_lost_rows(record).segments:
         time, current, valid = record.time[part], record.current[part], record.valid[part]
         reference = commanded_speed(record, part)
         if valid.sum() < FEWEST:

@@ -2,7 +2,7 @@
 
 from dataclasses import replace
 from functools import partial
-from pathlib import Path
+from pathlib import Path, PurePosixPath
 from typing import Any, ClassVar
 
 import numpy as np
@@ -50,15 +50,10 @@ class Hdf5(RecordFormat):
 
 def _with_bases(channels: list[Channel]) -> list[Channel]:
     """Channels whose base is the nearest group about them that has a channel of times."""
-    timed = {each.name.rpartition("/")[0] for each in channels if is_time(each.name)}
+    timed = {PurePosixPath(each.name).parent for each in channels if is_time(each.name)}
 
-    def base(name: str) -> str | None:
-        group = name
-        while group:
-            group = group.rpartition("/")[0]
-            if group in timed:
-                return group
-        return None
+    def base(name: str) -> PurePosixPath | None:
+        return next((group for group in PurePosixPath(name).parents if group in timed), None)
 
     return [replace(each, base=base(each.name)) for each in channels]
 
