@@ -106,12 +106,7 @@ def noise_in(blocks):
 
 def told(blocks):
     """Blocks, place of their wheel, their steps and the noise of their samples."""
-    return (
-        blocks,
-        0,
-        steps_in(blocks),
-        noise_in(blocks),
-    )
+    return blocks, 0, steps_in(blocks), noise_in(blocks)
 
 
 def test_a_step_between_samples_tells_the_variance_of_the_mean():
@@ -190,10 +185,7 @@ def test_a_few_noisy_minutes_have_no_steps():
     noise = random.standard_normal(30000)
     noise[6000:6300] *= 40.0
     # the block before them ends at their first sample
-    assert np.flatnonzero(steps_in(drawn(noise))).tolist() in (
-        [],
-        [99],
-    )
+    assert np.flatnonzero(steps_in(drawn(noise))).tolist() in ([], [99])
 
 
 def test_a_step_with_a_sample_on_its_way_is_one():
