@@ -238,8 +238,8 @@ def _health(monitor: WheelMonitor, progress: Progress, options: Options) -> Heal
         names, count = _wheels_and_windows(windows, windows["held_as_stated"] == text)
         notes.append(
             f"{text.replace(', ', ' and ')} of {names} in {count}: held as stated, as the rounding "
-            "of the drive leaves more open than that; a wrong stated value, or a change, does not "
-            "show there, and makes the Coulomb torque wrong"
+            "of the drive makes estimates less certain than that; a wrong stated value, or a "
+            "change, does not show there, and makes the Coulomb torque wrong"
         )
     warmest = np.nanmax(windows["temperature_max"], initial=-np.inf)
     if warmest > HOTTEST:
